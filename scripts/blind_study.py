@@ -35,8 +35,8 @@ from kept_rows import Task, as_text, fingerprint, kept_rows
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect, rig_name
 from pamsim.core.errors import InputError, SimulationError
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hide import hide
 from pamsim.twins.synthetic_recording import SyntheticRecording
 

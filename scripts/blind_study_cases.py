@@ -43,7 +43,7 @@ import pamsim
 from pamsim.core.errors import SimulationError
 from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.hide import hide
 from pamsim.twins.noise import ANGLE_NOISE, FORCE_NOISE, PRESSURE_NOISE

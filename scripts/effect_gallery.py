@@ -34,8 +34,8 @@ from pamsim.effects import (
 )
 from pamsim.effects.catalog import FORMS
 from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
 from pamsim.twins.noise import ANGLE_NOISE, PRESSURE_NOISE
 

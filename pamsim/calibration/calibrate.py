@@ -33,8 +33,8 @@ from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
+from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.engine.supply_check import above_supply
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile

@@ -217,8 +217,8 @@ def protocol_names(context: click.Context) -> Mapping[str, str]:
 
 def parameter_names(context: click.Context) -> Mapping[str, str]:
     """Parameters of the rig that is given, or of the default rig."""
+    from pamsim.engine.parameters import rig_parameters
     from pamsim.engine.rig import load_rig
-    from pamsim.engine.rig_parameter import rig_parameters
 
     rig = load_rig(context.params.get("rig") or "mas20_arm")
     return {parameter.name: parameter.spec.doc for parameter in rig_parameters(rig)}

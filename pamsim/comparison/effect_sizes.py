@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from pamsim.comparison.effects_on_rig import at_size, candidates
 from pamsim.effects.effect import Effect
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.recordings.sensors import MeasurementChain
 
 

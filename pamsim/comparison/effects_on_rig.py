@@ -11,12 +11,10 @@ from pamsim.core.catalog import installed
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
-from pamsim.engine.native import is_native
+from pamsim.engine.parameters import ParameterName, RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.rig_file import EFFECTS
-from pamsim.recordings.sensors import MeasurementChain
 
 
 def rig_name(rig: Rig, name: str, place: str = "") -> str:
@@ -94,7 +92,7 @@ def _at(rig: Rig, found: Effect, place: str) -> Effect:
     at_joint = place in rig.joints
     for parameter in found.parameters:
         own = parameter.name.rpartition(":")[2]
-        of_muscle = not (is_native(own) or own.startswith(f"{MeasurementChain.group}."))
+        of_muscle = ParameterName.parse(own).owner == "muscle"
         if not (JOINT in own if at_joint else of_muscle):
             what = "joint" if at_joint else "muscle"
             raise InputError(f"{found.name} does not act on a {what}: it changes {own}")

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import Sourced
 from pamsim.core.units import parse_quantity, to_si
-from pamsim.engine.native import is_native
+from pamsim.engine.parameters import ParameterName, RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import RigParameter, rig_parameter
 from pamsim.inference.free_parameter import FreeParameter, Prior, Scale
 
 FACTOR = 5.0
@@ -196,7 +195,7 @@ def _range(parameter: RigParameter, limits: Bounds | None) -> tuple[float, float
         low, high = (to_si(end, unit, spec.unit, where=stated.where) for end in stated.bounds)
         return low, high, "bounds of params.toml"
     if value == 0.0:
-        if is_native(parameter.name):
+        if ParameterName.parse(parameter.name).owner == "native":
             raise InputError(
                 f"{parameter.name} is 0, which does not show its size: give its range"
                 f" with `bounds` [{spec.unit}]"

@@ -18,7 +18,7 @@ from pamsim.comparison.periodicity import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.engine.moment_arms import moment_arms
+from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
 from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pamsim.core.units import COMMON, to_si
-from pamsim.engine.rig_parameter import RigParameter
+from pamsim.engine.parameters import RigParameter
 
 
 def readable_unit(parameter: RigParameter) -> str:

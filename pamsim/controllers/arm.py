@@ -30,7 +30,7 @@ class Arm:
     """An arm of one hinge between two equal-armed muscles.
 
     Attributes:
-        pair: parameter rows of muscles 1 and 2, see `pamsim.physics.layout`.
+        pair: parameter rows of muscles 1 and 2, see `pamsim.physics.record`.
         radius: moment arm of both [m].
         rest_torque: (c, a, b, -k) of c + a cos(beta) + b sin(beta) - k beta, the torque on the arm
             at rest but for the muscles' [N m].

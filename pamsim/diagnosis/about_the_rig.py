@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.engine.contacts import contacts, may_collide
+from pamsim.engine.mjcf import contacts, may_collide
 from pamsim.engine.rig import Rig
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial

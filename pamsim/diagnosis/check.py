@@ -30,8 +30,8 @@ from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.engine.supply_check import above_supply
 from pamsim.inference.residual_block import layout
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial

@@ -12,6 +12,7 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.held_out_split import HeldOutSplit, held_out_split
+from pamsim.engine.parameters import ParameterName
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.physics.chamber import Chamber
@@ -82,8 +83,7 @@ def _is_of_air(name: str) -> bool:
 
     Refitted, it would end anywhere, and be announced as far from what the rig states.
     """
-    group = name.rpartition(":")[2].partition(".")[0]
-    return group in (Chamber.group, ValvePair.group)
+    return ParameterName.parse(name).group in (Chamber.group, ValvePair.group)
 
 
 def about_the_drive(data: CalibrationData) -> tuple[str, ...]:

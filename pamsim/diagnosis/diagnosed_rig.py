@@ -16,8 +16,8 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.method.next_experiment import Signals
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.engine.timestep_check import check_timestep
 from pamsim.inference.residual_block import Blocks
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import distorted

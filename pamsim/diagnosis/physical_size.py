@@ -27,8 +27,8 @@ from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
 from pamsim.effects.effect import AT
+from pamsim.engine.parameters import ParameterName, rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 
 FloatArray = NDArray[np.float64]
@@ -200,7 +200,7 @@ def tested_muscle(rig: Rig, parameter: str) -> int:
         rig: that has the effect.
         parameter: that measures its size.
     """
-    only = parameter.rpartition(":")[0]
+    only = ParameterName.parse(parameter).muscle
     return list(rig.muscles).index(only) if only else 0
 
 

@@ -24,9 +24,8 @@ from pamsim.diagnosis.method.where import Regressors
 from pamsim.diagnosis.recordings_result import result_of
 from pamsim.diagnosis.remembered_fits import RememberedFits
 from pamsim.diagnosis.result import Diagnosis
-from pamsim.engine.rig import Rig
-from pamsim.engine.rig_digest import rig_digest
-from pamsim.engine.supply_check import above_supply
+from pamsim.engine.preflight import above_supply
+from pamsim.engine.rig import Rig, rig_digest
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
 """Numbers of every rig that are known to a few per cent only: they are refitted with every effect,

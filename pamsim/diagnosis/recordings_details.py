@@ -20,8 +20,8 @@ from pamsim.diagnosis.method.trial_diagnosis import TrialDiagnosis
 from pamsim.diagnosis.method.where import Cell
 from pamsim.diagnosis.result import Details
 from pamsim.diagnosis.where_entries import cell_places
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.recordings.trial import Trial
 
 

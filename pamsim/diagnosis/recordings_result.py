@@ -35,8 +35,8 @@ from pamsim.diagnosis.result import (
 )
 from pamsim.diagnosis.rig_estimates import absent_entry, estimates
 from pamsim.diagnosis.where_entries import cell_places, map_entry
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 
 _OPEN = (Verdict.AMBIGUOUS, Verdict.UNEXPLAINED, Verdict.NOT_IDENTIFIABLE)
 """Verdicts that leave it open what is missing, so that a further experiment should tell."""

@@ -12,8 +12,8 @@ from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_file
 from pamsim.core.parameters import Sourced
 from pamsim.diagnosis.method.trial_model import TrialModel
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.recordings.rig_file import RigFile, find_rig
 from pamsim.recordings.rig_writer import write_rig
 

@@ -10,8 +10,8 @@ from pamsim.diagnosis.method.absent_limits import NOT_SHOWN, AbsentLimit
 from pamsim.diagnosis.method.row_model import RowModel
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.result import AbsentEntry, Estimate
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 
 
 def estimates(rig: Rig, model: TrialModel | RowModel, names: Iterable[str]) -> dict[str, Estimate]:

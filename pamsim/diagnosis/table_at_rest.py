@@ -19,8 +19,8 @@ from pamsim.diagnosis.method.row_fit import RowSimulator
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, with_fitted
 from pamsim.diagnosis.result import Diagnosis
 from pamsim.diagnosis.table_at_rest_result import result_of
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.static_table import StaticTable
 

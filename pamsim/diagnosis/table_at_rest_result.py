@@ -36,8 +36,8 @@ from pamsim.diagnosis.result import (
 )
 from pamsim.diagnosis.rig_estimates import absent_entry, estimates
 from pamsim.diagnosis.where_entries import map_entry, region
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.permutation import rms_interval95
 from pamsim.recordings.static_table import StaticTable
 

@@ -8,6 +8,7 @@ that two threads are nearly twice as fast as one.
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -18,18 +19,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.engine.engine_warnings import engine_warnings_held
-from pamsim.engine.reused_data import ReusedData
+from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
 from pamsim.engine.settle import settle_quickly
 from pamsim.engine.simulate import Run, prepare, record
 from pamsim.engine.state import restore_state, save_state, settled
 from pamsim.engine.stepping import live
-from pamsim.engine.supply_check import refuse_above_supply
+from pamsim.engine.trace import engine_warnings_held
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
+from pamsim.recordings.rig_file import RigFile
 
 _Key: TypeAlias = tuple[object, ...]
+
+
+class ReusedData(threading.local):
+    """Data of rigs, of which each thread has its own: making one takes a hundred time steps.
+
+    Models of one rig file are copies of one compiled model, so that they share a data, which holds
+    whatever was last done with it.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[int, tuple[RigFile, mujoco.MjData]] = {}
+
+    def of(self, rig: Rig) -> mujoco.MjData:
+        """Data for a rig's models in this thread."""
+        key = id(rig.file)
+        if key not in self._known:
+            self._known[key] = rig.file, mujoco.MjData(rig.model)
+        return self._known[key][1]
 
 
 @dataclass(frozen=True)
@@ -65,7 +84,7 @@ def simulate_batch(
         simulated: called as each simulation ends.
         above_supply: True to simulate experiments that ask for more pressure than the supply has,
             as recordings do whose supply is stated too low: the valves stay open, and the pressure
-            ends at the supply's. `pamsim.engine.supply_check.above_supply` says which do.
+            ends at the supply's. `pamsim.engine.preflight.above_supply` says which do.
 
     Returns:
         One recording per job, in their order.

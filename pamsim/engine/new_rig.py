@@ -22,9 +22,8 @@ from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
 from pamsim.core.units import COMMON, to_si
-from pamsim.engine.joints import recorded_joints
-from pamsim.engine.mjcf_size import require_size
-from pamsim.engine.native import native_field
+from pamsim.engine.mjcf import read_text, recorded_joints
+from pamsim.engine.mjcf_fields import native_field
 from pamsim.engine.rig import load_rig
 from pamsim.physics.force_laws.effective_area import EffectiveArea
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
@@ -128,9 +127,15 @@ def new_rig(
         target, source = folder / given.name, given.name
         if not given.is_file():
             raise InputError(f"no MJCF at {given}")
-        require_size(given)
+        text = read_text(given)
         model = _compiled(lambda: mujoco.MjModel.from_xml_path(str(given)), str(given))
-        text = "" if target.is_file() and target.samefile(given) else _alone(given)
+        in_place = target.is_file() and target.samefile(given)
+        if not in_place and re.search(r"<include\b|\bfile\s*=", text):
+            raise InputError(
+                f"{given} refers to other files, so it cannot be copied alone; give its own folder"
+                " as `out`"
+            )
+        text = "" if in_place else text
     what = KINDS.get(kind, f"A rig made from {source}")
     scene = "" if mjcf else _template("scene.xml", NAME=name, MJCF=target.name)
     files = {
@@ -191,17 +196,6 @@ def _compiled(load: Callable[[], mujoco.MjModel], where: str) -> mujoco.MjModel:
     return model
 
 
-def _alone(mjcf: Path) -> str:
-    """Text of an MJCF that needs no other file."""
-    text = mjcf.read_text(encoding="utf-8")
-    if re.search(r"<include\b|\bfile\s*=", text):
-        raise InputError(
-            f"{mjcf} refers to other files, so it cannot be copied alone; give its own folder as"
-            " `out`"
-        )
-    return text
-
-
 def _params(
     name: str,
     what: str,
@@ -230,13 +224,12 @@ def _params(
         *(f'load_body = "{body}"  # of 1 kg in the MJCF; load_kg of a trial' for body in loads),
     ]
     spans = _tendon_spans(model)
-    lengths = _bellows_lengths if pushing else _muscle_lengths
     for muscle, index in tendons.items():
         lines += [
             "",
             f"[muscles.{muscle}]",
             f'tendon = "{model.tendon(index).name}"',
-            *lengths(muscle, model, index, *spans[index]),
+            *_lengths(muscle, model, index, spans[index], pushing=pushing),
         ]
     lines += ["", "# What all of them share; [muscles.NAME.<group>] holds what differs in one."]
     groups = (*MUSCLE_GROUPS, IdealMcKibben, BoucWen)
@@ -252,36 +245,33 @@ def _params(
     return "\n".join(lines) + "\n"
 
 
-def _muscle_lengths(
-    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
+def _lengths(
+    name: str, model: mujoco.MjModel, tendon: int, span: tuple[float, float], *, pushing: bool
 ) -> list[str]:
-    """Lines on the length of a muscle."""
-    nominal = _nominal_length(model, tendon, shortest, longest)
-    why = f"{100 * (longest - shortest) / nominal:.0f} % contracted where its tendon is shortest"
-    return [
-        f"[muscles.{name}.mounting]",
-        _entry("length_at_zero", nominal - longest, "mm", "m", "assumed: so that the muscle"
-               " has its nominal length where the tendon is longest"),
-        f"[muscles.{name}.braid]",
-        _entry("nominal_length", nominal, "mm", "m", f"assumed: {why}"),
-    ]  # fmt: skip
-
-
-def _bellows_lengths(
-    name: str, model: mujoco.MjModel, tendon: int, shortest: float, longest: float
-) -> list[str]:
-    """Lines on the stroke of a bellows: on a spatial tendon from pin to pin."""
+    """Lines on the length of a muscle, or the stroke of a bellows, on a tendon."""
+    shortest, longest = span
     middle = 0.5 * (shortest + longest)
-    free, at_zero, why = middle, 0.0, "the length from pin to pin"
-    if model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT:
-        free = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
-        at_zero = free - middle
+    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
+    if not pushing:
+        wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
+        nominal = max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
+        at_zero = nominal - longest
+        why = "so that the muscle has its nominal length where the tendon is longest"
+        contracted = 100 * (longest - shortest) / nominal
+        size = f"{contracted:.0f} % contracted where its tendon is shortest"
+    elif fixed:
+        nominal = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
+        at_zero = nominal - middle
         why = f"{_SHORTEST_STROKE:g} of its free stroke where its tendon is shortest"
+        size = "free in the middle of its way"
+    else:
+        nominal, at_zero = middle, 0.0
+        why, size = "the length from pin to pin", "free in the middle of its way"
     return [
         f"[muscles.{name}.mounting]",
         _entry("length_at_zero", at_zero, "mm", "m", f"assumed: {why}"),
-        f"[muscles.{name}.stroke]",
-        _entry("nominal_length", free, "mm", "m", "assumed: free in the middle of its way"),
+        f"[muscles.{name}.{'stroke' if pushing else 'braid'}]",
+        _entry("nominal_length", nominal, "mm", "m", f"assumed: {size}"),
     ]
 
 
@@ -378,13 +368,6 @@ def _tendon_spans(model: mujoco.MjModel) -> list[tuple[float, float]]:
         lengths.append(data.ten_length.copy())
     table = np.array(lengths)
     return list(zip(table.min(axis=0).tolist(), table.max(axis=0).tolist(), strict=True))
-
-
-def _nominal_length(model: mujoco.MjModel, tendon: int, shortest: float, longest: float) -> float:
-    """Length of a muscle that has the working range of its tendon [m]."""
-    wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
-    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
-    return max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
 
 
 def _entry(key: str, value: float, unit: str, si_unit: str, source: str) -> str:

@@ -4,38 +4,42 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine.attach import attach, compile_model
-from pamsim.engine.control_range import state_control_ranges
-from pamsim.engine.dry_friction import (
-    apply_friction_speed,
-    make_friction_stick,
-    reserve_friction_speed,
+from pamsim.engine.mjcf import (
+    put_rod,
+    read_spec,
+    read_text,
+    recorded_joints,
+    remove_visual_geoms,
 )
-from pamsim.engine.joints import recorded_joints
-from pamsim.engine.mjcf_size import require_size
-from pamsim.engine.native import (
+from pamsim.engine.mjcf_fields import (
+    apply_friction_speed,
     changes_constants,
     copy_natives,
-    is_native,
-    native_si,
+    make_friction_stick,
+    native_field,
+    reserve_friction_speed,
+    set_mass,
     set_native,
 )
+from pamsim.engine.parameters import ParameterName, sensor_spec
+from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
-from pamsim.engine.visual_geoms import remove_visual_geoms
 from pamsim.physics.build import build_muscle, idle_groups
 from pamsim.physics.commands import COMMANDS
-from pamsim.physics.hysteresis.group import COMMON_FIELDS, Hysteresis
+from pamsim.physics.hysteresis.group import COMMON_FIELDS
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import (
     SIZE,
@@ -48,8 +52,6 @@ from pamsim.recordings.rig_file import RigFile, read_rig
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 
-_SENSOR = f"{MeasurementChain.group}."
-
 _TIMESTEP = FieldSpec(
     unit="s", low=0.0, high=0.1, low_open=True, doc="valves and muscles change in milliseconds"
 )
@@ -61,7 +63,8 @@ class Rig:
 
     Attributes:
         file: what its folder states, sources included.
-        model: compiled.
+        model: compiled, with its parameters.
+        compiled: as the MJCF has it, before any parameter.
         joints: recorded joint -> ``angle`` if it turns, ``position`` if it slides.
         muscles: name -> muscle, in actuator order.
         sensor: measurement chain, or None.
@@ -69,6 +72,7 @@ class Rig:
 
     file: RigFile
     model: mujoco.MjModel
+    compiled: mujoco.MjModel
     joints: Mapping[str, str]
     muscles: Mapping[str, Muscle]
     sensor: MeasurementChain | None
@@ -113,7 +117,8 @@ class Rig:
         Raises:
             InputError: if there are several.
         """
-        return int(self.model.joint(self.only_joint).qposadr[0])
+        _ = self.only_joint
+        return self.position_addresses[0]
 
     @property
     def velocity_address(self) -> int:
@@ -122,7 +127,8 @@ class Rig:
         Raises:
             InputError: if there are several.
         """
-        return int(self.model.joint(self.only_joint).dofadr[0])
+        _ = self.only_joint
+        return self.velocity_addresses[0]
 
     @property
     def takes_load(self) -> bool:
@@ -168,17 +174,13 @@ class Rig:
         return model
 
     def _put_load(self, model: mujoco.MjModel, load: float, data: mujoco.MjData | None) -> None:
-        """Set the load body's mass [kg], and its inertia in proportion to the MJCF's 1 kg."""
         body = self.file.load_body
         if body is None:
             if load:
                 raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
             return
-        index = model.body(body).id
-        model.body_mass[index] = load
-        model.body_inertia[index] = (
-            load * self.model.body_inertia[index] / self.model.body_mass[index]
-        )
+        where = f"rig.load_body = {body!r} of {self.name!r}"
+        set_mass(model, model.body(body).id, load, self.compiled, where=where)
         mujoco.mj_setConst(model, data or mujoco.MjData(model))
 
     def with_parameters(
@@ -198,35 +200,25 @@ class Rig:
             InputError: for an unknown name, or several operators.
             ParameterError: for a value out of range.
         """
-        operators = {law for law, _ in map(operator_field, values) if law}
+        names = [ParameterName.parse(name) for name in values]
+        operators = sorted({name.operator for name in names if name.operator})
+        if len(operators) > 1:
+            raise InputError(f"a muscle has one operator, not {', '.join(operators)}")
         if operators:
-            if len(operators) > 1:
-                raise InputError(f"a muscle has one operator, not {', '.join(sorted(operators))}")
-            plain = {operator_field(name)[1]: value for name, value in values.items()}
-            return self.with_operator(operators.pop()).with_parameters(plain)
-        if all(name.startswith(_SENSOR) for name in values):
-            model = self.model  # nothing in it depends on who looks at it
-        else:
-            model = copy.copy(self.model)
-        sensing: dict[str, float] = {}
-        # What is of one muscle comes after what is of all.
-        for name, value in sorted(values.items(), key=lambda item: ":" in item[0]):
-            if name.startswith(_SENSOR):
-                sensing[_sensor_field(name.removeprefix(_SENSOR))] = value
-                continue
-            if is_native(name):
-                set_native(model, name, value)
-                continue
-            only, _, parameter = name.rpartition(":")
-            if only and only not in self.muscles:
-                raise InputError(f"no muscle {only!r}; {nearest(only, self.muscles)}")
-            shared = not only and any(has_parameter(m, parameter) for m in self.muscles.values())
-            for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
-                if shared and not has_parameter(muscle, parameter):
-                    continue  # a bellows beside muscles has no braid
-                if only in ("", muscle_name):
-                    model.actuator_user[index, slot(parameter, muscle)] = value
-        natives = [name for name in values if is_native(name)]
+            plain = {name.without_operator: values[name.text] for name in names}
+            return self.with_operator(operators[0]).with_parameters(plain)
+        sensing = {name.field: values[name.text] for name in names if name.owner == "sensor"}
+        for field in sensing:
+            sensor_spec(field)
+        # Nothing in the model depends on its sensors.
+        model = self.model if len(sensing) == len(names) else copy.copy(self.model)
+        # Parameters of one muscle come after those of all.
+        for name in sorted(names, key=lambda name: bool(name.muscle)):
+            if name.owner == "native":
+                set_native(model, name.text, values[name.text], self.compiled)
+            elif name.owner == "muscle":
+                self._set_of_muscles(model, name, values[name.text])
+        natives = [name.text for name in names if name.owner == "native"]
         if any(map(changes_constants, natives)):
             mujoco.mj_setConst(model, data or mujoco.MjData(model))
         if natives:
@@ -243,6 +235,17 @@ class Rig:
         if sensing:
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
+
+    def _set_of_muscles(self, model: mujoco.MjModel, name: ParameterName, value: float) -> None:
+        only, parameter = name.muscle, name.parameter
+        if only and only not in self.muscles:
+            raise InputError(f"no muscle {only!r}; {nearest(only, self.muscles)}")
+        shared = not only and any(has_parameter(m, parameter) for m in self.muscles.values())
+        for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
+            if shared and not has_parameter(muscle, parameter):
+                continue  # a bellows beside muscles has no braid
+            if only in ("", muscle_name):
+                model.actuator_user[index, slot(parameter, muscle)] = value
 
     def with_operator(self, law: str) -> Rig:
         """The rig with another hysteresis operator in every muscle, as wide as each one's own.
@@ -284,15 +287,6 @@ class Rig:
         return dataclasses.replace(fresh, muscles=muscles, sensor=self.sensor)
 
 
-def operator_field(name: str) -> tuple[str, str]:
-    """Operator that a parameter's name states, or none, and the name without it."""
-    only, colon, parameter = name.rpartition(":")
-    parts = parameter.split(".")
-    if len(parts) != 3 or parts[0] != Hysteresis.group:
-        return "", name
-    return parts[1], f"{only}{colon}{parts[0]}.{parts[2]}"
-
-
 def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
     """Load a rig.
 
@@ -319,9 +313,11 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     }
     spec = rig_spec(file, muscles, scene=scene)
     model = compile_model(spec)
+    compiled = copy.copy(model)
     make_friction_stick(model)
     for name, entry in file.native.items():
-        set_native(model, name, native_si(model, name, entry))
+        unit = native_field(model, name, where=entry.where).unit
+        set_native(model, name, entry.si(unit), compiled)
     mujoco.mj_setConst(model, mujoco.MjData(model))
     apply_friction_speed(model)
     for joint in file.joints:
@@ -329,7 +325,14 @@ def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
     if file.load_body:
         _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
     joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
-    rig = Rig(file=file, model=model, joints=joints, muscles=muscles, sensor=_sensor(file))
+    rig = Rig(
+        file=file,
+        model=model,
+        compiled=compiled,
+        joints=joints,
+        muscles=muscles,
+        sensor=_sensor(file),
+    )
     try:
         _ = rig.names
     except InputError as error:
@@ -349,13 +352,9 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
         InputError: for an MJCF that cannot be read, or has actuators of its own.
     """
     path = file.scene if scene and file.scene else file.mjcf
-    for text in {path, file.mjcf}:
-        require_size(text)
-        _require_utf8(text)
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}") from error
+    if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
+        read_text(file.mjcf)
+    spec = read_spec(path)
     if spec.actuators:
         raise InputError(
             f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
@@ -364,45 +363,13 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
     if not scene:
         remove_visual_geoms(spec)
     for joint in file.rods:
-        _put_rod(spec, joint, file.folder / "params.toml")
+        put_rod(spec, joint, file.folder / "params.toml")
     for name, tendon in file.tendons.items():
-        attach(spec, tendon=tendon, muscle=muscles[name], name=name)
+        muscle = muscles[name]
+        own = muscle.mounting.length_at_zero
+        attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
     reserve_friction_speed(spec)
     return spec
-
-
-def _require_utf8(mjcf: Path) -> None:
-    """Refuse other encodings, which MuJoCo reads: their names cannot be read back.
-
-    Raises:
-        InputError: if a line is not UTF-8.
-    """
-    for number, line in enumerate(mjcf.read_bytes().splitlines(), start=1):
-        try:
-            line.decode("utf-8")
-        except UnicodeDecodeError:
-            raise InputError(
-                f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8"
-            ) from None
-
-
-def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
-    """Give a joint that slides a tendon of its own name, as long as its position."""
-    known = {found.name: found for found in spec.joints}
-    if joint not in known:
-        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
-    if known[joint].type != mujoco.mjtJoint.mjJNT_SLIDE:
-        raise InputError(
-            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
-            " coefficient is the lever arm"
-        )
-    if any(tendon.name == joint for tendon in spec.tendons):
-        raise InputError(
-            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
-        )
-    tendon = spec.add_tendon()
-    tendon.name = joint
-    tendon.wrap_joint(joint, 1.0)
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
@@ -443,22 +410,23 @@ def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:
 def _sensor(file: RigFile) -> MeasurementChain | None:
     if not file.sensor:
         return None
-    units = {name: spec.unit for name, spec in specs(MeasurementChain)}
-    for name in file.sensor:
-        if name not in units:
-            raise InputError(
-                f"{file.folder / 'params.toml'}: unknown sensor.{name}; {nearest(name, units)}"
-            )
-    return MeasurementChain(**{name: entry.si(units[name]) for name, entry in file.sensor.items()})
-
-
-def _sensor_field(name: str) -> str:
-    fields = [field for field, _ in specs(MeasurementChain)]
-    if name not in fields:
-        raise InputError(f"no parameter 'sensor.{name}'; {nearest(name, fields)}")
-    return name
+    where = str(file.folder / "params.toml")
+    fields = {name: entry.si(sensor_spec(name, where).unit) for name, entry in file.sensor.items()}
+    return MeasurementChain(**fields)
 
 
 def _require(model: mujoco.MjModel, kind: Any, key: str, name: str, file: RigFile) -> None:
     if mujoco.mj_name2id(model, kind, name) < 0:
         raise InputError(f"{file.folder / 'params.toml'}: {key} = {name!r} is not in {file.mjcf}")
+
+
+def rig_digest(rig: Rig) -> str:
+    """Digest of a rig's compiled model, muscles included, its joints and its sensors.
+
+    It identifies a rig by what it is, not by its name, for work that is resumed.
+    """
+    content = np.empty(mujoco.mj_sizeModel(rig.model), np.uint8)
+    mujoco.mj_saveModel(rig.model, None, content)
+    digest = hashlib.sha256(content.tobytes())
+    digest.update(repr((list(rig.joints.items()), rig.sensor)).encode())
+    return digest.hexdigest()

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from pamsim.core.encoding import fields_to_dict, to_dict
+from pamsim.engine.parameters import RigParameter, rig_parameter, rig_parameters
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.engine.rig_parameter import RigParameter, rig_parameter, rig_parameters
 from pamsim.recordings.rig_file import shipped_rig_names
 from pamsim.recordings.signals import JOINT_DRIVES, MUSCLE_DRIVES
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import set_command
 from pamsim.engine.state import charge, settled
-from pamsim.engine.timestep_check import check_timestep
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import slot
 from pamsim.recordings.experiment import Experiment

@@ -14,12 +14,16 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.limits import RUN_STEPS
 from pamsim.engine import checks
-from pamsim.engine.backlash_check import check_backlash
-from pamsim.engine.contacts import may_collide
 from pamsim.engine.delayed_command import arriving_commands
-from pamsim.engine.engine_warnings import engine_warnings_held
 from pamsim.engine.external import External, act, as_driven, check_range, effort, external
 from pamsim.engine.gauges import Gauges
+from pamsim.engine.mjcf import may_collide
+from pamsim.engine.preflight import (
+    check_backlash,
+    check_supply,
+    check_timestep,
+    refuse_above_supply,
+)
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
     Plan,
@@ -34,9 +38,7 @@ from pamsim.engine.sampling import (
 from pamsim.engine.settle import EachStep, settle
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import live
-from pamsim.engine.supply_check import check_supply, refuse_above_supply
-from pamsim.engine.timestep_check import check_timestep
-from pamsim.engine.trace import empty_trace, first_breakdown
+from pamsim.engine.trace import empty_trace, engine_warnings_held, first_breakdown
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.engine.preflight import check_lengths
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.record import joined_states, split_states, view
@@ -30,7 +31,8 @@ def reset(
         pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
 
     Raises:
-        InputError: if the number of pressures is wrong or one is not above vacuum.
+        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
+            longer than its fibres.
     """
     mujoco.mj_resetData(model, data)
     charge(model, data, pressures)
@@ -48,8 +50,8 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
 
     Raises:
-        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle has
-            no volume where it is.
+        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
+            longer than its fibres or has no volume where it is.
     """
     ids = muscle_ids(model)
     try:
@@ -59,6 +61,7 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
     _measure_tendons(model, data)
+    check_lengths(model, data, wanted)
     for index, pressure in zip(ids, wanted, strict=True):
         row = model.actuator_user[index]
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]

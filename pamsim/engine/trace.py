@@ -1,7 +1,10 @@
-"""The raw samples of a run, and the first at which it broke down."""
+"""The raw samples of a run, the first at which it broke down, and the engine's warnings of it."""
 
 from __future__ import annotations
 
+import contextlib
+import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -12,6 +15,9 @@ from numpy.typing import NDArray
 from pamsim.recordings.recording import Outcome
 
 FloatArray: TypeAlias = NDArray[np.float64]
+
+_lock = threading.Lock()
+_holders: list[object] = []
 
 
 @dataclass(frozen=True)
@@ -104,3 +110,28 @@ def first_breakdown(
         Outcome.TIME_STALLED,
         f"time is {trace.time[sample]:.6g} s, not {expected_time[sample]:.6g} s",
     )
+
+
+@contextlib.contextmanager
+def engine_warnings_held() -> Iterator[None]:
+    """Let the engine print no warnings, and write no ``MUJOCO_LOG.TXT``, in a ``with`` block.
+
+    It counts them all the same, and a run that has one reports it as its outcome. A handler that
+    somebody has set by ``mujoco.set_mju_user_warning`` is left alone. It holds for the process.
+    """
+    holder = object()
+    with _lock:
+        if not _holders and mujoco.get_mju_user_warning() is None:
+            mujoco.set_mju_user_warning(_held)
+        _holders.append(holder)
+    try:
+        yield
+    finally:
+        with _lock:
+            _holders.remove(holder)
+            if not _holders and mujoco.get_mju_user_warning() is _held:
+                mujoco.set_mju_user_warning(None)
+
+
+def _held(_: str) -> None:
+    """Take a warning of the engine and do nothing with it."""

@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.settle import settle_quickly
 from pamsim.engine.state import save_state
 from pamsim.engine.stepping import live
-from pamsim.engine.timestep_check import check_timestep
 from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach
 from pamsim.envs.settings import EnvSettings, ResetOptions

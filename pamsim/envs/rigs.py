@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine import checks
-from pamsim.engine.equilibrium import rest_positions
+from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.engine.gauges import Gauges
-from pamsim.engine.moment_arms import moment_arms
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes

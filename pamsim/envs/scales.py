@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.engine.equilibrium import rest_positions
-from pamsim.engine.moment_arms import tendon_lengths
+from pamsim.engine.equilibrium import rest_positions, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
 from pamsim.physics.record import view
@@ -65,7 +64,7 @@ class JointStiffness:
     Sum of r^2 k over the muscles (Matiskova 2021, equation (5)).
 
     Args:
-        arms: (m, j) moment arms, see `pamsim.engine.moment_arms`.
+        arms: (m, j) moment arms, see `pamsim.engine.equilibrium`.
     """
 
     def __init__(self, arms: FloatArray) -> None:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import rest_states
+from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
 from pamsim.engine.sampling import Plan
 from pamsim.engine.simulate import Run, commands_of, origin, prepare
-from pamsim.engine.supply_check import refuse_above_supply
 from pamsim.gpu.worlds import Readings, Worlds
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import LeftOut, leave_one_out

@@ -16,8 +16,8 @@ from pamsim.comparison.readable_unit import readable, readable_interval, readabl
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.units import to_si
 from pamsim.diagnosis.diagnose import diagnose
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.sweeps.factor import Value, number
 from pamsim.sweeps.job import Row
 from pamsim.sweeps.varied_rig import RIG, check_names, is_effect, loaded, with_values

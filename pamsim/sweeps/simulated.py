@@ -13,8 +13,8 @@ import numpy as np
 from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.units import PA_PER_KPA, to_si
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
-from pamsim.engine.supply_check import refuse_above_supply
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_figure_units, step_figures

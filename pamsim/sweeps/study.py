@@ -13,7 +13,7 @@ from typing import Any
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.toml_tables import read_toml
-from pamsim.engine.rig_digest import rig_digest
+from pamsim.engine.rig import rig_digest
 from pamsim.sweeps.design import Design, Runs, runs_of
 from pamsim.sweeps.examined import examine
 from pamsim.sweeps.factor import Factor, factor

@@ -9,8 +9,8 @@ from pamsim.comparison.readable_unit import readable_unit
 from pamsim.core.errors import InputError
 from pamsim.core.units import to_si
 from pamsim.effects.effect import AT, Effect
-from pamsim.engine.rig import Rig, load_rig, operator_field
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import ParameterName, rig_parameter
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.sweeps.factor import Value
 
 RIG = "rig"
@@ -78,7 +78,7 @@ def with_values(rig: Rig, values: Mapping[str, Value], units: Mapping[str, str])
 def _starts_from_own(effect: Effect) -> bool:
     """Whether an effect changes the rig's own numbers, which other factors may change."""
     return any(
-        p.relative or p.neutral is None or p.scaled_by or operator_field(p.name)[0]
+        p.relative or p.neutral is None or p.scaled_by or ParameterName.parse(p.name).operator
         for p in effect.parameters
     )
 

@@ -16,9 +16,9 @@ from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.effect import AT
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.engine.supply_check import above_supply
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.rig_file import shipped_rigs

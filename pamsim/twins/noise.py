@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from pamsim.core.units import DEG_PER_RAD
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.physics.record import has_parameter
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain, convert_pressure, encoded

@@ -10,8 +10,8 @@ from typing import Any
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.recordings.recording import Recording, write_recording
 from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
 from pamsim.twins.plant.run import STEP

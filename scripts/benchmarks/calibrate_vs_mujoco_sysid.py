@@ -43,8 +43,8 @@ from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.recordings.recording import Outcome, Recording, write_recording
 from pamsim.recordings.trial import Trial
 

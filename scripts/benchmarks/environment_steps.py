@@ -6,8 +6,7 @@ One arm against one pendulum, both as `gymnasium.make` gives them; 64 and 256 ar
 against `SyncVectorEnv` of as many pendulums. Rounds alternate between the peers in one process, so
 that a slow phase of the machine hits all of them; a ratio is the median over rounds. Random actions
 all through, resets included. A pendulum's step is one of the RK4 integrator, four evaluations; an
-arm's is one Euler step, one evaluation of mechanics, air and hysteresis of two muscles. The
-pendulum runs as it does alone, with the engine's timers, which an open environment of ours stops.
+arm's is one Euler step, one evaluation of mechanics, air and hysteresis of two muscles.
 """
 
 from __future__ import annotations
@@ -66,23 +65,8 @@ def many(env: gymnasium.vector.VectorEnv) -> Callable[[int], None]:
     return run
 
 
-def with_timers(run: Callable[[int], None]) -> Callable[[int], None]:
-    """The same with the engine's timers, as in a process without pamsim."""
-
-    def timed(steps: int) -> None:
-        clock = mujoco.get_mjcb_time()
-        mujoco.set_mjcb_time(None)
-        try:
-            run(steps)
-        finally:
-            mujoco.set_mjcb_time(clock)
-
-    return timed
-
-
 def compare(ours: Callable[[int], None], theirs: Callable[[int], None]) -> tuple[float, float]:
     """Median seconds per step of ours, and median of theirs by ours."""
-    theirs = with_timers(theirs)
     steps = [_calibrated(run) for run in (ours, theirs)]
     times, ratios = [], []
     for _ in range(ROUNDS):

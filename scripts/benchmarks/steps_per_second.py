@@ -32,8 +32,8 @@ from numba import types
 
 import pamsim
 from pamsim.engine import plugin
+from pamsim.engine.mjcf import remove_visual_geoms
 from pamsim.engine.rig import Rig
-from pamsim.engine.visual_geoms import remove_visual_geoms
 
 RUNS = 3
 ROUNDS = 150

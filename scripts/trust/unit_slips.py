@@ -32,8 +32,8 @@ from tqdm import tqdm
 
 import pamsim
 from pamsim.core.errors import InputError
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.twins.hide import hide
 
 Table = dict[str, NDArray[np.float64]]

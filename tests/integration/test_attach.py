@@ -8,6 +8,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError
+from pamsim.physics.record import unpack
 
 TWO_JOINTS = """
 <mujoco>
@@ -47,8 +48,14 @@ def muscle(length_at_zero):
 def build():
     spec = mujoco.MjSpec.from_string(TWO_JOINTS)
     # 0.38 m of cable at rest, of which 0.13 m are rigid fittings: a 0.25 m muscle.
-    pamsim.attach(spec, tendon="shoulder_cable", muscle=muscle(-0.13), name="shoulder_muscle")
-    pamsim.attach(spec, tendon="elbow_cable", muscle=muscle(0.25))
+    pamsim.attach(
+        spec,
+        tendon="shoulder_cable",
+        muscle=muscle(0.0),
+        name="shoulder_muscle",
+        length_at_zero=-0.13,
+    )
+    pamsim.attach(spec, tendon="elbow_cable", muscle=muscle(0.25), length_at_zero=0.25)
     return pamsim.compile_model(spec)
 
 
@@ -110,3 +117,59 @@ def test_a_broken_run_is_not_reset_behind_the_users_back():
         mujoco.mj_step(model, data, 10)
     assert data.time == pytest.approx(0.01)
     assert np.isnan(data.qpos).any()
+
+
+CABLE = """
+<mujoco>
+  <worldbody>
+    <site name="ceiling" pos="0 0 0.23"/>
+    <body>
+      <joint name="rail" type="slide" axis="0 0 1" damping="5"/>
+      <geom size="0.03" mass="1"/><site name="hook"/>
+    </body>
+  </worldbody>
+  <tendon><spatial name="cable"><site site="ceiling"/><site site="hook"/></spatial></tendon>
+</mujoco>
+"""
+
+
+def test_a_muscle_of_another_rig_has_its_nominal_length_on_any_tendon():
+    """The arm's muscles sit on fixed tendons, which begin at a length of 0."""
+    arm = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
+    spec = mujoco.MjSpec.from_string(CABLE)
+    pamsim.attach(spec, tendon="cable", muscle=arm)
+    model = pamsim.compile_model(spec)
+    (row,) = model.actuator_user
+    own = unpack(row).mounting.length_at_zero
+    assert own == pytest.approx(arm.braided.nominal_length - 0.23, abs=1e-12)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, 1e5)
+    data.ctrl[:] = 1e5
+    mujoco.mj_forward(model, data)
+    assert 0.0 < -data.actuator_force[0] < 500.0
+    mujoco.mj_step(model, data, 1000)
+    assert np.isfinite(data.qpos).all()
+
+
+def test_a_muscle_longer_than_its_fibres_is_refused_with_both_lengths():
+    arm = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
+    spec = mujoco.MjSpec.from_string(CABLE)
+    pamsim.attach(spec, tendon="cable", muscle=arm, length_at_zero=0.25)
+    model = pamsim.compile_model(spec)
+    straight = arm.braided.nominal_length / np.cos(arm.braided.fibre_angle)
+    message = rf"\Amuscle 'cable' would be 0\.48 m [^\n]* {straight:.4g} m; [^\n]*\Z"
+    with pytest.raises(InputError, match=message):
+        pamsim.reset(model, mujoco.MjData(model))
+    long = pamsim.load_rig("mas20_arm").with_parameters({"mounting.length_at_zero": 0.5})
+    step = pamsim.pressure_step((1e5, 1e5), (2e5, 1e5), duration=0.1)
+    with pytest.raises(InputError, match=r"'muscle_1' would be 0\.5 m long"):
+        pamsim.simulate(long, step)
+
+
+def test_the_length_of_a_tendon_in_an_unfinished_model_has_to_be_given():
+    arm = pamsim.load_rig("mas20_arm").muscles["muscle_1"]
+    spec = mujoco.MjSpec.from_string(CABLE)
+    spec.worldbody.add_body(name="massless").add_joint(name="later")
+    with pytest.raises(InputError, match="give length_at_zero"):
+        pamsim.attach(spec, tendon="cable", muscle=arm)
+    pamsim.attach(spec, tendon="cable", muscle=arm, length_at_zero=0.02)

@@ -332,6 +332,16 @@ def test_another_model_in_the_same_process_is_unaffected(rig):
     assert np.array_equal(run(), alone)
 
 
+def test_the_engine_s_timers_run_beside_our_models(rig):
+    model, data = charged(rig)
+    step = mujoco.mjtTimer.mjTIMER_STEP
+    with pamsim.live(model):
+        mujoco.mj_step(model, data, 20)
+        assert mujoco.get_mjcb_time() is None
+    assert data.timer[step].number == 20
+    assert data.timer[step].duration > 0.0
+
+
 def test_a_clock_of_somebody_else_is_left_alone(rig):
     model, _ = charged(rig)
 

@@ -78,7 +78,7 @@ def test_the_repaired_rig_simulates_what_was_fitted(rig, table, report):
     assert residual == pytest.approx(best.fit.residual, abs=np.radians(0.02))
     radius = best.fit.values[PULLEY]
     for tendon in ("chain_1", "chain_2"):
-        pulley = pamsim.engine.rig_parameter.rig_parameter(repaired, f"tendon.{tendon}.coef")
+        pulley = pamsim.engine.parameters.rig_parameter(repaired, f"tendon.{tendon}.coef")
         assert pulley.value == pytest.approx(radius)
 
 

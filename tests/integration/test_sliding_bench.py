@@ -11,7 +11,7 @@ import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.rig_file import shipped_rigs
 

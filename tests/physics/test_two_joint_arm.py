@@ -10,7 +10,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.state import charge
 from pamsim.engine.stepping import live
 from pamsim.recordings.experiment import Experiment, pressure_step

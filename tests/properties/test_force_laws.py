@@ -11,16 +11,16 @@ import numba
 import numpy as np
 import pytest
 from hypothesis import assume, given
-from numba.extending import register_jitable
 
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import to_si
-from pamsim.engine.jit import reached_functions
+from pamsim.engine.jit import hand_to_numba, reached_functions
+from pamsim.gpu.translate import translated_name
 from pamsim.papers.sarosi.equations import isobar
 from pamsim.physics.braid import Braid, volume
+from pamsim.physics.chosen_law import chosen
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
-from pamsim.physics.force_laws.dispatch import volume_depends_on_pressure
 from pamsim.physics.force_laws.effective_area import EffectiveArea
 from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
 from pamsim.physics.force_laws.force_law import ForceLaw, coefficients_of
@@ -143,30 +143,30 @@ def test_ideal_force_is_the_work_of_the_air(pressure, share):
 
 
 def test_names_of_compiled_functions_are_unique_among_the_laws():
-    """The compiler finds functions by their bare name: two of one name would hide each other."""
-    seen: dict[str, str] = {}
+    """Where all laws meet, functions go by their names: two of one name would hide each other."""
+    seen: dict[str, object] = {}
     for law in FORCE_LAWS.values():
-        for reached in reached_functions(inspect.unwrap(law.force_function), law.volume_function):
-            assert seen.setdefault(reached.__qualname__, reached.__module__) == reached.__module__
+        for reached in reached_functions(*chosen(FORCE_LAWS.code(law.group), 0.0).values()):
+            assert seen.setdefault(translated_name(reached), reached) is reached
+
+
+def compiled(function):
+    """A law compiled with every function that it calls, as the engine compiles it."""
+    *callees, _ = reached_functions(function)
+    hand_to_numba(callees)
+    return numba.njit(function, error_model="numpy")
 
 
 @LAWS
 def test_the_force_function_compiles_and_gives_the_same_numbers(name):
     this = case(name)
-    kappa = this.contraction(0.4)
-    function = this.law.force_function
-    plain = inspect.unwrap(function)
-    rest = this.rest()
-    # The ideal law takes lengths, as the kernel calls it.
-    second = kappa if plain is function else BRAID.nominal_length * (1.0 - kappa)
-    for reached in reached_functions(plain):
-        register_jitable(reached)
-    compiled = numba.njit(plain, error_model="numpy")
-    for first in (3.7e5, 0.0, math.nan):
-        wanted = plain(first, second, *rest)
-        assert compiled(first, second, *rest) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
+    kappa, plain, rest = this.contraction(0.4), this.law.force_function, this.rest()
+    fast = compiled(plain)
+    for pressure in (3.7e5, 0.0, math.nan):
+        wanted = plain(pressure, kappa, *rest)
+        assert fast(pressure, kappa, *rest) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
     wanted = plain(3.7e5, math.nan, *rest)
-    assert np.isnan(compiled(3.7e5, math.nan, *rest)) == math.isnan(wanted)
+    assert np.isnan(fast(3.7e5, math.nan, *rest)) == math.isnan(wanted)
 
 
 @LAWS
@@ -202,28 +202,22 @@ def test_the_ideal_law_has_the_braid_s_volume(share):
 def test_the_volume_function_takes_the_same_numbers_and_compiles(name):
     this = case(name)
     function = this.law.volume_function
-    names = list(inspect.signature(function).parameters)
-    given_force = list(inspect.signature(inspect.unwrap(this.law.force_function)).parameters)
-    if name == "ideal_mckibben":
-        given_force[1] = "contraction"
-    assert names == given_force
-    for reached in reached_functions(function):
-        register_jitable(reached)
-    compiled = numba.njit(function, error_model="numpy")
+    given_force = inspect.signature(this.law.force_function).parameters
+    assert list(inspect.signature(function).parameters) == list(given_force)
+    fast = compiled(function)
     for kappa in (this.contraction(0.4), math.nan):
         wanted = function(3.7e5, kappa, *this.rest())
-        assert compiled(3.7e5, kappa, *this.rest()) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
+        assert fast(3.7e5, kappa, *this.rest()) == pytest.approx(wanted, rel=1e-12, nan_ok=True)
         assert math.isnan(wanted) == math.isnan(kappa)
 
 
 @LAWS
-def test_the_kernel_knows_whose_volume_depends_on_pressure(name):
+def test_a_card_says_whether_the_volume_depends_on_pressure(name):
     this = case(name)
     law, coefficients = this.law, this.coefficients
     kappa = this.contraction(0.4)
     low, high = (law.volume(p, kappa, coefficients, BRAID) for p in (2.5e5, 5e5))
-    code = float(list(FORCE_LAWS).index(name))
-    assert volume_depends_on_pressure(code) == (low != high)
+    assert law.volume_varies == (low != high)
 
 
 @LAWS
@@ -259,13 +253,11 @@ def test_every_law_says_what_it_is(name):
 
 @LAWS
 def test_the_force_function_takes_the_fields_in_declared_order(name):
-    """The order the kernel reads them from the row: any other would compile and be wrong."""
+    """The order in which they are handed over: any other would compile and be wrong."""
     law = FORCE_LAWS[name]
     fields = [field for field, _ in specs(law.group)][1:]
-    function = law.force_function
-    names = list(inspect.signature(inspect.unwrap(function)).parameters)
-    second = "contraction" if inspect.unwrap(function) is function else "length"
-    assert names == ["pressure", second, *fields, *law.braid_fields]
+    names = list(inspect.signature(law.force_function).parameters)
+    assert names == ["pressure", "contraction", *fields, *law.braid_fields]
 
 
 @LAWS

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup
-from pamsim.engine.native import native_value
+from pamsim.engine.mjcf_fields import native_value
 from pamsim.engine.rig import Rig
 from pamsim.twins.plant.records import JOINT, MUSCLE, FloatArray, Record
 

@@ -18,7 +18,7 @@ from pamsim.core import limits
 from pamsim.core.encoding import read_json
 from pamsim.core.errors import InputError
 from pamsim.core.toml_tables import read_toml
-from pamsim.engine.mjcf_size import require_size
+from pamsim.engine.mjcf import require_size
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.table_reader import read_columns
 
@@ -41,7 +41,7 @@ def test_the_page_lists_every_limit_with_its_value():
         ("TOML_BYTES", "pamsim.core.toml_tables", read_toml),
         ("JSON_BYTES", "pamsim.core.encoding", lambda path: read_json(path, "any")),
         ("TABLE_BYTES", "pamsim.recordings.table_reader", read_columns),
-        ("MJCF_BYTES", "pamsim.engine.mjcf_size", require_size),
+        ("MJCF_BYTES", "pamsim.engine.mjcf", require_size),
     ],
 )
 def test_a_file_that_is_too_large_is_refused(name, what, read, tmp_path, monkeypatch):

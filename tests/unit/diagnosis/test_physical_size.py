@@ -15,7 +15,7 @@ from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.record import pack, state_size
 from pamsim.twins.hidden import virtual_tests as plant

@@ -16,7 +16,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.repaired_rig import check_folder, repair, write_repaired_rig
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from tests.unit.diagnosis.diagnosed import VERDICTS, report
 
 NUISANCE = {"force.scale": 1.0123456789, "chamber.dead_volume": 1.23456789e-5}

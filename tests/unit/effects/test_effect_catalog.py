@@ -17,8 +17,8 @@ from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
 from pamsim.effects.effect import FAMILIES
-from pamsim.engine.rig_parameter import rig_parameter
-from pamsim.engine.timestep_check import check_timestep
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.preflight import check_timestep
 from pamsim.recordings.sensors import distorted
 
 CONTRACT = [

@@ -11,7 +11,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.engine.batch import simulate_batch
-from pamsim.engine.supply_check import above_supply
+from pamsim.engine.preflight import above_supply
 
 
 @pytest.fixture(scope="module")

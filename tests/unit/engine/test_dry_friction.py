@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.engine.dry_friction import make_friction_stick
-from pamsim.engine.native import native_value
+from pamsim.engine.mjcf_fields import make_friction_stick, native_value
 from pamsim.physics.record import slot
 
 LEVEL, TORQUE = 0.5, 0.45

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 import shutil
@@ -12,8 +13,8 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.engine.native import set_native
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.mjcf_fields import set_native
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.simulate import whole_steps
 from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
@@ -139,17 +140,39 @@ def test_load_adds_its_mass_and_its_inertia(rig):
 def test_native_fields_and_elements_are_checked_by_name(rig):
     model = rig.model_for()
     with pytest.raises(InputError, match="no native parameter"):
-        set_native(model, "joint.shaft.colour", 1.0)
+        set_native(model, "joint.shaft.colour", 1.0, rig.compiled)
     with pytest.raises(InputError, match="no body 'amr'"):
-        set_native(model, "body.amr.mass", 1.0)
+        set_native(model, "body.amr.mass", 1.0, rig.compiled)
 
 
 def test_mass_scales_the_inertia_of_its_body(rig):
     model = rig.model_for()
     arm = model.body("arm").id
     before = model.body_inertia[arm].copy()
-    set_native(model, "body.arm.mass", 2.0 * model.body_mass[arm])
+    set_native(model, "body.arm.mass", 2.0 * model.body_mass[arm], rig.compiled)
     np.testing.assert_allclose(model.body_inertia[arm], 2.0 * before)
+
+
+def test_a_body_without_mass_gets_its_inertia_back(rig):
+    load = rig.model.body("load").id
+    empty = rig.with_parameters({"body.load.mass": 0.0})
+    again = empty.with_parameters({"body.load.mass": 2.0})
+    for model, kg in ((empty.model_for(load=1.0), 1.0), (again.model, 2.0)):
+        expected = kg * rig.compiled.body_inertia[load] / rig.compiled.body_mass[load]
+        np.testing.assert_allclose(model.body_inertia[load], expected, rtol=1e-12)
+        assert np.isfinite(model.dof_M0).all()
+    assert not empty.model.body_inertia[load].any()
+
+
+def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
+    bare = copy.copy(rig.compiled)
+    bare.body_mass[bare.body("load").id] = 0.0
+    massless = dataclasses.replace(rig, compiled=bare)
+    with pytest.raises(InputError, match="gives this body no mass"):
+        massless.with_parameters({"body.load.mass": 1.0})
+    with pytest.raises(InputError, match=r"rig\.load_body = 'load' .* gives this body no mass"):
+        massless.model_for(load=1.0)
+    massless.model_for()
 
 
 def test_a_sampling_period_must_be_whole_steps():

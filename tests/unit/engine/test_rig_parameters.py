@@ -6,9 +6,9 @@ import mujoco
 import pytest
 
 from pamsim.core.parameters import Sourced
+from pamsim.engine.parameters import ParameterName, rig_parameter, rig_parameters
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_cards import parameter_cards, rig_cards
-from pamsim.engine.rig_parameter import rig_parameter, rig_parameters
 from pamsim.recordings.rig_file import shipped_rig_names
 
 RIGS = shipped_rig_names()
@@ -97,3 +97,28 @@ def test_no_constant_of_the_model_is_stale_after_any_parameter(rig, tmp_path):
         stale = saved(changed, tmp_path / "model.mjb")
         mujoco.mj_setConst(changed, mujoco.MjData(changed))
         assert saved(changed, tmp_path / "model.mjb") == stale, one.name
+
+
+@pytest.mark.parametrize(
+    ("text", "owner", "muscle", "parameter", "operator", "plain"),
+    [
+        ("passive.stiffness", "muscle", "", "passive.stiffness", "", "passive.stiffness"),
+        ("m_1:force.scale", "muscle", "m_1", "force.scale", "", "m_1:force.scale"),
+        (
+            "m_1:hysteresis.maxwell_slip.full_slip",
+            "muscle",
+            "m_1",
+            "hysteresis.full_slip",
+            "maxwell_slip",
+            "m_1:hysteresis.full_slip",
+        ),
+        ("sensor.filter", "sensor", "", "sensor.filter", "", "sensor.filter"),
+        ("joint.shaft.damping", "native", "", "joint.shaft.damping", "", "joint.shaft.damping"),
+        ("tendon.c.coef_knee", "native", "", "tendon.c.coef_knee", "", "tendon.c.coef_knee"),
+        ("joint.shaft.colour", "muscle", "", "joint.shaft.colour", "", "joint.shaft.colour"),
+    ],
+)
+def test_names_are_taken_apart(text, owner, muscle, parameter, operator, plain):
+    name = ParameterName.parse(text)
+    found = (name.owner, name.muscle, name.parameter, name.operator, name.without_operator)
+    assert found == (owner, muscle, parameter, operator, plain)

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.papers.calibration_record import (
     FILE,
     SAME_RMS_DEG,

@@ -26,6 +26,7 @@ from pamsim.papers.matiskova2021.equations import mounted
 from pamsim.papers.matiskova2021.stiffness import rig_stiffness
 from pamsim.papers.numerics import root
 from pamsim.physics.force_laws.published import PUBLISHED
+from pamsim.physics.record import parameters
 from pamsim.recordings.printed import distinct_steps, printed_document
 from tests.unit.physics.flat import static_force
 
@@ -346,7 +347,9 @@ HOLDS = (
     (
         "is slack and cannot stop the arm",
         lambda m: (
-            static_force(parameters(m.muscle), m.half_stroke - m.muscle.mounting.length_at_zero, 0.0)
+            static_force(
+                parameters(m.muscle), m.half_stroke - m.muscle.mounting.length_at_zero, 0.0
+            )
             <= 0.0
         ),
     ),

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.units import DEG_PER_RAD
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
-from pamsim.engine.rig_parameter import rig_parameter
 from pamsim.engine.simulate import simulate
 from pamsim.papers import static_models
 from pamsim.papers.printed_steps import STARTS, printed_experiment

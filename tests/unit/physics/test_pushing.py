@@ -11,7 +11,7 @@ import pytest
 import pamsim
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.core.errors import InputError
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen

@@ -10,7 +10,7 @@ import pytest
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-from pamsim.engine.rig_parameter import rig_parameter
+from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.record import pack
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.hidden.virtual_tests import PRESSURE, joint_friction, muscle_loop

@@ -67,15 +67,14 @@ def run(
 ) -> tuple[list[float], list[float]]:
     """Outputs at the inputs, and the memory after the last; inputs are joined by straight lines."""
     operator = OPERATORS[group.law]
-    par = group.own()
     memory = [0.0] * group.state_count if act is None else list(act)
     rates = [0.0] * len(memory)
     outputs = []
     # The rate belongs to the step that follows; operators without a rate only see the inputs.
     for x, after in zip([start, *xs], [*xs, None], strict=True):
-        outputs.append(operator.output(par, 0, memory, x))
+        outputs.append(operator.output(group, memory, x))
         x_rate = 0.0 if after is None else (after - x) / timestep
-        operator.rates(par, 0, memory, rates, x, x_rate, timestep)
+        operator.rates(group, memory, rates, x, x_rate, timestep)
         memory = [z + timestep * rate for z, rate in zip(memory, rates, strict=True)]
     return outputs[1:], memory
 

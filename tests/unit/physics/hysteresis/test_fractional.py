@@ -40,10 +40,10 @@ def band_error(group: FractionalMaxwell, points: int) -> float:
     """Largest relative error of the sum's complex stiffness between 0.05 and 50 Hz."""
     omega = np.geomspace(0.05, 50.0, points) * (2.0 * math.pi)
     exact = [complex_stiffness(w, group.order, group.time_constant, 1.0) for w in omega.tolist()]
-    own, approximate = group.own(), np.zeros(points, dtype=complex)
+    approximate = np.zeros(points, dtype=complex)
     for k in range(group.state_count):
-        rate = branch_rate(own, 0, k)
-        approximate += branch_weight(own, 0, k) * 1j * omega / (1j * omega + rate)
+        rate = branch_rate(group, k)
+        approximate += branch_weight(group, k) * 1j * omega / (1j * omega + rate)
     return float(np.max(np.abs(approximate / np.array(exact) - 1.0)))
 
 
@@ -72,10 +72,9 @@ def test_density_adds_up_to_one_and_matches_its_integral_and_slope():
 def test_relaxation_of_order_one_half_has_its_closed_form():
     """E_1/2(-sqrt t) = exp(t) erfc(sqrt t): a check by a function that is not in the code."""
     group = FractionalMaxwell(branches=40, order=0.5, time_constant=1.0, span=1.0)
-    own = group.own()
     for t in (0.01, 0.1, 1.0, 10.0):
         found = sum(
-            branch_weight(own, 0, k) * math.exp(-branch_rate(own, 0, k) * t) for k in range(40)
+            branch_weight(group, k) * math.exp(-branch_rate(group, k) * t) for k in range(40)
         )
         assert found == pytest.approx(math.exp(t) * math.erfc(math.sqrt(t)), abs=2e-4)
 
@@ -97,8 +96,8 @@ def test_other_elements_are_met_as_well(order, beta, branches, bound):
 def test_weights_are_positive_and_add_up_to_one(order):
     """Positive weights make any such sum passive; the sum is the instantaneous stiffness."""
     for branches, error in ((16, 5e-5), (64, 1e-7)):
-        own = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches).own()
-        weights = [branch_weight(own, 0, k) for k in range(branches)]
+        group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches)
+        weights = [branch_weight(group, k) for k in range(branches)]
         assert min(weights) > 0.0
         if order <= 0.6:
             assert math.fsum(weights) == pytest.approx(1.0, abs=error)

@@ -47,11 +47,11 @@ def reversals(count: int, seed: int) -> np.ndarray:
 
 def engine_output(levels: int, inputs: np.ndarray, c: float = C, d: float = D) -> list[float]:
     group = Preisach(levels=levels, low_contraction=-0.5, high_contraction=0.5, c=c, d=d)
-    par, act, rates = group.own(), [0.0] * levels, [0.0] * levels
+    act, rates = [0.0] * levels, [0.0] * levels
     found = []
     for u in inputs:
         found.append(staircase_sums(levels, c, d, act, levels_reached(levels, u))[0])
-        preisach_rates(par, 0, act, rates, 0.5 * u, 0.0, 1e-3)
+        preisach_rates(group, act, rates, 0.5 * u, 0.0, 1e-3)
         act = [z + 1e-3 * rate for z, rate in zip(act, rates, strict=True)]
     return found
 
@@ -136,7 +136,7 @@ def test_pleated_line_is_the_least_squares_line_through_the_major_loop():
     group = PleatedFactor(levels=levels)
     for x in (0.0, 0.35):
         u = 2.0 * x / 0.35 - 1.0
-        w = pleated_factor_output(group.own(), 0, [0.0] * levels, x)
+        w = pleated_factor_output(group, [0.0] * levels, x)
         assert w == pytest.approx(found * u - u)
 
 
@@ -144,11 +144,11 @@ def test_pleated_factor_is_small_beside_the_loop_of_the_paper():
     """Van Damme 2008, (6): e lies below 0 while contracting, above 0 while extending."""
     levels = 100
     group = PleatedFactor(levels=levels)
-    par, act, rates = group.own(), [0.0] * levels, [0.0] * levels
+    act, rates = [0.0] * levels, [0.0] * levels
     outputs = []
     for x in (0.0, 0.175, 0.35, 0.175):
-        outputs.append(pleated_factor_output(par, 0, act, x))
-        preisach_rates(par, 0, act, rates, x, 0.0, 1e-3)
+        outputs.append(pleated_factor_output(group, act, x))
+        preisach_rates(group, act, rates, x, 0.0, 1e-3)
         act = [z + 1e-3 * rate for z, rate in zip(act, rates, strict=True)]
     assert outputs[1] == pytest.approx(0.278, abs=0.02)
     assert outputs[3] == pytest.approx(-0.278, abs=0.02)
@@ -157,8 +157,8 @@ def test_pleated_factor_is_small_beside_the_loop_of_the_paper():
 def test_pleated_factor_ends_with_its_span():
     """Van Damme 2008 takes eps_s between -1 and 1: the line ends where the relays do."""
     group = PleatedFactor(levels=12)
-    at_end = pleated_factor_output(group.own(), 0, [0.0] * 12, 0.35)
-    assert pleated_factor_output(group.own(), 0, [0.0] * 12, 0.6) == pytest.approx(at_end)
+    at_end = pleated_factor_output(group, [0.0] * 12, 0.35)
+    assert pleated_factor_output(group, [0.0] * 12, 0.6) == pytest.approx(at_end)
 
 
 @pytest.mark.parametrize("levels", [2, 20, 31])

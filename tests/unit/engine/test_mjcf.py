@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.engine.visual_geoms import remove_visual_geoms
+from pamsim.engine.mjcf import contacts, may_collide, remove_visual_geoms
 
 ARM = """<mujoco><worldbody>
 <geom name="bench" size="1 1 .1" type="box" contype="0" conaffinity="0"/>
@@ -49,3 +49,26 @@ def test_a_run_is_the_same_with_and_without_visual_geoms():
     one, other = pamsim.simulate(plain, step), pamsim.simulate(seen, step)
     for name in ("angle", "velocity", "pressure", "tension"):
         assert np.array_equal(getattr(one, name), getattr(other, name)), name
+
+
+FLEX = """
+<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.1" contype="0" conaffinity="0"/>
+    <flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.05 0.05 0.05" pos="0 0 0.001"
+      radius="0.01" dim="2" mass="0.1"><contact selfcollide="none"/></flexcomp>
+    <body name="ball" pos="0 0 0.01"><freejoint/><geom name="ball" size="0.02" {}/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_models_with_a_flex_may_collide_and_its_contacts_are_named():
+    off = mujoco.MjModel.from_xml_string(FLEX.format('contype="0" conaffinity="0"'))
+    assert not off.geom_contype.any()
+    assert may_collide(off)
+    touching = mujoco.MjModel.from_xml_string(FLEX.format(""))
+    here = mujoco.MjData(touching).qpos[np.newaxis, :1]
+    assert contacts(touching, [0], here) == {("ball", "cloth"): 1}
+    bare = mujoco.MjModel.from_xml_string("<mujoco/>")
+    assert not may_collide(bare)

@@ -1,0 +1,307 @@
+"""What a rig needs of its MJCF: bounded size, recorded joints, contacts, no visual-only geoms."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.files import read_bounded
+from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
+
+_GENERATING = ("composite", "flexcomp")
+_REPEATING = ("replicate", *_GENERATING)
+_COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
+_PLANES = (("width", "height"), ("nrow", "ncol"))
+
+_KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "angle", int(mujoco.mjtJoint.mjJNT_SLIDE): "position"}
+_PLACES = (0.5, 0.31, 0.73)
+"""Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
+of a spatial tendon."""
+
+_UNLIMITED = (-0.5, 0.5)
+_MOVE = 1e-4  # rad or m
+_LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
+
+_JOINT_LIKE = (
+    mujoco.mjtObj.mjOBJ_JOINT,
+    mujoco.mjtObj.mjOBJ_TENDON,
+    mujoco.mjtObj.mjOBJ_ACTUATOR,
+)
+
+
+def read_spec(mjcf: Path) -> mujoco.MjSpec:
+    """Read an MJCF.
+
+    Raises:
+        OSError: if there is none.
+        InputError: if it is too large, not in UTF-8 or not an MJCF.
+    """
+    read_text(mjcf)
+    try:
+        return mujoco.MjSpec.from_file(str(mjcf))
+    except ValueError as error:
+        raise InputError(f"{mjcf}: {' '.join(str(error).split())}") from error
+
+
+def require_size(mjcf: Path) -> None:
+    """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
+
+    A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
+    which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
+
+    Args:
+        mjcf: the file; those that it includes are counted with it.
+
+    Raises:
+        OSError: if it cannot be read.
+        InputError: if it asks for more.
+    """
+    parts = _parts(mjcf, frozenset())
+    if parts > MJCF_PARTS:
+        raise InputError(
+            f"{mjcf} asks for {parts:,.0f} elements, those in replicate, composite and flexcomp"
+            f" repeated; a rig has {MJCF_PARTS:,} at most"
+        )
+
+
+def _parts(mjcf: Path, within: frozenset[Path]) -> float:
+    if mjcf.resolve() in within:  # an endless chain, which MuJoCo refuses
+        return 0.0
+    try:
+        root = ElementTree.fromstring(read_bounded(mjcf, MJCF_BYTES))
+    except ElementTree.ParseError:
+        return 0.0
+    parts, waiting = 0.0, [(root, 1.0)]  # no recursion: elements may be nested deeper than Python's
+    while waiting:
+        element, times = waiting.pop()
+        for what, size, most in _sizes(element):
+            if size > most:
+                raise InputError(
+                    f"{mjcf}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
+                )
+        repeated = element.tag in _REPEATING
+        inside = times * (max(1.0, _product(element.get("count", ""))) if repeated else 1.0)
+        file = mjcf.parent / element.get("file", "")
+        if element.tag in ("include", "model") and file.is_file():
+            parts += times * _parts(file, within | {mjcf.resolve()})
+        parts += inside if element.tag in _GENERATING else times
+        waiting += [(child, inside) for child in element]
+    return parts
+
+
+def _sizes(element: ElementTree.Element) -> Iterator[tuple[str, float, int]]:
+    for key, value in element.attrib.items():
+        if key in _COUNTED or key.startswith("nuser_"):
+            yield f"{key}={value!r}", _product(value), MJCF_NUMBERS
+    for one, other in _PLANES:
+        size = _product(f"{element.get(one, '')} {element.get(other, '')}")
+        yield f"{one} times {other}", size, MJCF_PIXELS
+
+
+def _product(text: str) -> float:
+    """Product of the numbers in a text; 1 where there are none."""
+    try:
+        return math.prod(float(word) for word in text.split())
+    except ValueError:
+        return 1.0
+
+
+def read_text(mjcf: Path) -> str:
+    """Text of an MJCF.
+
+    MuJoCo reads other encodings than UTF-8, but names in them cannot be read back.
+
+    Raises:
+        OSError: if there is none.
+        InputError: if it is too large, or a line is not UTF-8.
+    """
+    require_size(mjcf)
+    content = mjcf.read_bytes()
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        number = len(content[: error.start + 1].splitlines())
+        raise InputError(f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8") from None
+
+
+def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
+    """Give a joint that slides a tendon of its own name, as long as its position.
+
+    Args:
+        spec: changed in place.
+        joint: name of the joint.
+        where: the rig's file, for errors.
+
+    Raises:
+        InputError: if there is no such joint, it does not slide, or a tendon has its name.
+    """
+    known = {found.name: found for found in spec.joints}
+    if joint not in known:
+        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
+    if known[joint].type != mujoco.mjtJoint.mjJNT_SLIDE:
+        raise InputError(
+            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
+            " coefficient is the lever arm"
+        )
+    if any(tendon.name == joint for tendon in spec.tendons):
+        raise InputError(
+            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
+        )
+    tendon = spec.add_tendon()
+    tendon.name = joint
+    tendon.wrap_joint(joint, 1.0)
+
+
+def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
+    """Remove the geoms of a specification that no force and no sensor can depend on.
+
+    They cost a third of every step: MuJoCo places each geom, whether it collides, has mass, or is a
+    screw on the housing.
+    Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
+    sensors of bodies or sites) all are kept.
+
+    Args:
+        spec: changed in place; its dynamics are bit-identical.
+    """
+    if _geoms_matter(spec):
+        return
+    for geom in list(spec.geoms):
+        body = geom.parent
+        if not geom.contype and not geom.conaffinity and (body.explicitinertial or _fixed(body)):
+            spec.delete(geom)
+
+
+def _geoms_matter(spec: mujoco.MjSpec) -> bool:
+    option = spec.option
+    return bool(
+        spec.pairs
+        or option.density
+        or option.viscosity
+        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
+        or any(
+            wrap.type != mujoco.mjtWrap.mjWRAP_JOINT
+            for tendon in spec.tendons
+            for wrap in tendon.path
+        )
+    )
+
+
+def _fixed(body: mujoco.MjsBody) -> bool:
+    """Whether a body never moves, so that its mass has no effect."""
+    while body.parent is not None:
+        if body.joints:
+            return False
+        body = body.parent
+    return True
+
+
+def recorded_joints(
+    model: mujoco.MjModel, named: Iterable[str], tendons: Iterable[str], where: Path
+) -> dict[str, str]:
+    """Name and kind of the joints that a rig records.
+
+    Args:
+        model: compiled.
+        named: joints that the rig's file names; all that the muscles move if there are none.
+        tendons: of the muscles.
+        where: the rig's file, for errors.
+
+    Returns:
+        Joint -> ``angle`` or ``position``.
+
+    Raises:
+        InputError: if a joint is free or a ball, has no name, or there is none.
+    """
+    found: dict[str, str] = {}
+    for index in [model.joint(name).id for name in named] or _moved(model, tendons):
+        name, kind = model.joint(index).name, _KINDS.get(int(model.jnt_type[index]))
+        if not name:
+            raise InputError(
+                f"{where}: the muscles move a joint without a name; name it in the MJCF"
+            )
+        if kind is None:
+            raise InputError(
+                f"{where}: joint {name!r} neither turns about one axis nor slides along one; name"
+                " the joints to record as [rig] joints"
+            )
+        found[name] = kind
+    if not found:
+        raise InputError(f"{where}: no joint is moved by the muscles; check their tendons")
+    return found
+
+
+def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
+    """Numbers of the joints that change the length of a muscle's tendon."""
+    wanted = [model.tendon(name).id for name in tendons]
+    scalar = [joint for joint in range(model.njnt) if int(model.jnt_type[joint]) in _KINDS]
+    data = mujoco.MjData(model)
+    start = data.qpos.copy()
+    moved: list[int] = []
+    for joint in scalar:
+        for place in _PLACES:
+            data.qpos[:] = start
+            for other in scalar:
+                low, high = model.jnt_range[other] if model.jnt_limited[other] else _UNLIMITED
+                data.qpos[model.jnt_qposadr[other]] = low + place * (high - low)
+            before = _lengths(model, data)[wanted].copy()
+            data.qpos[model.jnt_qposadr[joint]] += _MOVE
+            if np.any(np.abs(_lengths(model, data)[wanted] - before) > _LEAST_ARM * _MOVE):
+                moved.append(joint)
+                break
+    return moved
+
+
+def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    return data.ten_length
+
+
+def may_collide(model: mujoco.MjModel) -> bool:
+    """Whether any geom or flex of a model may touch another."""
+    return bool(
+        model.npair or model.nflex or model.geom_contype.any() or model.geom_conaffinity.any()
+    )
+
+
+def contacts(
+    model: mujoco.MjModel, addresses: Sequence[int], positions: NDArray[np.float64]
+) -> dict[tuple[str, str], int]:
+    """Pairs of geoms or flexes that touch, and in how many positions.
+
+    Args:
+        model: whose geoms.
+        addresses: of joints in ``qpos``; the others are where the model begins.
+        positions: (n, j) of these joints [rad or m].
+    """
+    data = mujoco.MjData(model)
+    found: Counter[tuple[str, str]] = Counter()
+    for row in positions:
+        data.qpos[list(addresses)] = row
+        mujoco.mj_fwdPosition(model, data)
+        touching = zip(data.contact.geom.tolist(), data.contact.flex.tolist(), strict=True)
+        pairs = itertools.compress(touching, data.contact.exclude == 0)
+        found.update(
+            {
+                (_name(model, geoms[0], flexes[0]), _name(model, geoms[1], flexes[1]))
+                for geoms, flexes in pairs
+            }
+        )
+    return dict(found)
+
+
+def _name(model: mujoco.MjModel, geom: int, flex: int) -> str:
+    if geom < 0:
+        return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
+    body = model.body(model.geom_bodyid[geom]).name
+    return model.geom(geom).name or f"geom {geom} of {body}"

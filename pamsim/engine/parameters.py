@@ -1,0 +1,181 @@
+"""The parameters of a rig by their names: how a name reads, and what it stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.parameters import FieldSpec, Sourced, specs
+from pamsim.core.units import to_si
+from pamsim.engine.mjcf_fields import is_native, native_field, native_names, native_value
+from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.physics.record import has_parameter, slot
+from pamsim.recordings.sensors import MeasurementChain
+
+if TYPE_CHECKING:
+    from pamsim.engine.rig import Rig
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterName:
+    """A parameter's name, taken apart.
+
+    Attributes:
+        text: the whole name.
+        owner: ``native`` for ``element.name.field`` of the MJCF, ``sensor`` for ``sensor.field``,
+            else ``muscle``.
+        muscle: the one that it is of, in ``muscle:group.field``; empty for all.
+        parameter: ``group.field``.
+        operator: hysteresis operator that it chooses, in ``hysteresis.operator.field``, or empty.
+    """
+
+    text: str
+    owner: Literal["native", "sensor", "muscle"]
+    parameter: str
+    muscle: str = ""
+    operator: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> ParameterName:
+        """Take a name apart; whether a rig has such a parameter is not looked up."""
+        if is_native(text):
+            return cls(text=text, owner="native", parameter=text)
+        if text.startswith(f"{MeasurementChain.group}."):
+            return cls(text=text, owner="sensor", parameter=text)
+        muscle, _, parameter = text.rpartition(":")
+        operator, parts = "", parameter.split(".")
+        if len(parts) == 3 and parts[0] == Hysteresis.group:
+            operator, parameter = parts[1], f"{parts[0]}.{parts[2]}"
+        return cls(text=text, owner="muscle", parameter=parameter, muscle=muscle, operator=operator)
+
+    @property
+    def group(self) -> str:
+        """Group of a parameter of muscles or sensors."""
+        return self.parameter.partition(".")[0]
+
+    @property
+    def field(self) -> str:
+        """Field of its group."""
+        return self.parameter.partition(".")[2]
+
+    @property
+    def without_operator(self) -> str:
+        """The name in a rig that has the operator already."""
+        if not self.operator:
+            return self.text
+        return f"{self.muscle}:{self.parameter}" if self.muscle else self.parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigParameter:
+    """A parameter as `Rig.with_parameters` names it.
+
+    Attributes:
+        name: ``group.field``, ``muscle:group.field``, ``hysteresis.operator.field``,
+            ``sensor.field`` or a native name.
+        value: of the first muscle it belongs to, or of the MJCF field [SI].
+        spec: its unit and range.
+        stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
+    """
+
+    name: str
+    value: float
+    spec: FieldSpec
+    stated: Sourced | None
+
+    @property
+    def interval95(self) -> tuple[float, float] | None:
+        """The 95 % interval that ``params.toml`` states [SI], or None."""
+        if self.stated is None or self.stated.interval95 is None:
+            return None
+        low, high = (
+            to_si(end, self.stated.unit, self.spec.unit, where=self.stated.where)
+            for end in self.stated.interval95
+        )
+        return low, high
+
+
+def sensor_spec(field: str, where: str = "") -> FieldSpec:
+    """Unit and range of a field of the measurement chain.
+
+    Args:
+        field: its name.
+        where: the file that states it, for errors.
+
+    Raises:
+        InputError: if there is no such field, with the nearest one.
+    """
+    fields = dict(specs(MeasurementChain))
+    if field not in fields:
+        what = f"{where}: unknown sensor.{field}" if where else f"no parameter 'sensor.{field}'"
+        raise InputError(f"{what}; {nearest(field, fields)}")
+    return fields[field]
+
+
+def rig_parameter(rig: Rig, name: str) -> RigParameter:
+    """Find a parameter of a rig.
+
+    Raises:
+        InputError: if the rig has none of that name, with the nearest one.
+    """
+    parsed = ParameterName.parse(name)
+    if parsed.operator:
+        other = rig.with_operator(parsed.operator)
+        return replace(rig_parameter(other, parsed.without_operator), name=name)
+    if parsed.owner == "muscle":
+        return _of_muscle(rig, parsed)
+    if parsed.owner == "native":
+        value, spec = native_value(rig.model, name), native_field(rig.model, name)
+        return RigParameter(name=name, value=value, spec=spec, stated=rig.file.native.get(name))
+    spec = sensor_spec(parsed.field)
+    value = float(getattr(rig.sensor or MeasurementChain(), parsed.field))
+    return RigParameter(name=name, value=value, spec=spec, stated=rig.file.sensor.get(parsed.field))
+
+
+def _of_muscle(rig: Rig, name: ParameterName) -> RigParameter:
+    """A parameter of the first muscle that has it."""
+    only, parameter = name.muscle, name.parameter
+    if only and only not in rig.muscles:
+        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
+    places = [(i, muscle) for i, muscle in enumerate(rig.muscles) if only in ("", muscle)]
+    having = (place for place in places if has_parameter(rig.muscles[place[1]], parameter))
+    index, muscle = next(having, places[0])
+    groups = rig.muscles[muscle].groups
+    fields = {f"{one.group}.{field}": spec for one in groups for field, spec in specs(type(one))}
+    if parameter not in fields:
+        raise InputError(
+            f"no parameter {name.text!r}; {nearest(name.text, [*fields, *rig.file.native])}"
+        )
+    place = slot(parameter, rig.muscles[muscle])
+    shared = rig.file.muscle.get(name.group, {}).get(name.field)
+    own = rig.file.overrides[muscle].get(name.group, {}).get(name.field) if only else None
+    stated = own or shared
+    return RigParameter(
+        name=name.text,
+        value=float(rig.model.actuator_user[index, place]),
+        spec=fields[parameter],
+        stated=stated if isinstance(stated, Sourced) else None,
+    )
+
+
+def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
+    """Yield every parameter of a rig: of its muscles, its measurement chain and its MJCF.
+
+    A number that is the same in all muscles that have it is named once, ``group.field``; another
+    one is named for each, ``muscle:group.field``.
+    """
+    owners: dict[str, list[RigParameter]] = {}
+    for muscle, groups in ((name, one.groups) for name, one in rig.muscles.items()):
+        for group in groups:
+            for field, _ in specs(type(group)):
+                name = f"{group.group}.{field}"
+                owners.setdefault(name, []).append(rig_parameter(rig, f"{muscle}:{name}"))
+    for name, found in owners.items():
+        same = all(one.value == found[0].value for one in found)
+        yield from [replace(found[0], name=name)] if same else found
+    names = [f"{MeasurementChain.group}.{field}" for field, _ in specs(MeasurementChain)]
+    rods = tuple(f"tendon.{rod}." for rod in rig.file.rods)  # not in the MJCF
+    names += [name for name in native_names(rig.model) if not name.startswith(rods)]
+    yield from (rig_parameter(rig, name) for name in names)
