@@ -203,12 +203,13 @@ def test_a_model_that_was_written_as_mjcf_is_refused_and_never_without_force(rig
         lambda: pamsim.live(model).__enter__(),
         lambda: pamsim.live(model, backend="python").__enter__(),
     ):
-        with pytest.raises(EngineError, match="'puller' .* six digits: load the rig with"):
+        with pytest.raises(EngineError, match=r"'puller' .* six digits: load the rig with"):
             refused()
     data.act[:] = 1.0
-    for evaluate in (mujoco.mj_forward, mujoco.mj_step):
-        evaluate(model, data)
-        assert np.isnan(data.actuator_force).all()
+    with pamsim.checks(False):  # it would raise that the position is no number
+        for evaluate in (mujoco.mj_forward, mujoco.mj_step):
+            evaluate(model, data)
+            assert np.isnan(data.actuator_force).all()
 
 
 def test_muscles_of_a_group_that_is_switched_off_neither_pull_nor_change(rig):

@@ -105,16 +105,16 @@ def muscle(law: str) -> Muscle:
 def remembered(loop: str, number: int) -> tuple[np.ndarray, np.ndarray]:
     """Output and held energy of an operator along a cycle that it has been round before."""
     group, path = LOOPS[loop], cycle(number).contraction.tolist()
-    operator, own = OPERATORS[loop], group.own()
+    operator = OPERATORS[loop]
     act, rates = [0.0] * group.state_count, [0.0] * group.state_count
     timestep = 1.0 / POINTS
     for _ in range(4):
         output, held = [], []
         for x, after in zip(path, [*path[1:], path[1]], strict=True):
-            output.append(operator.output(own, 0, act, x))
-            held.append(operator.energy(own, 0, act, x))
+            output.append(operator.output(group, act, x))
+            held.append(operator.energy(group, act, x))
             if len(output) <= POINTS:
-                operator.rates(own, 0, act, rates, x, (after - x) / timestep, timestep)
+                operator.rates(group, act, rates, x, (after - x) / timestep, timestep)
                 act = [z + timestep * rate for z, rate in zip(act, rates, strict=True)]
     return np.array(output), np.array(held)
 

@@ -1,23 +1,36 @@
-"""Volume and work of every law belong to its force, wherever the kernel asks for them."""
+"""What a muscle's record names: the law's force with its volume and work, and the operator."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 import scipy.integrate
-from pamsim.physics.force_laws.dispatch import (
-    chosen_force,
-    chosen_volume,
-    chosen_work,
-    user_force,
-    user_work,
+
+from pamsim.core.errors import EngineError
+from pamsim.physics.chosen_law import (
+    chosen,
+    law_derivatives,
+    law_force,
+    law_pushes,
+    law_volume,
+    law_volume_varies,
+    law_work,
+    operator_energy,
+    operator_output,
+    operator_rates,
 )
-
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
+from pamsim.physics.force_laws.exponential import SixParameter
+from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.record import pack, slot
-from tests.unit.physics.muscles import FORCES, make
+from pamsim.physics.record import parameters
+from tests.unit.physics.muscles import FORCES, LOOPS, make
 
-FIRST, BRAID = slot("force.1"), slot("braid.nominal_length")
 MUSCLES = {law: make(law) for law in FORCES}
 MUSCLES["effective_area"] = Muscle(
     mounting=Mounting(length_at_zero=0.08),
@@ -26,38 +39,131 @@ MUSCLES["effective_area"] = Muscle(
     chamber=make().chamber,
     valve=make().valve,
 )
+PLACES = (0.06, 0.1, 0.16)
+
+
+@pytest.fixture
+def outside(monkeypatch):
+    """The six-parameter law as one from outside the package that states its force alone."""
+
+    @dataclasses.dataclass(frozen=True, kw_only=True)
+    class Outside(SixParameter):
+        law = "outside"
+
+    for name in ("_laws", "_codes", "_groups", "_by_code"):
+        monkeypatch.setattr(FORCE_LAWS, name, dict(getattr(FORCE_LAWS, name)))
+    stated = dict.fromkeys(("volume_function", "work_function", "derivatives_function"))
+    law = dataclasses.replace(
+        FORCE_LAWS["six_parameter"], group=Outside, volume_varies=True, **stated
+    )
+    FORCE_LAWS.add(law, "this test")
+    return make(force=Outside(**dataclasses.asdict(FORCES["six_parameter"])))
+
+
+def assert_force_volume_and_work_agree(m, pressure):
+    near, step = 1e-5, 50.0
+
+    def gained(kappa):
+        return law_volume(m, pressure, kappa)
+
+    def work(kappa):
+        return law_work(m, pressure, kappa, gained(kappa))
+
+    for kappa in PLACES:
+        rise = (work(kappa + near) - work(kappa - near)) / (2.0 * near)
+        assert rise == pytest.approx(law_force(m, pressure, kappa), rel=1e-4)
+        rise = (gained(kappa + near) - gained(kappa - near)) / (2.0 * near)
+        slope = law_force(m, pressure + step, kappa) - law_force(m, pressure - step, kappa)
+        assert rise == pytest.approx(slope / (2.0 * step), rel=1e-4)
 
 
 @pytest.mark.parametrize("pressure", [2.5e5, 4.5e5])
 @pytest.mark.parametrize("law", MUSCLES)
 def test_work_is_the_integral_of_the_force_and_volume_that_of_its_slope(law, pressure):
-    par, near, step = pack(MUSCLES[law]).tolist(), 1e-5, 50.0
-    code = par[slot("force.law")]
-
-    def force(pressure, kappa):
-        return chosen_force(code, par, FIRST, BRAID, pressure, kappa)
-
-    def gained(kappa):
-        return chosen_volume(code, par, FIRST, BRAID, pressure, kappa)
-
-    def work(kappa):
-        return chosen_work(code, par, FIRST, BRAID, pressure, kappa, gained(kappa))
-
-    for kappa in (0.06, 0.1, 0.16):
-        rise = (work(kappa + near) - work(kappa - near)) / (2.0 * near)
-        assert rise == pytest.approx(force(pressure, kappa), rel=1e-4)
-        rise = (gained(kappa + near) - gained(kappa - near)) / (2.0 * near)
-        slope = (force(pressure + step, kappa) - force(pressure - step, kappa)) / (2.0 * step)
-        assert rise == pytest.approx(slope, rel=1e-4)
+    assert_force_volume_and_work_agree(parameters(MUSCLES[law]), pressure)
 
 
-def test_work_of_a_law_from_outside_is_the_integral_of_its_force_from_zero():
-    """Any law that is known can stand for one."""
-    par = pack(MUSCLES["six_parameter"]).tolist()
-    code = par[slot("force.law")]
+@pytest.mark.parametrize("law", MUSCLES)
+def test_every_law_is_given_its_own_numbers(law):
+    """Each by its name from the muscle's record, in whose row another law has other places."""
+    muscle, pressure = MUSCLES[law], 3e5
+    card = FORCE_LAWS[law]
+    m = parameters(muscle)
+    length = muscle.braid or muscle.stroke
+    rest = [*dataclasses.astuple(muscle.force)[1:]]
+    rest += [getattr(length, name) for name in card.braid_fields]
+    for kappa in PLACES:
+        assert law_force(m, pressure, kappa) == card.force_function(pressure, kappa, *rest)
+        assert law_volume(m, pressure, kappa) == card.volume_function(pressure, kappa, *rest)
+    assert law_pushes(m) is card.pushes
+    assert law_volume_varies(m) is card.volume_varies
+
+
+@pytest.mark.parametrize("pressure", [2.5e5, 4.5e5])
+@pytest.mark.parametrize("law", MUSCLES)
+def test_derivatives_are_those_of_the_force(law, pressure):
+    m, near, step = parameters(MUSCLES[law]), 1e-5, 50.0
+    for kappa in PLACES:
+        force, rising, per_pressure, gained, work = law_derivatives(m, pressure, kappa)
+        assert force == pytest.approx(law_force(m, pressure, kappa), rel=1e-12)
+        assert gained == pytest.approx(law_volume(m, pressure, kappa), rel=1e-12)
+        assert work == pytest.approx(law_work(m, pressure, kappa, gained), rel=1e-12)
+        rise = law_force(m, pressure, kappa + near) - law_force(m, pressure, kappa - near)
+        assert rising == pytest.approx(rise / (2.0 * near), rel=1e-3)
+        slope = law_force(m, pressure + step, kappa) - law_force(m, pressure - step, kappa)
+        assert per_pressure == pytest.approx(slope / (2.0 * step), rel=1e-3)
+
+
+def test_work_of_a_law_from_outside_is_the_integral_of_its_force_from_zero(outside):
+    m = parameters(outside)
     for kappa in (0.02, 0.15):
-        work = user_work(code, par, FIRST, BRAID, 3e5, kappa)
+        gained = law_volume(m, 3e5, kappa)
         expected, _ = scipy.integrate.quad(
-            lambda at: user_force(code, par, FIRST, BRAID, 3e5, at), 0.0, kappa, epsabs=1e-12
+            lambda at: law_force(m, 3e5, at), 0.0, kappa, epsabs=1e-12
         )
-        assert work == pytest.approx(expected, rel=1e-8)
+        assert law_work(m, 3e5, kappa, gained) == pytest.approx(expected, rel=1e-8)
+
+
+def test_a_law_from_outside_does_as_the_one_of_the_package_with_its_formula(outside):
+    ours, theirs = parameters(outside), parameters(MUSCLES["six_parameter"])
+    assert ours.force.law != theirs.force.law
+    assert_force_volume_and_work_agree(ours, 3e5)
+    for kappa in PLACES:
+        found, wanted = (law_derivatives(m, 3e5, kappa) for m in (ours, theirs))
+        assert found == pytest.approx(wanted, rel=1e-3)
+    assert law_volume_varies(ours)
+    assert not law_volume_varies(theirs)
+
+
+@pytest.mark.parametrize("loop", LOOPS)
+def test_the_operator_of_a_muscle_is_given_its_own_numbers(loop):
+    group, m = LOOPS[loop], parameters(make(loop=loop))
+    card, count = OPERATORS[loop], group.state_count
+    z = [0.0] * count
+    for x, x_rate in ((0.03, 0.4), (0.01, -0.2), (0.02, 0.1)):
+        assert operator_output(m, z, x) == card.output(group, z, x)
+        assert operator_energy(m, z, x) == card.energy(group, z, x)
+        found, wanted = [7.0] * count, [0.0] * count
+        operator_rates(m, z, found, x, x_rate, 1e-3)
+        card.rates(group, z, wanted, x, x_rate, 1e-3)
+        assert found == wanted
+        z = (np.array(z) + 1e-3 * np.array(found)).tolist()
+    assert any(z)
+
+
+def test_without_an_operator_there_is_no_output_and_nothing_moves():
+    m, dz = parameters(make()), [7.0]
+    assert math.isnan(operator_output(m, [0.0], 0.1))
+    assert math.isnan(operator_energy(m, [0.0], 0.1))
+    operator_rates(m, [0.0], dz, 0.1, 0.1, 1e-3)
+    assert dz == [7.0]
+
+
+@pytest.mark.parametrize("codes", [(99.0, 0.0), (0.5, 0.0), (0.0, 99.0), (math.nan, 0.0)])
+def test_a_code_that_stands_for_no_law_is_refused(codes):
+    law, operator = codes
+    with pytest.raises(EngineError, match=r"law = .* stands for no law known here"):
+        chosen(law, operator)
+    m = SimpleNamespace(force=SimpleNamespace(law=law), hysteresis=SimpleNamespace(law=operator))
+    with pytest.raises(EngineError, match=r"law = .* stands for no law known here"):
+        operator_output(m, [0.0], 0.1)
