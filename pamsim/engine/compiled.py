@@ -10,6 +10,9 @@ The machine code is cached on disk under a key that covers the source, its const
 of the engine's structs: numba alone would notice an edit only in this file.
 """
 
+# Numba supplies the first argument of an intrinsic, and its options are a dictionary.
+# pyright: reportCallIssue=false, reportArgumentType=false
+
 from __future__ import annotations
 
 import ctypes

@@ -276,9 +276,8 @@ class Rig:
         }
         sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
         fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
-        law = slot("hysteresis.law")
-        own = range(law + 1 + COMMON_FIELDS, law + 1 + MOST_PARAMETERS)
-        replaced = {law, *own}
+        code = slot("hysteresis.law")
+        replaced = {code, *range(code + 1 + COMMON_FIELDS, code + 1 + MOST_PARAMETERS)}
         kept = [index for index in range(SIZE) if index not in replaced]
         fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
         copy_natives(self.model, fresh.model)

@@ -160,7 +160,7 @@ def struct_at(record: np.dtype[Any], address: int) -> Any:
         record: `model_dtype` or `data_dtype`.
         address: of the struct.
     """
-    memory = (ctypes.c_char * record.itemsize).from_address(address)
+    memory = ctypes.string_at(address, record.itemsize)
     fields = np.frombuffer(memory, dtype=record)[0].tolist()
     return SimpleNamespace(**dict(zip(record.names or (), fields, strict=True)))
 

@@ -65,12 +65,12 @@ COMMON = BLOCKS + len(STATE_NAMES)
 """Number of states that every muscle has."""
 
 
-def _group(names: Sequence[str], first: int) -> tuple[np.dtype[Any], int]:
-    """A record of numbers that follow each other from a place on, and where it ends."""
-    offsets = [8 * (first + i) for i in range(len(names))]
-    end = first + len(names)
-    layout = {"names": names, "formats": ["<f8"] * len(names), "offsets": offsets}
-    return np.dtype({**layout, "itemsize": 8 * end}), end
+def _record(names: Sequence[str], places: Sequence[int], size: int, kinds: Any = None) -> Any:
+    """A record of numbers, or of other records, at places of a row."""
+    formats = ["<f8"] * len(names) if kinds is None else kinds
+    offsets = [8 * place for place in places]
+    layout: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": 8 * size}
+    return np.dtype(layout)
 
 
 @functools.cache
@@ -90,52 +90,31 @@ def record_dtype(
         ``law_<code>``, so that the records of two laws are different types.
     """
     head = ("signature", "command", "partner")
-    fields: dict[str, tuple[Any, int]] = {name: ("<f8", 8 * i) for i, name in enumerate(head)}
+    kinds: dict[str, Any] = dict.fromkeys(head, "<f8")
+    starts = {name: place for place, name in enumerate(head)}
     end = len(head)
     for group in PLAIN_GROUPS:
         names, start = [name for name, _ in specs(group)], end
+        places = list(range(len(names)))
         if group is Stroke:
             # What contraction is taken against is one number: `stroke` continues `braid`.
-            own = {"names": names, "formats": ["<f8"] * len(names)}
-            start = fields[Braid.group][1] // 8
+            start = starts[Braid.group]
             places = [0, *range(end - start, end - start + len(names) - 1)]
-            assert names[0] == "nominal_length"
-            end += len(names) - 1
-            size = 8 * (end - start)
-            record = np.dtype({**own, "offsets": [8 * i for i in places], "itemsize": size})
-        else:
-            record, count = _group(names, 0)
-            end += count
-        fields[group.group] = (record, 8 * start)
-    # Without an operator the width of its loop is there all the same, and is 0.
+        kinds[group.group] = _record(names, places, places[-1] + 1)
+        starts[group.group] = start
+        end = start + places[-1] + 1
+    # Every force law begins with a scale. Without an operator the width of its loop is there, as 0.
     for name, chosen, common, catalog in (
-        ("force", force, None, FORCE_LAWS),
-        ("hysteresis", hysteresis, Hysteresis, OPERATORS),
+        ("force", force, ("scale",), FORCE_LAWS),
+        ("hysteresis", hysteresis, [field for field, _ in specs(Hysteresis)], OPERATORS),
     ):
-        group = chosen or common
-        names = ["law", *(field for field, _ in specs(group))] if group else ["law"]
-        record, _ = _group(names, 0)
-        if group is not None:
-            alias = f"law_{int(catalog.code(group)) if chosen else 0}"
-            places = [*range(len(names)), 0]
-            record = np.dtype(
-                {
-                    "names": [*names, alias],
-                    "formats": ["<f8"] * len(places),
-                    "offsets": [8 * i for i in places],
-                    "itemsize": 8 * (1 + MOST_PARAMETERS),
-                }
-            )
-        fields[name] = (record, 8 * end)
+        own = common if chosen is None else [field for field, _ in specs(chosen)]
+        code = 0 if chosen is None else int(catalog.code(chosen))
+        names = ["law", *own, f"law_{code}"]
+        kinds[name] = _record(names, [*range(1 + len(own)), 0], 1 + MOST_PARAMETERS)
+        starts[name] = end
         end += 1 + MOST_PARAMETERS
-    return np.dtype(
-        {
-            "names": list(fields),
-            "formats": [kind for kind, _ in fields.values()],
-            "offsets": [offset for _, offset in fields.values()],
-            "itemsize": 8 * end,
-        }
-    )
+    return _record(list(kinds), list(starts.values()), end, list(kinds.values()))
 
 
 SIZE = record_dtype().itemsize // 8
@@ -144,11 +123,13 @@ SIZE = record_dtype().itemsize // 8
 
 def _places(record: np.dtype[Any], first: int = 0) -> Iterator[tuple[str, int]]:
     """Name and place in the row of every number of a record."""
+    fields: Any = record.fields or {}
     for name in record.names or ():
-        kind, offset = (record.fields or {})[name][:2]
+        kind, offset = fields[name][:2]
         at = first + offset // 8
         if kind.names is None:
-            yield name, at
+            if not name.startswith("law_"):  # another name of `law`
+                yield name, at
         else:
             yield from ((f"{name}.{inner}", place) for inner, place in _places(kind, at))
 
@@ -305,9 +286,10 @@ def view(row: Row) -> Parameters:
 
 
 def _namespace(record: np.dtype[Any], row: list[float], first: int) -> SimpleNamespace:
+    places: Any = record.fields or {}
     fields: dict[str, Any] = {}
     for name in record.names or ():
-        kind, offset = (record.fields or {})[name][:2]
+        kind, offset = places[name][:2]
         at = first + offset // 8
         fields[name] = row[at] if kind.names is None else _namespace(kind, row, at)
     return SimpleNamespace(**fields)

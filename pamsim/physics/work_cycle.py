@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pamsim.core.units import FloatArray
 from pamsim.physics.record import Parameters
 from pamsim.physics.static_muscle import static_force, static_volume
 
@@ -34,8 +35,8 @@ def work_ratio(m: Parameters, pressure: float, contraction: float) -> float:
     )
     given = done = 0.0
     for kappa, p in sides:
-        length = (1.0 - kappa) * m.braid.nominal_length
-        tendon = length - m.mounting.length_at_zero
+        length: FloatArray = (1.0 - kappa) * m.braid.nominal_length
+        tendon: FloatArray = length - m.mounting.length_at_zero
         points = list(zip(tendon.tolist(), p.tolist(), strict=True))
         given -= float(np.trapezoid([static_force(m, *point) for point in points], length))
         done += float(np.trapezoid(p, [static_volume(m, *point) for point in points]))

@@ -76,14 +76,13 @@ class HungMuscle:
         """
         high = self.highest(weight)
         loop = Arctangent(high_contraction=high)
-        row = loop.own()
         middle = 0.5 * (loop.middle_rising + loop.middle_falling)
-        per_width = self.half_width / half_width(row, 0, middle)
+        per_width = self.half_width / half_width(loop, middle)
         side = per_width if branch == "up" else -per_width  # contracting costs force
 
         def balance(kappa: float, pressure: float) -> float:
             share = min(max(kappa / high, 0.0), 1.0)
-            return self.pull(pressure, kappa) - side * half_width(row, 0, share) - weight
+            return self.pull(pressure, kappa) - side * half_width(loop, share) - weight
 
         pressures = (pressure_kpa * PA_PER_KPA).tolist()
         kappas = [root(lambda k, p=p: balance(k, p), -0.3, 0.6, 1e-12) for p in pressures]

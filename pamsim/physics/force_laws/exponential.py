@@ -85,7 +85,7 @@ def six_parameter_derivatives(
     e: float,
     f: float,
 ) -> tuple[float, float, float, float, float]:
-    """Force [N], its derivatives, volume [m^2] and work, as `chosen_derivatives` returns them.
+    """Force [N], its derivatives, volume [m^2] and work, as `law_derivatives` returns them.
 
     In one exponential; arguments as the force's.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from pamsim.core.catalog import Catalog
 from pamsim.core.errors import InputError
@@ -52,30 +52,11 @@ from pamsim.physics.hysteresis.preisach import (
     preisach_rates,
 )
 
+Output: TypeAlias = Callable[[Any, Row, float], float]
+"""Output w [-] of fields h, memory z and input x, see `pamsim.physics.hysteresis.group`."""
 
-class Output(Protocol):
-    """Output w [-] at input x, see `pamsim.physics.hysteresis.group`."""
-
-    def __call__(self, par: Row, first: int, act: Row, x: float) -> float:
-        """Evaluate without writing anything."""
-        ...
-
-
-class Rates(Protocol):
-    """Writes the rates of the memory [1/s], see `pamsim.physics.hysteresis.group`."""
-
-    def __call__(
-        self,
-        par: Row,
-        first: int,
-        act: Row,
-        rates: MutableRow,
-        x: float,
-        x_rate: float,
-        timestep: float,
-    ) -> None:
-        """Write the first ``state_count`` entries of ``rates``."""
-        ...
+Rates: TypeAlias = Callable[[Any, Row, MutableRow, float, float, float], None]
+"""Writes the rates of the memory [1/s]: of h, z, dz, x, its rate and the time step."""
 
 
 @dataclass(frozen=True, kw_only=True)

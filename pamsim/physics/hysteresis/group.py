@@ -17,15 +17,13 @@ An operator stiffens the muscle: its loop climbs along a chord. A force law that
 mean of the branches holds that stiffness already, so the output is w - chord kappa, and psi loses
 chord kappa^2 / 2: a spring, which takes and gives no energy over a cycle.
 
-Three functions per operator run inside the engine. ``par[first:]`` holds the operator's own fields,
-those after the three common ones, in declared order; ``act[0:state_count]`` is the whole memory,
-and zeros are a valid start:
+Three functions per operator run inside the engine. ``h`` is the operator's group, or the record of
+its fields in a muscle's row; ``z[0:state_count]`` is the whole memory, and zeros are a valid start:
 
-- ``<op>_output(par, first, act, x)``: w at input x, the memory brought up to date with x but not
-  written;
-- ``<op>_energy(par, first, act, x)``: psi, the part of the integral of w dx that is held there;
-- ``<op>_rates(par, first, act, rates, x, x_rate, timestep)``: what one explicit Euler step of
-  ``timestep`` must add per second for the memory to be brought up to date with x.
+- ``<op>_output(h, z, x)``: w at input x, the memory brought up to date with x but not written;
+- ``<op>_energy(h, z, x)``: psi, the part of the integral of w dx that is held there;
+- ``<op>_rates(h, z, dz, x, x_rate, timestep)``: what one explicit Euler step of ``timestep`` must
+  add per second for the memory to be brought up to date with x.
 """
 
 from __future__ import annotations
@@ -39,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import ParameterError
-from pamsim.core.parameters import ParameterGroup, parameter, specs
+from pamsim.core.parameters import ParameterGroup, parameter
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
@@ -92,8 +90,3 @@ class Hysteresis(ParameterGroup):
     def state_count(self) -> int:
         """Number of states of this instance: one for each of what `count_field` counts."""
         return int(getattr(self, self.count_field)) if self.count_field else self.states
-
-    def own(self) -> tuple[float, ...]:
-        """The fields after the common ones, in declared order, as the kernel reads them."""
-        names = [name for name, _ in specs(type(self))]
-        return tuple(float(getattr(self, name)) for name in names[COMMON_FIELDS:])

@@ -63,7 +63,7 @@ KINDS = [
     *((law, "none") for law in FORCES if law != "ideal_mckibben"),
     *(("ideal_mckibben", loop) for loop in LOOPS),
 ]
-"""Every law alone and every operator on the ideal law; `test_layout` sees that none is left out."""
+"""Every law alone and every operator on the ideal law; `test_record` sees that none is left out."""
 
 
 def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Muscle:
