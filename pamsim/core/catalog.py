@@ -171,11 +171,21 @@ def user_code(law: Card) -> float:
 
 
 def _source(function: Callable[..., Any]) -> str:
-    """Text of the whole file: what the function calls there counts as well."""
+    """Text of the whole file, as what the function calls there counts as well, and its numbers."""
+    holder = getattr(function, "__self__", function)
+    code = getattr(function, "__code__", None)
     try:
-        return inspect.getsource(inspect.getmodule(function) or function)
+        text = inspect.getsource(inspect.getmodule(function) or function)
     except (OSError, TypeError):  # typed at a prompt
-        return repr(function.__code__.co_code)
+        text = repr((code or type(function).__call__.__code__).co_code)
+    cells = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    return text + "".join(map(_held, (*cells, *getattr(holder, "__dict__", {}).values())))
+
+
+def _held(value: Any) -> str:
+    if hasattr(value, "tobytes"):
+        return value.tobytes().hex()
+    return repr(value) if isinstance(value, int | float | str | tuple | list | dict) else ""
 
 
 def _each(named: Any) -> Iterable[Any]:

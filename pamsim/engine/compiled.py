@@ -34,7 +34,7 @@ from numba.extending import intrinsic, overload, register_jitable
 
 from pamsim.core.compile_notice import compile_notice
 from pamsim.core.errors import EngineError, InputError
-from pamsim.engine import muscle_step, structs
+from pamsim.engine import muscle_step, plugin, structs
 from pamsim.engine.jit import ARRAYS, OPTIONS, fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.muscle_step import (
     COUNT,
@@ -67,6 +67,9 @@ _D, _N = types.float64, types.int64
 _MOST_PAIRS = 256
 _WORDS = 6
 """Of a pair in the table: the codes of law and operator, and the addresses of four functions."""
+
+_READY, _NOT_NOW = 1, 2
+"""What a step is told that asks for a pair."""
 
 _RATES, _TENSION, _PRESSURE, _BROKEN = range(2, _WORDS)
 _SUPPLY = _MOST_PAIRS - 1
@@ -172,7 +175,7 @@ _report: Any = types.ExternalFunction("pamsim_report", types.void(_N, _N, _D, _N
 
 @register_jitable(**ARRAYS)
 def find(row: Any) -> Any:
-    """Address of the functions of the muscle whose row is at an address; 0 if there are none."""
+    """Address of the functions of the muscle whose row is at an address; else what `_ask` says."""
     m = muscle_at(row)
     law, operator = int(m.force.law), int(m.hysteresis.law)
     for _ in range(2):
@@ -183,8 +186,9 @@ def find(row: Any) -> Any:
                 break
             if table[at] == law and table[at + 1] == operator:
                 return _where() + 8 * at
-        if _load(m.force.law, m.hysteresis.law) == 0:
-            break
+        answer = _load(m.force.law, m.hysteresis.law)
+        if answer != _READY:
+            return answer
     return 0
 
 
@@ -192,6 +196,8 @@ def find(row: Any) -> Any:
 def called(row: Any, which: Any, arguments: Any) -> Any:
     """Result of one of the functions of a muscle's pair; no number where it has none."""
     pair = find(row)
+    if pair == _NOT_NOW:
+        return 0.0
     if pair == 0 or integers(pair)[which] == 0:
         return math.nan
     return call_at(integers(pair)[which], arguments)
@@ -230,8 +236,10 @@ def _broken_in(
 @_compiled_as(fall_of)
 def _fall_of(model, data, index):
     fall = integers(_where() + 8 * _WORDS * _SUPPLY)
-    if fall[_RATES] == 0 and _load(-1.0, -1.0) == 0:
-        return math.nan
+    if fall[_RATES] == 0:
+        answer = _load(-1.0, -1.0)
+        if answer != _READY:
+            return 0.0 if answer == _NOT_NOW else math.nan
     return call_at(fall[_RATES], (address_of(model), address_of(data), np.int64(index)))
 
 
@@ -448,7 +456,12 @@ failures: list[Exception] = []
 
 
 def _ask(law: float, operator: float) -> int:
-    """Compile a pair that a step asks for; 0 if that fails."""
+    """Compile a pair that a step asks for; 0 if that fails.
+
+    Not while a model is made: the engine then tries a step, whose numbers are not used.
+    """
+    if plugin.making_a_model():
+        return _NOT_NOW
     if (law, operator) in _refused:
         return 0
     try:
@@ -460,7 +473,7 @@ def _ask(law: float, operator: float) -> int:
         _refused[law, operator] = error
         failures.append(error)
         return 0
-    return 1
+    return _READY
 
 
 _asked = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_double)(_ask)

@@ -391,7 +391,7 @@ def check_step(model: Any, data: Any, instance: int, addresses: tuple[int, int])
             model.timestep,
             found,
         )
-        if code != NOTHING:
+        if code > NOTHING:  # not where the laws could not be compiled, and the force is no number
             report(addresses[0], addresses[1], code, index, found[0], found[1])
             return
     moving = 0.0

@@ -92,6 +92,11 @@ def not_evaluated() -> Iterator[None]:
         _compiling.now = before
 
 
+def making_a_model() -> bool:
+    """Whether this thread makes a model, in which the engine makes a step to try it."""
+    return _compiling.now
+
+
 def register() -> None:
     """Make the plugin known to the engine; once in the process.
 

@@ -47,22 +47,17 @@ def _ladder(
     place: Callable[..., Any], asked: str, codes: list[tuple[float, float]]
 ) -> FunctionType:
     names = ", ".join(inspect.signature(place).parameters)
-    lines = [f"def {place.__name__}{inspect.signature(place)}:"]
-    space: dict[str, Any] = {"__name__": __name__}
+    head = f"def {place.__name__}{inspect.signature(place)}:".replace("'", "")
+    word = "" if head.endswith("-> None:") else "return "
+    lines, space = [head], dict[str, Any](__name__=__name__)
     for number, (law, operator) in enumerate(codes):
         space[f"_{number}"] = chosen(law, operator)[place]
         code = law if asked == "m.force.law" else operator
+        test = f"{'elif' if number else 'if'} {asked} == {code!r}"
         # The last one answers for codes that no law has.
-        lines += [f"    if {asked} == {code!r}:"] if number < len(codes) - 1 else []
-        indent = "        " if number < len(codes) - 1 else "    "
-        lines.append(f"{indent}return _{number}({names})")
-    text = "\n".join(lines).replace("'", "") + "\n"
-    if "-> None" in lines[0]:
-        text = text.replace("return ", "")
-        text = text.replace("    if m", "    if m", 1).replace("\n    if m", "\n    elif m")
-        text = text.replace("    elif m", "    if m", 1)
-        head, last = text.rstrip("\n").rsplit("\n", 1)
-        text = f"{head}\n    else:\n    {last}\n"
+        lines.append(f"    {test if number < len(codes) - 1 else 'else'}:")
+        lines.append(f"        {word}_{number}({names})")
+    text = "\n".join(lines) + "\n"
     where = f"<ladder of {place.__name__}>"
     linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
     exec(compile("from __future__ import annotations\n" + text, where, "exec"), space)

@@ -194,7 +194,7 @@ def test_the_kernel_takes_volume_for_what_the_operator_holds(loop):
     row, memory = pack(this).tolist(), [0.01 * (k + 1) for k in range(group.state_count)]
     act = memory + [0.0] * (state_size(this) - group.state_count)
     tendon, kappa = 0.225 - 0.05, 1.0 - 0.225 / BRAID.nominal_length
-    held = OPERATORS[loop].energy(group.own(), 0, act, kappa)
+    held = OPERATORS[loop].energy(group, act, kappa)
     extra = chamber_volume(row, act, tendon, 3e5) - static_muscle.static_volume(row, tendon, 3e5)
     assert held != 0.0
     assert extra == pytest.approx(-PER_PRESSURE * BRAID.nominal_length * held, rel=1e-9)

@@ -13,7 +13,13 @@ from pamsim.gpu.warp_package import warp
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import SIZE, pack, slot
 from pamsim.physics.supply import VALVE
-from tests.unit.physics.flat import fill_valve_of, kernel, line_sag, sensed_pressure
+from tests.unit.physics.flat import (
+    chamber_pressure,
+    fill_valve_of,
+    kernel,
+    line_sag,
+    sensed_pressure,
+)
 from tests.unit.physics.muscles import charged
 
 TIMESTEP = 0.0005
@@ -111,7 +117,10 @@ def python_results(given: Batch, worlds: Sequence[int] | None = None) -> Results
                 for j, (fed, states) in enumerate(muscles):
                     if fed[LINE] == row[LINE]:
                         valves.append([0.0] * VALVE)
-                        fill_valve_of(fed, states, at[j], sent[j], given.time, TIMESTEP, valves[-1])
+                        inside = chamber_pressure(fed, states, at[j])
+                        fill_valve_of(
+                            fed, states, inside, sent[j], given.time, TIMESTEP, valves[-1]
+                        )
                 sag = line_sag(row, act, valves, TIMESTEP)
             own = [0.0] * len(act)
             motion = at[i], speed[i]
