@@ -65,7 +65,7 @@ class Gauges:
 
     def _of(self, act: FloatArray, length: FloatArray, speed: FloatArray, what: int) -> FloatArray:
         out = np.empty((len(act), len(self._ids)))
-        given = (np.ascontiguousarray(one) for one in (act, length, speed))
+        given = (np.require(one, float, ["C", "W"]) for one in (act, length, speed))
         self._read(self.rows, *given, self._places, what, out)
         return out
 

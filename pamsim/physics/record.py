@@ -304,7 +304,7 @@ def parameters(muscle: Muscle) -> Parameters:
 
 
 def split_states(act: Row) -> tuple[States, list[float]]:
-    """States of a muscle by name, and its memory, for the kernel in plain Python.
+    """States of a muscle by name, and its memory, for the kernel in plain Python; in SI.
 
     Args:
         act: (n,) of one actuator.
@@ -318,5 +318,5 @@ def split_states(act: Row) -> tuple[States, list[float]]:
 
 
 def joined_states(states: States, memory: Sequence[float]) -> list[float]:
-    """``act`` of one actuator from what `split_states` returns."""
+    """``act`` of one actuator from what `split_states` returns, in SI."""
     return [*memory, *(getattr(states, name) for name in STATE_NAMES)]

@@ -8,6 +8,7 @@ import mujoco
 
 from pamsim.core.errors import EngineError
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.record import view
 from pamsim.physics.static_muscle import muscle_length
 from pamsim.scene.muscle_shape import Vector
 
@@ -39,7 +40,7 @@ def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
     """
     return [
         muscle_length(
-            model.actuator_user[index].tolist(),
+            view(model.actuator_user[index]),
             float(data.actuator_length[model.actuator_outadr[index]]),
         )
         for index in muscle_ids(model)

@@ -17,7 +17,7 @@ from pamsim.diagnosis.virtual_tests import TESTS, bench
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.record import pack, state_size
+from pamsim.physics.record import parameters, state_size
 from pamsim.twins.hidden import virtual_tests as plant
 from pamsim.twins.hidden.catalog import PLANT_EFFECTS
 from pamsim.twins.plant.air import orifice
@@ -182,7 +182,7 @@ def test_hysteresis_has_the_plant_s_size(rig):
     muscles = [dataclasses.replace(m, hysteresis=slip) for m in bare.muscles.values()]
     there = dataclasses.replace(
         bench(bare),
-        muscles=tuple(pack(m).tolist() for m in muscles),
+        muscles=tuple(parameters(m) for m in muscles),
         states=tuple(state_size(m) for m in muscles),
     )
     found = {n: v for n, (v, _) in TESTS["muscle_hysteresis"](there, bench(bare), 0).items()}
