@@ -170,6 +170,9 @@ def user_code(law: Card) -> float:
     return USER_DEFINED + 2.0 * own + float(getattr(law, "pushes", False))
 
 
+_NUMBERS: tuple[type, ...] = (int, float, str, tuple, list, dict)
+
+
 def _source(function: Callable[..., Any]) -> str:
     """Text of the whole file, as what the function calls there counts as well, and its numbers."""
     holder = getattr(function, "__self__", function)
@@ -183,9 +186,10 @@ def _source(function: Callable[..., Any]) -> str:
 
 
 def _held(value: Any) -> str:
+    """Numbers that a law holds, such as those of a closure or of a network."""
     if hasattr(value, "tobytes"):
         return value.tobytes().hex()
-    return repr(value) if isinstance(value, int | float | str | tuple | list | dict) else ""
+    return repr(value) if isinstance(value, _NUMBERS) else ""
 
 
 def _each(named: Any) -> Iterable[Any]:

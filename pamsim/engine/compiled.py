@@ -19,6 +19,7 @@ import ctypes
 import functools
 import inspect
 import math
+import sys
 import threading
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -69,7 +70,7 @@ _WORDS = 6
 """Of a pair in the table: the codes of law and operator, and the addresses of four functions."""
 
 _READY, _NOT_NOW = 1, 2
-"""What a step is told that asks for a pair."""
+"""Answers to a step that asks for a pair."""
 
 _RATES, _TENSION, _PRESSURE, _BROKEN = range(2, _WORDS)
 _SUPPLY = _MOST_PAIRS - 1
@@ -451,14 +452,11 @@ class Natives:
 checking = False
 """Whether pairs are compiled with their checks."""
 
-failures: list[Exception] = []
-"""Why a pair that a model asked for could not be compiled: the engine passes no exception on."""
-
 
 def _ask(law: float, operator: float) -> int:
-    """Compile a pair that a step asks for; 0 if that fails.
+    """Compile a pair that a step asks for; 0 if that fails, which is printed once.
 
-    Not while a model is made: the engine then tries a step, whose numbers are not used.
+    The engine cannot pass an exception on; `pamsim.live` compiles before, and raises it. Not while a model is made: the engine then tries a step, whose numbers are not used.
     """
     if plugin.making_a_model():
         return _NOT_NOW
@@ -471,7 +469,7 @@ def _ask(law: float, operator: float) -> int:
             prepare([(law, operator)], checked=checking)
     except Exception as error:
         _refused[law, operator] = error
-        failures.append(error)
+        print(f"pamsim: the muscles cannot be evaluated: {error}", file=sys.stderr)
         return 0
     return _READY
 

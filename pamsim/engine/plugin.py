@@ -190,12 +190,9 @@ failures: list[BaseException] = []
 
 
 def raise_failure() -> None:
-    """Raise what a model's muscles have raised since the last call."""
-    from pamsim.engine import compiled
-
-    found = [*failures, *compiled.failures]
+    """Raise the first of what the muscles have raised since the last call."""
+    found = list(failures)
     failures.clear()
-    compiled.failures.clear()
     if found:
         raise found[0]
 
