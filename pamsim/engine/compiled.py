@@ -78,7 +78,7 @@ _SUPPLY = _MOST_PAIRS - 1
 
 _table = np.zeros((_MOST_PAIRS, _WORDS), dtype=np.int64)
 _loaded: dict[tuple[float, float], Any] = {}
-_refused: dict[tuple[float, float], Exception] = {}
+_refused: set[tuple[float, float]] = set()
 _once = threading.RLock()
 
 
@@ -456,7 +456,8 @@ checking = False
 def _ask(law: float, operator: float) -> int:
     """Compile a pair that a step asks for; 0 if that fails, which is printed once.
 
-    The engine cannot pass an exception on; `pamsim.live` compiles before, and raises it. Not while a model is made: the engine then tries a step, whose numbers are not used.
+    The engine cannot pass an exception on; `pamsim.live` compiles before, and raises it. While a
+    model is made nothing is compiled: the engine then tries a step, whose numbers are not used.
     """
     if plugin.making_a_model():
         return _NOT_NOW
@@ -468,7 +469,7 @@ def _ask(law: float, operator: float) -> int:
         else:
             prepare([(law, operator)], checked=checking)
     except Exception as error:
-        _refused[law, operator] = error
+        _refused.add((law, operator))
         print(f"pamsim: the muscles cannot be evaluated: {error}", file=sys.stderr)
         return 0
     return _READY
