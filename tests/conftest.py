@@ -76,3 +76,20 @@ def unchecked() -> Iterator[None]:
 
     with checks(False):
         yield
+
+
+@pytest.fixture(scope="module")
+def catalogs_as_before() -> Iterator[None]:
+    """After a file whose tests add laws, the catalogs are as other tests know them."""
+    from pamsim.physics.force_laws.catalog import FORCE_LAWS
+    from pamsim.physics.hysteresis.catalog import OPERATORS
+    from pamsim.recordings import rig_file
+
+    kept = [
+        (one, {n: v.copy() for n, v in vars(one).items() if isinstance(v, dict)})
+        for one in (FORCE_LAWS, OPERATORS)
+    ]
+    yield
+    for one, dicts in kept:
+        vars(one).update(dicts)
+    rig_file._own_physics.cache_clear()

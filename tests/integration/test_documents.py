@@ -23,6 +23,8 @@ IN_ONE_FOLDER = {
 }  # tested block by block, in files of their own
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
+pytestmark = pytest.mark.usefixtures("catalogs_as_before")
+
 
 def snippets(language):
     for page in (page for page in PAGES if page.name not in IN_ONE_FOLDER):

@@ -24,9 +24,7 @@ from pamsim.engine.rig import _compiled
 from pamsim.physics.chosen_law import chosen, law_force
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
-from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import pack, parameters, slot, unpack
-from pamsim.recordings import rig_file
 from pamsim.recordings.rig_writer import write_rig
 from tests.unit.physics.flat import chamber_volume
 
@@ -35,17 +33,7 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 STEP = pamsim.pressure_step((2e5,), (3e5,), duration=0.5, load=5.0, sample_rate=100.0)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _as_before():
-    """The catalogs, as other tests know them."""
-    kept = [
-        (one, {n: v.copy() for n, v in vars(one).items() if isinstance(v, dict)})
-        for one in (FORCE_LAWS, OPERATORS)
-    ]
-    yield
-    for one, dicts in kept:
-        vars(one).update(dicts)
-    rig_file._own_physics.cache_clear()
+pytestmark = pytest.mark.usefixtures("catalogs_as_before")
 
 
 def run(line, monkeypatch):
