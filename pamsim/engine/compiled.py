@@ -28,6 +28,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numba
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.errors import NumbaError
@@ -101,7 +102,7 @@ def call_at(typingctx: Any, address: Any, args: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         kinds = [context.get_value_type(kind) for kind in args]
-        function = llvm_function(context.get_value_type(types.float64), kinds)
+        function = ir.FunctionType(context.get_value_type(types.float64), kinds)
         pointer = builder.inttoptr(values[0], function.as_pointer())
         return builder.call(pointer, cgutils.unpack_tuple(builder, values[1]))
 
@@ -116,13 +117,6 @@ def address_of(typingctx: Any, record: Any) -> Any:
         return builder.ptrtoint(args[0], context.get_value_type(types.int64))
 
     return types.int64(record), generate
-
-
-def llvm_function(result: Any, kinds: Any) -> Any:
-    """Type of a function in LLVM."""
-    from llvmlite import ir
-
-    return ir.FunctionType(result, kinds)
 
 
 @register_jitable

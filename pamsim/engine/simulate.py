@@ -256,11 +256,12 @@ def record(
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
     pulls = np.empty_like(trace.force)
 
+    gauges = Gauges(model, backend=backend)
+
     def pull(sample: int) -> None:
         now = slice(sample, sample + 1)
-        pulls[sample] = Gauges(model, backend=backend).tensions(
-            trace.act[now], trace.length[now], trace.speed[now]
-        )[0]
+        gauges.set_parameters(0, model)
+        pulls[sample] = gauges.tensions(trace.act[now], trace.length[now], trace.speed[now])[0]
 
     # A hook may change the muscles from step to step, so their tension is computed at once.
     hooked = each_step is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import weakref
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -57,7 +58,7 @@ def _lengths(jacobian, position):
     return lengths
 
 
-class Plant:
+class Plant(ABC):
     """Rigs that are stepped together.
 
     Args:
@@ -81,13 +82,13 @@ class Plant:
         own = fixed_tendons(model)
         self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
 
+    @abstractmethod
     def put(self, states: dict[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """Give some rigs a model and a state."""
-        raise NotImplementedError
 
+    @abstractmethod
     def push(self, torque: FloatArray) -> None:
         """Apply torques (n, j) to the recorded joints from now on [N m or N]."""
-        raise NotImplementedError
 
     def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
         """Advance all rigs: for some time steps by (n, m) commands each.
@@ -99,16 +100,17 @@ class Plant:
             raise EngineError("this environment is closed; make a new one")
         self._advance(commands)
 
+    @abstractmethod
     def _advance(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        raise NotImplementedError
+        """Advance all rigs by the commands of `step`."""
 
+    @abstractmethod
     def state(self, number: int) -> FloatArray:
         """State of one rig, for `put`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def time(self) -> FloatArray:
         """(n,) time of each rig [s]."""
-        raise NotImplementedError
 
     def warnings(self) -> int:
         """Number of engine warnings since the rigs were last put."""

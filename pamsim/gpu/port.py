@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-import linecache
 from types import FunctionType
 from typing import Any
 
 from pamsim.core.errors import InputError
+from pamsim.core.generated import function_of_text
 from pamsim.gpu import arithmetic
 from pamsim.gpu.replaced_functions import IN_SINGLE, ladders
-from pamsim.gpu.translate import Translation, translate, translated_name
+from pamsim.gpu.translate import translate, translated_name
 from pamsim.gpu.warp_package import warp
 
 PRECISIONS = ("float32", "float64")
@@ -88,7 +88,11 @@ class Port:
         if name not in self._known:
             translation = translate(law)
             callees = {one: self.function(callee) for one, callee in translation.callees.items()}
-            python = _python(translation, {**self._names, **callees})
+            where = f"<{translation.name} in {self.scalar.__name__}>"
+            names = {**self._names, **callees}
+            python = function_of_text(
+                translation.name, translation.source, where, names, typed=True
+            )
             self._known[name] = self._wp.func(python, name=name, module=self.module)
         return self._known[name]
 
@@ -101,17 +105,3 @@ def port(precision: str) -> Port:
         InputError: for an unknown precision, or if Warp is not installed.
     """
     return Port(precision)
-
-
-def _python(translation: Translation, names: dict[str, Any]) -> FunctionType:
-    """The function of a rewritten source, whose text Warp reads as that of a file.
-
-    Args:
-        translation: of it.
-        names: what the source refers to.
-    """
-    where = f"<{translation.name} in {names['_float'].__name__}>"
-    lines = translation.source.splitlines(keepends=True)
-    linecache.cache[where] = (len(translation.source), None, lines, where)
-    exec(compile(translation.source, where, "exec"), names)
-    return names[translation.name]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 import inspect
-import linecache
 import math
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
+from pamsim.core.generated import function_of_text
 from pamsim.physics.chosen_law import CHOICES, chosen
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
@@ -59,9 +59,6 @@ def _ladder(
         lines.append(f"        {word}_{number}({names})")
     text = "\n".join(lines) + "\n"
     where = f"<ladder of {place.__name__}>"
-    linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
-    exec(compile("from __future__ import annotations\n" + text, where, "exec"), space)
-    function = space[place.__name__]
-    function.__code__ = function.__code__.replace(co_firstlineno=1)
+    function = function_of_text(place.__name__, text, where, space)
     function.__qualname__ = f"ladder_{place.__name__}"
     return function

@@ -7,16 +7,15 @@ functions of `chosen` stand in their place.
 """
 
 from __future__ import annotations
-import __future__
 
 import functools
 import inspect
-import linecache
 import math
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
+from pamsim.core.generated import function_of_text
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
@@ -218,7 +217,7 @@ def _made(
     names: dict[str, Any],
     laws: tuple[type[ParameterGroup] | None, type[ParameterGroup] | None],
 ) -> FunctionType:
-    """The function of a text, which a debugger and Warp read as that of a file.
+    """The function of a text, see `function_of_text`.
 
     Args:
         place: that it stands for.
@@ -228,13 +227,8 @@ def _made(
         laws: groups whose fields it takes from the record.
     """
     where = f"<{place.__name__} of law {code:.0f}>"
-    linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
-    space: dict[str, Any] = {"__name__": __name__, "math": math, **names}
-    exec(
-        compile(text, where, "exec", dont_inherit=True, flags=__future__.annotations.compiler_flag),
-        space,
-    )
-    function = space[place.__name__]
+    space = {"__name__": __name__, "math": math, **names}
+    function = function_of_text(place.__name__, text, where, space)
     function.__qualname__ = f"{place.__name__}_{code:.0f}"  # where laws meet, each has a name
     function.laws = laws
     return function
