@@ -230,7 +230,7 @@ def _made(
     space = {"__name__": __name__, "math": math, **names}
     function = function_of_text(place.__name__, text, where, space)
     function.__qualname__ = f"{place.__name__}_{code:.0f}"  # where laws meet, each has a name
-    function.laws = laws
+    vars(function)["laws"] = laws  # where Warp reads them
     return function
 
 
