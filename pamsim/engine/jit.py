@@ -19,7 +19,6 @@ OPTIONS: dict[str, Any] = {
     "_nrt": False,
     "no_cfunc_wrapper": True,
     "error_model": "numpy",
-    "forceinline": True,
 }
 """Of functions that compiled code calls, for numba."""
 
@@ -74,16 +73,33 @@ def fingerprint(functions: Iterable[FunctionType]) -> str:
 _handed: set[FunctionType] = set()
 
 
-def hand_to_numba(functions: Iterable[FunctionType], *, arrays: bool = False) -> None:
-    """Let compiled functions call some Python functions; each is handed over once.
-
-    Args:
-        functions: callees before callers.
-        arrays: whether they may make arrays.
-    """
-    from numba.extending import register_jitable
+def hand_to_numba(functions: Iterable[FunctionType]) -> None:
+    """Let compiled functions call some Python functions, callees first; each is handed once."""
+    from numba.extending import overload
 
     for function in functions:
         if function not in _handed:
-            register_jitable(**(ARRAYS if arrays else OPTIONS))(function)
+            own = function.__module__.startswith("pamsim.engine.")
+            overload(function, jit_options=ARRAYS if own else OPTIONS)(_giving(_at_home(function)))
             _handed.add(function)
+
+
+def _giving(function: FunctionType) -> FunctionType:
+    def give(*_: Any, **__: Any) -> FunctionType:
+        return function
+
+    give.__signature__ = inspect.signature(function)  # pyright: ignore[reportFunctionMemberAccess]
+    return give  # pyright: ignore[reportReturnType]
+
+
+def _at_home(function: FunctionType) -> FunctionType:
+    """A function as numba's cache can load it: that of a rig's file has no module to import."""
+    if function.__module__.startswith("pamsim."):
+        return function
+    code, space = function.__code__, function.__globals__
+    copy = FunctionType(
+        code, space, function.__name__, function.__defaults__, function.__closure__
+    )
+    copy.__annotations__, copy.__kwdefaults__ = function.__annotations__, function.__kwdefaults__
+    copy.__module__ = __name__
+    return copy

@@ -2,9 +2,7 @@
 
 The engine hands a plugin the addresses of mjModel and mjData. `pamsim.engine.structs` views both as
 records, so ``data.time`` here is that of the struct, and arrays are read through `doubles` and
-`integer`. What depends on a muscle's force law and hysteresis operator goes through the functions
-`rates_of`, `tension_of`, `pressure_of` and `broken_in`: in Python they run the kernel as it stands,
-in compiled code they call the one that is compiled for the muscle's pair of laws.
+`integer`.
 """
 
 from __future__ import annotations
@@ -41,13 +39,18 @@ _RK4 = int(mujoco.mjtIntegrator.mjINT_RK4)
 _NO_ACTUATION = int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
 
 
-# --- memory: each has a compiled counterpart in `pamsim.engine.compiled` ---
+# --- memory: each has a compiled counterpart in `pamsim.engine.memory` ---
 
 
 def doubles(address: int, first: int, count: int) -> FloatArray:
     """View of some numbers of the array at an address; any unit."""
     numbers = (ctypes.c_double * count).from_address(address + 8 * first)
     return np.ctypeslib.as_array(numbers)
+
+
+def memory_at(address: int, count: int) -> Any:
+    """Some numbers of the array at an address, which are only read; any unit."""
+    return doubles(address, 0, count).tolist()
 
 
 def integer(address: int, index: int) -> int:
@@ -93,7 +96,7 @@ def states_at(address: int) -> Any:
     return _StatesView(doubles(address, 0, COUNT))
 
 
-# --- what depends on the laws: likewise ---
+# --- the kernel of the muscle whose row and states are at addresses ---
 
 
 def rates_of(
@@ -114,7 +117,7 @@ def rates_of(
     return state_rates(
         muscle_at(row),
         states_at(act + named),
-        doubles(act, 0, count - COUNT).tolist(),
+        memory_at(act, count - COUNT),
         states_at(act_dot + named),
         doubles(act_dot, 0, count - COUNT),
         length,
@@ -129,13 +132,13 @@ def rates_of(
 
 def tension_of(row: int, act: int, count: int, length: float, velocity: float) -> float:
     """Tension of a muscle with its states at an address [N]."""
-    z = doubles(act, 0, count - COUNT).tolist()
+    z = memory_at(act, count - COUNT)
     return tension(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length, velocity)
 
 
 def pressure_of(row: int, act: int, count: int, length: float) -> float:
     """Absolute pressure in the chamber of a muscle with its states at an address [Pa]."""
-    z = doubles(act, 0, count - COUNT).tolist()
+    z = memory_at(act, count - COUNT)
     return chamber_pressure(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length)
 
 
@@ -158,9 +161,9 @@ def broken_in(
     return broken_invariant(
         muscle_at(row),
         states_at(before + named),
-        doubles(before, 0, count - COUNT).tolist(),
+        memory_at(before, count - COUNT),
         states_at(act + named),
-        doubles(act, 0, count - COUNT).tolist(),
+        memory_at(act, count - COUNT),
         states_at(act_dot + named),
         length,
         velocity,
@@ -170,11 +173,6 @@ def broken_in(
         timestep,
         found,
     )
-
-
-def fall_of(model: Any, data: Any, index: int) -> float:
-    """`supply_fall` [Pa], which is compiled once a supply sags: most do not."""
-    return supply_fall(model, data, index)
 
 
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
@@ -294,7 +292,7 @@ def step_rates(model: Any, data: Any, instance: int) -> None:
             data.time,
             model.timestep,
             opposing_tension(model, data, m),
-            fall_of(model, data, index) if sags(m) else 0.0,
+            supply_fall(model, data, index) if sags(m) else 0.0,
         )
         # Minus 0 for a slack muscle: a plain 0 is the engine's own.
         doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)[0] = -pull

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numba import types
 
-from pamsim.engine.compiled import as_pointer
+from pamsim.engine.memory import as_pointer
 from pamsim.engine.sampling import SYMBOL
 
 _step: Any = types.ExternalFunction(SYMBOL, types.void(types.voidptr, types.voidptr))

@@ -63,10 +63,10 @@ def prepare(*models: mujoco.MjModel) -> None:
         EngineError: if a law is not known here, or the engine's structs are not as declared.
     """
     plugin.load_kernel()
-    from pamsim.engine import compiled
+    from pamsim.engine import law_table
 
     for model in models:
-        compiled.prepare(compiled.laws_in(model.actuator_user[muscle_ids(model)]))
+        law_table.prepare(model.actuator_user[muscle_ids(model)])
 
 
 @contextlib.contextmanager

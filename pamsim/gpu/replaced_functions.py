@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any
 
 from pamsim.core.generated import function_of_text
-from pamsim.physics.chosen_law import CHOICES, chosen
+from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.supply import Valves, supply_sag
@@ -33,29 +33,28 @@ def ladders() -> dict[Callable[..., Any], FunctionType]:
     laws = sorted({FORCE_LAWS.code(law.group) for law in FORCE_LAWS.own()})
     operators = sorted({OPERATORS.code(operator.group) for operator in OPERATORS.own()})
     made: dict[Callable[..., Any], FunctionType] = {}
-    for place in CHOICES:
-        of_law = place.__name__.startswith("law_")
-        codes = [(law, 0.0) for law in laws]
-        asked = "m.force.law"
-        if not of_law:
-            codes, asked = [(laws[0], code) for code in (*operators, 0.0)], "m.hysteresis.law"
-        made[place] = _ladder(place, asked, codes)
+    for place in OF_LAW:
+        made[place] = _ladder(place, "m.force.law", {code: law_functions(code) for code in laws})
+    by_code = {code: operator_functions(code) for code in (*operators, 0.0)}
+    for place in OF_OPERATOR:
+        made[place] = _ladder(place, "m.hysteresis.law", by_code)
     return made
 
 
 def _ladder(
-    place: Callable[..., Any], asked: str, codes: list[tuple[float, float]]
+    place: Callable[..., Any],
+    asked: str,
+    by_code: Mapping[float, Mapping[Callable[..., Any], FunctionType]],
 ) -> FunctionType:
     names = ", ".join(inspect.signature(place).parameters)
     head = f"def {place.__name__}{inspect.signature(place)}:".replace("'", "")
     word = "" if head.endswith("-> None:") else "return "
     lines, space = [head], dict[str, Any](__name__=__name__)
-    for number, (law, operator) in enumerate(codes):
-        space[f"_{number}"] = chosen(law, operator)[place]
-        code = law if asked == "m.force.law" else operator
+    for number, (code, functions) in enumerate(by_code.items()):
+        space[f"_{number}"] = functions[place]
         test = f"{'elif' if number else 'if'} {asked} == {code!r}"
         # The last one answers for codes that no law has.
-        lines.append(f"    {test if number < len(codes) - 1 else 'else'}:")
+        lines.append(f"    {test if number < len(by_code) - 1 else 'else'}:")
         lines.append(f"        {word}_{number}({names})")
     text = "\n".join(lines) + "\n"
     where = f"<ladder of {place.__name__}>"

@@ -2,8 +2,8 @@
 
 The kernel calls the functions of this module, which are the same for all laws. In plain Python they
 look up the law by its code at every call, so a law may be anything that can be called. Compiled
-code has one kernel for each pair of law and operator, and Warp one for those of its rig: there the
-functions of `chosen` stand in their place.
+code looks it up in a table of compiled laws, and Warp has a kernel for the laws of its rig: there
+the functions of `law_functions` and `operator_functions` stand in their place.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ def law_force(m: Parameters, pressure: float, contraction: float) -> float:
         pressure: gauge pressure that reaches the braid [Pa].
         contraction: kappa [-].
     """
-    return chosen(m.force.law, 0.0)[law_force](m, pressure, contraction)
+    return law_functions(m.force.law)[law_force](m, pressure, contraction)
 
 
 def law_volume(m: Parameters, pressure: float, contraction: float) -> float:
     """Volume gained since nominal length, per nominal length, without the scale [m^2]."""
-    return chosen(m.force.law, 0.0)[law_volume](m, pressure, contraction)
+    return law_functions(m.force.law)[law_volume](m, pressure, contraction)
 
 
 def law_work(m: Parameters, pressure: float, contraction: float, gained: float) -> float:
@@ -50,7 +50,7 @@ def law_work(m: Parameters, pressure: float, contraction: float, gained: float) 
         contraction: kappa [-].
         gained: `law_volume` of the same place [m^2], so that it need not be computed again.
     """
-    return chosen(m.force.law, 0.0)[law_work](m, pressure, contraction, gained)
+    return law_functions(m.force.law)[law_work](m, pressure, contraction, gained)
 
 
 def law_derivatives(
@@ -61,17 +61,17 @@ def law_derivatives(
     For a search by Newton's method: where a law has no quicker way the derivatives are difference
     quotients. The arguments are those of `law_force`.
     """
-    return chosen(m.force.law, 0.0)[law_derivatives](m, pressure, contraction)
+    return law_functions(m.force.law)[law_derivatives](m, pressure, contraction)
 
 
 def law_pushes(m: Parameters) -> bool:
     """Whether the law's force may push; that of a muscle is limited to tension."""
-    return chosen(m.force.law, 0.0)[law_pushes](m)
+    return law_functions(m.force.law)[law_pushes](m)
 
 
 def law_volume_varies(m: Parameters) -> bool:
     """Whether the law's volume changes with pressure at a held length."""
-    return chosen(m.force.law, 0.0)[law_volume_varies](m)
+    return law_functions(m.force.law)[law_volume_varies](m)
 
 
 def operator_output(m: Parameters, z: Row, x: float) -> float:
@@ -82,12 +82,12 @@ def operator_output(m: Parameters, z: Row, x: float) -> float:
         z: its memory, of which the operator's states come first.
         x: contraction kappa [-].
     """
-    return chosen(m.force.law, m.hysteresis.law)[operator_output](m, z, x)
+    return operator_functions(m.hysteresis.law)[operator_output](m, z, x)
 
 
 def operator_energy(m: Parameters, z: Row, x: float) -> float:
     """Energy that the operator holds [contraction]; the arguments are those of its output."""
-    return chosen(m.force.law, m.hysteresis.law)[operator_energy](m, z, x)
+    return operator_functions(m.hysteresis.law)[operator_energy](m, z, x)
 
 
 def operator_rates(
@@ -103,20 +103,12 @@ def operator_rates(
         x_rate: [1/s].
         timestep: of the explicit Euler step that follows [s].
     """
-    chosen(m.force.law, m.hysteresis.law)[operator_rates](m, z, dz, x, x_rate, timestep)
+    operator_functions(m.hysteresis.law)[operator_rates](m, z, dz, x, x_rate, timestep)
 
 
-CHOICES: tuple[Callable[..., Any], ...] = (
-    law_force,
-    law_volume,
-    law_work,
-    law_derivatives,
-    law_pushes,
-    law_volume_varies,
-    operator_output,
-    operator_energy,
-    operator_rates,
-)
+OF_LAW = (law_force, law_volume, law_work, law_derivatives, law_pushes, law_volume_varies)
+OF_OPERATOR = (operator_output, operator_energy, operator_rates)
+CHOICES: tuple[Callable[..., Any], ...] = (*OF_LAW, *OF_OPERATOR)
 """The functions that stand for another one in each muscle."""
 
 _AT = "m: Parameters, pressure: float, contraction: float"
@@ -133,44 +125,19 @@ _QUOTIENTS = f"""def law_derivatives({_AT}) -> {_FIVE}:
 
 
 @functools.cache
-def chosen(law: float, operator: float) -> dict[Callable[..., Any], FunctionType]:
-    """The functions of one force law and one operator.
+def law_functions(code: float) -> dict[Callable[..., Any], FunctionType]:
+    """The functions of a force law in the place of `OF_LAW`.
 
     Each has the arguments and annotations of the function that it stands for, and takes the law's
     own arguments from the muscle's record by their names.
 
     Args:
-        law: code of the force law, see `pamsim.core.catalog.Catalog.code`.
-        operator: code of the operator; 0 for none, whose output is no number.
-
-    Returns:
-        Function of `CHOICES` -> the one in its place.
+        code: of the law, see `pamsim.core.catalog.Catalog.code`.
 
     Raises:
-        EngineError: if a code stands for no law that is known here.
+        EngineError: if it stands for no law that is known here.
     """
-    own = _force_law(law, FORCE_LAWS.card(FORCE_LAWS.group(law)))
-    if operator == 0.0:
-        group: type[ParameterGroup] | None = None
-        functions: tuple[Callable[..., Any], ...] = (_no_output, _no_output, _no_rates)
-    else:
-        group = OPERATORS.group(operator)
-        found = OPERATORS.card(group)
-        functions = (found.output, found.energy, found.rates)
-    at = "m: Parameters, z: Row"
-    texts = (
-        f"def operator_output({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
-        f"def operator_energy({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
-        f"def operator_rates({at}, dz: MutableRow, x: float, x_rate: float, timestep: float)"
-        " -> None:\n    own(m.hysteresis, z, dz, x, x_rate, timestep)\n",
-    )
-    places = (operator_output, operator_energy, operator_rates)
-    for place, text, function in zip(places, texts, functions, strict=True):
-        own[place] = _made(place, text, operator, {"own": function}, (None, group))
-    return own
-
-
-def _force_law(code: float, card: ForceLaw) -> dict[Callable[..., Any], FunctionType]:
+    card = FORCE_LAWS.card(FORCE_LAWS.group(code))
     fields = [name for name, _ in specs(card.group)][1:]
     every = {name: f"m.force.{name}" for name in fields}
     every |= {name: f"m.braid.{name}" for name in card.braid_fields}
@@ -208,6 +175,35 @@ def _force_law(code: float, card: ForceLaw) -> dict[Callable[..., Any], Function
     for place, value in ((law_pushes, card.pushes), (law_volume_varies, card.volume_varies)):
         add(place, f"def {place.__name__}(m: Parameters) -> bool:\n    return {value}\n")
     return made
+
+
+@functools.cache
+def operator_functions(code: float) -> dict[Callable[..., Any], FunctionType]:
+    """The functions of a hysteresis operator in the place of `OF_OPERATOR`; see `law_functions`.
+
+    Args:
+        code: of the operator; 0 for none, whose output is no number.
+
+    Raises:
+        EngineError: if it stands for no operator that is known here.
+    """
+    group: type[ParameterGroup] | None = None
+    functions: tuple[Callable[..., Any], ...] = (_no_output, _no_output, _no_rates)
+    if code != 0.0:
+        group = OPERATORS.group(code)
+        card = OPERATORS.card(group)
+        functions = (card.output, card.energy, card.rates)
+    at = "m: Parameters, z: Row"
+    texts = (
+        f"def operator_output({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
+        f"def operator_energy({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
+        f"def operator_rates({at}, dz: MutableRow, x: float, x_rate: float, timestep: float)"
+        " -> None:\n    own(m.hysteresis, z, dz, x, x_rate, timestep)\n",
+    )
+    return {
+        place: _made(place, text, code, {"own": function}, (None, group))
+        for place, text, function in zip(OF_OPERATOR, texts, functions, strict=True)
+    }
 
 
 def _made(

@@ -109,8 +109,7 @@ def record_dtype(
         ("hysteresis", hysteresis, [field for field, _ in specs(Hysteresis)], OPERATORS),
     ):
         own = common if chosen is None else [field for field, _ in specs(chosen)]
-        # A record of any force law stands for none: code 0 is that of a law.
-        code = "0" if name == "hysteresis" else "any"
+        code = "any"
         if chosen is not None:
             code = str(int(catalog.code(chosen)))
         names = ["law", *own, f"law_{code}"]

@@ -11,7 +11,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import EngineError
-from pamsim.physics.chosen_law import CHOICES, chosen
+from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import pack
@@ -154,13 +154,12 @@ relaxation_time = { value = 10, unit = "ms", source = "assumed" }
 
 
 def test_every_code_has_its_functions_and_no_other_has():
-    for law in map(FORCE_LAWS.code, (law.group for law in FORCE_LAWS.own())):
-        for operator in (0.0, *map(OPERATORS.code, (one.group for one in OPERATORS.own()))):
-            assert set(chosen(law, operator)) == set(CHOICES)
-    for pair in (
-        (float(len(FORCE_LAWS.own())), 0.0),
-        (0.0, 1.0 + len(OPERATORS.own())),
-        (0.5, 0.0),
+    for catalog, functions, places in (
+        (FORCE_LAWS, law_functions, OF_LAW),
+        (OPERATORS, operator_functions, OF_OPERATOR),
     ):
-        with pytest.raises(EngineError, match="stands for no law known here"):
-            chosen(*pair)
+        for one in catalog.own():
+            assert set(functions(catalog.code(one.group))) == set(places)
+        for code in (0.5, 1.0 + len(catalog.own())):
+            with pytest.raises(EngineError, match="stands for no law known here"):
+                functions(code)

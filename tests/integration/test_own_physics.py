@@ -21,7 +21,7 @@ from pamsim.comparison.effects_on_rig import candidates, forms
 from pamsim.core import catalog
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine.rig import _compiled
-from pamsim.physics.chosen_law import chosen, law_force
+from pamsim.physics.chosen_law import law_force, law_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.record import pack, parameters, slot, unpack
@@ -198,7 +198,7 @@ def test_two_functions_of_one_text_are_two_laws():
     rig = pamsim.load_rig("mas20_arm")
     whole, half = (with_law(rig, "scaled", scaled(factor)) for factor in (1.0, 0.5))
     one, other = (
-        chosen(float(each.model.actuator_user[0, slot("force.law")]), 0.0)[law_force](
+        law_functions(float(each.model.actuator_user[0, slot("force.law")]))[law_force](
             parameters(each.muscles["muscle_1"]), 3e5, 0.05
         )
         for each in (whole, half)

@@ -13,7 +13,7 @@ import pytest
 
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.physics import orifice
-from pamsim.physics.chosen_law import chosen
+from pamsim.physics.chosen_law import law_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter
 from pamsim.physics.kernel import state_rates, tension
@@ -112,7 +112,7 @@ def test_whole_powers_are_pythons_to_rounding():
 
 
 def test_every_law_of_the_kernel_is_reached():
-    laws = chosen(FORCE_LAWS.code(SixParameter), 0.0).values()
+    laws = law_functions(FORCE_LAWS.code(SixParameter)).values()
     names = {f.__name__ for f in reached_functions(state_rates, tension, *laws)}
     assert {
         "six_parameter_volume",

@@ -1,0 +1,144 @@
+"""Memory by address in compiled code, for which numba has no words of its own."""
+
+# Numba supplies the first argument of an intrinsic, and its options are a dictionary.
+# pyright: reportCallIssue=false, reportArgumentType=false
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic, overload, register_jitable
+
+from pamsim.engine.jit import ARRAYS
+from pamsim.engine.muscle_step import doubles, integer, memory_at, muscle_at, states_at
+from pamsim.physics.record import STATES, record_dtype
+
+_GENERIC = record_dtype()
+
+
+@intrinsic
+def as_pointer(typingctx: Any, address: Any) -> Any:
+    """Turn an address into something `numba.carray` accepts."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], cgutils.voidptr_t)
+
+    return types.voidptr(types.int64), generate
+
+
+@intrinsic
+def address_of(typingctx: Any, record: Any) -> Any:
+    """Address of a record that is viewed."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.ptrtoint(args[0], context.get_value_type(types.int64))
+
+    return types.int64(record), generate
+
+
+@intrinsic
+def word_at(typingctx: Any, address: Any) -> Any:
+    """The integer of 64 bits at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        word = context.get_value_type(types.int64)
+        return builder.load(builder.inttoptr(args[0], word.as_pointer()))
+
+    return types.int64(types.int64), generate
+
+
+def _calling(builder: Any, context: Any, address: Any, kinds: Any, values: Any, reads: bool) -> Any:
+    function = ir.FunctionType(ir.DoubleType(), [context.get_value_type(kind) for kind in kinds])
+    pointer = builder.inttoptr(address, function.as_pointer())
+    # What only reads may be called once for the same arguments.
+    return builder.call(pointer, values, attrs=("nounwind", "readonly") if reads else ())
+
+
+@intrinsic
+def value_at(typingctx: Any, address: Any, args: Any) -> Any:
+    """Call a function that only reads, at an address, with a tuple of numbers; a float."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        given = cgutils.unpack_tuple(builder, values[1])
+        return _calling(builder, context, values[0], args, given, reads=True)
+
+    return types.float64(types.int64, args), generate
+
+
+@intrinsic
+def write_at(typingctx: Any, address: Any, args: Any) -> Any:
+    """Call a function that writes, at an address, with a tuple of numbers; a float."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        given = cgutils.unpack_tuple(builder, values[1])
+        return _calling(builder, context, values[0], args, given, reads=False)
+
+    return types.float64(types.int64, args), generate
+
+
+@intrinsic
+def five_at(typingctx: Any, address: Any, args: Any) -> Any:
+    """As `write_at`, of a function whose last argument is where it leaves five numbers; these."""
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        double = ir.DoubleType()
+        out = cgutils.alloca_once(builder, double, size=5)
+        place = builder.ptrtoint(out, context.get_value_type(types.int64))
+        given = [*cgutils.unpack_tuple(builder, values[1]), place]
+        kinds = (*args, types.int64)
+        _calling(builder, context, values[0], kinds, given, reads=False)
+        numbers = [builder.load(builder.gep(out, [ir.IntType(32)(i)])) for i in range(5)]
+        return context.make_tuple(builder, signature.return_type, numbers)
+
+    return types.UniTuple(types.float64, 5)(types.int64, args), generate
+
+
+@register_jitable
+def keyed_by(key: Any) -> None:
+    """Make a function close over its key and so enter it in numba's cache key; does nothing."""
+
+
+def compiled_as(place: Callable[..., Any]) -> Callable[[Any], Any]:
+    """Have compiled code run another function in the place of one."""
+
+    def take(function: Any) -> Any:
+        def choose(*_: Any) -> Any:
+            return function
+
+        choose.__signature__ = inspect.signature(function)  # pyright: ignore
+        overload(place, jit_options=ARRAYS)(choose)
+        return function
+
+    return take
+
+
+@compiled_as(doubles)
+def _doubles(address, first, count):
+    return numba.carray(as_pointer(address + 8 * first), (count,), np.float64)
+
+
+@compiled_as(memory_at)
+def _memory_at(address, count):
+    return numba.carray(as_pointer(address), (count,), np.float64)
+
+
+@compiled_as(integer)
+def _integer(address, index):
+    return numba.carray(as_pointer(address + 4 * index), (1,), np.int32)[0]
+
+
+@compiled_as(muscle_at)
+def _muscle_at(address):
+    return numba.carray(as_pointer(address), (1,), _GENERIC)[0]
+
+
+@compiled_as(states_at)
+def _states_at(address):
+    return numba.carray(as_pointer(address), (1,), STATES)[0]
