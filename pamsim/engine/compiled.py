@@ -23,7 +23,7 @@ import numpy as np
 from numba import types
 
 from pamsim.core.compile_notice import compile_notice
-from pamsim.engine import law_table, muscle_step, structs
+from pamsim.engine import law_table, memory, muscle_step, structs
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.memory import address_of, compiled_as, keyed_by
 from pamsim.engine.muscle_step import (
@@ -71,7 +71,7 @@ def _key(*functions: Any) -> str:
     llvm.add_symbol("pamsim_report", reporter)
     reached = reached_functions(*functions, leave=_HOOKS)
     hand_to_numba(reached)
-    return fingerprint(reached) + inspect.getsource(muscle_step)
+    return fingerprint(reached) + "".join(map(inspect.getsource, (muscle_step, memory, law_table)))
 
 
 @functools.cache
@@ -88,7 +88,7 @@ def compiled_kernel() -> Natives:
     return Natives(*(native.ctypes for native in compiled))
 
 
-def _compile(key: str, kind: np.dtype[Any], memory: np.dtype[Any]) -> tuple[Any, Any, Any]:
+def _compile(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> tuple[Any, Any, Any]:
     """Compile the plugin's functions.
 
     They close over nothing but a string and records: numba makes its cache key from them, and
@@ -100,7 +100,7 @@ def _compile(key: str, kind: np.dtype[Any], memory: np.dtype[Any]) -> tuple[Any,
     def rates(model, data, instance):
         keyed_by(key)
         step_rates(
-            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), memory)[0], instance
+            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance
         )
 
     @numba.cfunc(
@@ -109,13 +109,13 @@ def _compile(key: str, kind: np.dtype[Any], memory: np.dtype[Any]) -> tuple[Any,
     def forces(model, data, instance, _):
         keyed_by(key)
         step_forces(
-            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), memory)[0], instance
+            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance
         )
 
     @numba.cfunc(types.void(address, address, types.intc), cache=True, error_model="numpy")
     def end(model, data, instance):
         keyed_by(key)
-        step_end(numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), memory)[0], instance)
+        step_end(numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance)
 
     return rates, forces, end
 
@@ -132,7 +132,7 @@ def checked_end() -> Any:
         return _compile_checked(key, structs.model_dtype(), structs.data_dtype()).ctypes
 
 
-def _compile_checked(key: str, kind: np.dtype[Any], memory: np.dtype[Any]) -> Any:
+def _compile_checked(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> Any:
     """Compile the end of a step with checks; see `_compile`."""
 
     @numba.cfunc(
@@ -141,7 +141,7 @@ def _compile_checked(key: str, kind: np.dtype[Any], memory: np.dtype[Any]) -> An
     def after_step(model_pointer, data_pointer, instance):
         keyed_by(key)
         model = numba.carray(model_pointer, (1,), kind)[0]
-        data = numba.carray(data_pointer, (1,), memory)[0]
+        data = numba.carray(data_pointer, (1,), state)[0]
         step_end(model, data, instance)
         check_step(model, data, instance, (address_of(model), address_of(data)))
 
