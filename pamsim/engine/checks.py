@@ -10,6 +10,9 @@ The engine cannot pass an error on. It is raised when `pamsim.simulate`, a step 
 block of `pamsim.live` or one of `checks` ends, and what is left is printed when the process ends.
 A set point above the supply's pressure breaks nothing, since the valves then stay open: it is a
 warning, given at the same moments.
+
+The plugin knows a model by its address alone, which may be another's before and after. So only a
+model whose block of `pamsim.live` goes on, and which therefore exists, is taken for the one there.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -34,23 +37,13 @@ from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, stat
 VARIABLE = "PAMSIM_CHECK"
 """Environment variable that has the switch on from the start, unless it is empty or 0."""
 
-_REPORT = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_double,
-    ctypes.c_int64,
-    ctypes.c_double,
-    ctypes.c_double,
-)
 
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Broken:
     """What has been found in one simulation first.
 
     Attributes:
-        model: address of it.
+        model: None outside of its blocks of `pamsim.live`.
         code: of the invariant.
         actuator: id, or -1.
         value: that cannot be.
@@ -59,7 +52,7 @@ class _Broken:
         timestep: [s].
     """
 
-    model: int
+    model: mujoco.MjModel | None
     code: float
     actuator: int
     value: float
@@ -67,41 +60,41 @@ class _Broken:
     time: float
     timestep: float
 
-    def text(self, model: mujoco.MjModel | None) -> str:
+    def text(self) -> str:
         """One line for a user."""
         at = "a joint" if self.actuator < 0 else f"actuator {self.actuator}"
-        if model is not None and self.actuator >= 0:
-            at = f"muscle {model.actuator(self.actuator).name!r}"
-        value, bound = self.value, self.bound
-        if self.code == FINITE and self.actuator < 0:
-            what = "a position or speed is not finite"
-        elif self.code == FINITE:
-            name = state_name(round(bound))
-            what = f"its {name} is {value:g}, not finite"
-        elif self.code == PRESSURE and bound == 0.0:
-            what = f"the chamber's absolute pressure is {value:g} Pa, not above 0"
-        elif self.code == PRESSURE:
-            what = (
-                f"the chamber's absolute pressure is {value / 1e3:.6g} kPa, at most"
-                f" {bound / 1e3:.6g} kPa follow from its supply"
-            )
-        elif self.code == ABOVE_SUPPLY:
-            what = (
-                f"a set point of {value / 1e3:.4g} kPa is above its supply; the simulation has the"
-                f" supply's {bound / 1e3:.4g} kPa at most"
-            )
-        elif self.code == MASS:
-            what = (
-                f"the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
-                f" rounding explains {bound:.3g}"
-            )
-        else:
-            what = f"its tension is {value:g} N, and it only pulls"
+        if self.model is not None and self.actuator >= 0:
+            at = f"muscle {self.model.actuator(self.actuator).name!r}"
         step = ""
         if self.timestep > 0.0 and math.isfinite(self.time):
             number = round(self.time / self.timestep)
             step = f" (step {number} of {self.timestep * 1e3:g} ms)"
-        return f"{at}, t = {self.time:.9g} s{step}: {what}"
+        return f"{at}, t = {self.time:.9g} s{step}: {self._what()}"
+
+    def _what(self) -> str:
+        value, bound = self.value, self.bound
+        if self.code == FINITE and self.actuator < 0:
+            return "a position or speed is not finite"
+        if self.code == FINITE:
+            return f"its {state_name(round(bound))} is {value:g}, not finite"
+        if self.code == PRESSURE and bound == 0.0:
+            return f"the chamber's absolute pressure is {value:g} Pa, not above 0"
+        if self.code == PRESSURE:
+            return (
+                f"the chamber's absolute pressure is {value / 1e3:.6g} kPa, at most"
+                f" {bound / 1e3:.6g} kPa follow from its supply"
+            )
+        if self.code == ABOVE_SUPPLY:
+            return (
+                f"a set point of {value / 1e3:.4g} kPa is above its supply; the simulation has the"
+                f" supply's {bound / 1e3:.4g} kPa at most"
+            )
+        if self.code == MASS:
+            return (
+                f"the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
+                f" rounding explains {bound:.3g}"
+            )
+        return f"its tension is {value:g} N, and it only pulls"
 
 
 class _Switch:
@@ -118,8 +111,10 @@ class _Switch:
 
 
 _switch = _Switch()
-_found: dict[int, _Broken] = {}
-_above_supply: dict[int, _Broken] = {}
+_found: dict[tuple[int, int, bool], _Broken] = {}
+"""By address of the data, id of the model in its block, and whether it is a warning."""
+_blocks: list[dict[int, mujoco.MjModel]] = []
+"""Models by their addresses, of each block of `pamsim.live` that goes on."""
 
 
 def is_on() -> bool:
@@ -175,29 +170,21 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
         value: that cannot be.
         bound: of it.
     """
-    at = callback_offsets()
-    broken = _Broken(
-        model=model,
-        code=code,
-        actuator=actuator,
-        value=value,
-        bound=bound,
-        time=ctypes.c_double.from_address(data + at["time"]).value,
-        timestep=ctypes.c_double.from_address(model + at["timestep"]).value,
-    )
-    found = _above_supply if code == ABOVE_SUPPLY else _found
-    found.setdefault(data, broken)
+    at, number = callback_offsets(), ctypes.c_double.from_address
+    known = next((block[model] for block in tuple(_blocks) if model in block), None)
+    time, timestep = number(data + at["time"]).value, number(model + at["timestep"]).value
+    broken = _Broken(known, code, actuator, value, bound, time, timestep)
+    _found.setdefault((data, id(known), code == ABOVE_SUPPLY), broken)
 
 
-reporter = _REPORT(report)
+_INT, _FLOAT = ctypes.c_int64, ctypes.c_double
+reporter = ctypes.CFUNCTYPE(None, _INT, _INT, _FLOAT, _INT, _FLOAT, _FLOAT)(report)
 """For compiled code."""
 
 
-def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
-    """Raise what has been found since the last call.
-
-    Args:
-        models: only of these, which gives muscles their names; None for all of the process.
+@contextmanager
+def raised_at_end(models: Sequence[mujoco.MjModel]) -> Iterator[None]:
+    """Raise at the end of a ``with`` block what is found in some models meanwhile.
 
     Raises:
         InvariantError: naming the first.
@@ -205,37 +192,50 @@ def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
     Warns:
         RuntimeWarning: of the first set point above its supply.
     """
-    if not _found and not _above_supply:
-        return
-    named = None if models is None else {int(model._address): model for model in models}
+    block = {int(model._address): model for model in models}
+    _blocks.append(block)
+    try:
+        yield
+    finally:
+        _blocks.remove(block)
+    raise_found(models)
 
-    def first(found: dict[int, _Broken]) -> str:
-        mine = [at for at, one in found.items() if named is None or one.model in named]
-        taken = [found.pop(at) for at in mine]
-        if not taken:
-            return ""
-        return taken[0].text(None if named is None else named[taken[0].model])
 
-    asked, broken = first(_above_supply), first(_found)
+def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
+    """Raise what has been found since the last call.
+
+    Args:
+        models: only what was found in blocks of these; None for all of the process.
+
+    Raises:
+        InvariantError: naming the first.
+
+    Warns:
+        RuntimeWarning: of the first set point above its supply.
+    """
+    taken = [_found.pop(key) for key in _keys(models)]
+    broken = [one for one in taken if one.code != ABOVE_SUPPLY]
     if broken:
-        raise InvariantError(broken)
-    if asked:
-        warnings.warn(asked, RuntimeWarning, stacklevel=2)
+        raise InvariantError(broken[0].text())
+    if taken:
+        warnings.warn(taken[0].text(), RuntimeWarning, stacklevel=2)
 
 
-def forget(model: mujoco.MjModel) -> None:
-    """Leave out what has been found in a model's runs, whose outcomes report it."""
-    _leave_out(model, _found)
+def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
+    """Leave out what has been found in a model's block, as the user is told of it otherwise.
+
+    Args:
+        model: of the block.
+        above_supply: True for set points above its supply, False for all else.
+    """
+    for key in _keys([model]):
+        if key[-1] == above_supply:
+            del _found[key]
 
 
-def allow_above_supply(model: mujoco.MjModel) -> None:
-    """Leave out a model's set points above its supply, of which the user has been warned."""
-    _leave_out(model, _above_supply)
-
-
-def _leave_out(model: mujoco.MjModel, found: dict[int, _Broken]) -> None:
-    for at in [at for at, one in found.items() if one.model == int(model._address)]:
-        del found[at]
+def _keys(models: Sequence[mujoco.MjModel] | None) -> list[tuple[int, int, bool]]:
+    found = list(_found.items())
+    return [key for key, one in found if models is None or any(one.model is m for m in models)]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:
@@ -258,5 +258,5 @@ def check_clock(before: float, after: float, expected: float) -> None:
 
 @atexit.register
 def _print_left() -> None:
-    for one in (*_above_supply.values(), *_found.values()):
-        print(f"pamsim: {VARIABLE}: {one.text(None)}", file=sys.stderr)
+    for one in _found.values():
+        print(f"pamsim: {VARIABLE}: {one.text()}", file=sys.stderr)

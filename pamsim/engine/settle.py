@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TypeAlias
+from collections.abc import Mapping
 
 import mujoco
 import numpy as np
@@ -14,13 +13,11 @@ from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import set_command
-from pamsim.engine.state import charge, settled
+from pamsim.engine.state import charge, quieten
+from pamsim.engine.stepping import EachStep, advance
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import slot
 from pamsim.recordings.experiment import Experiment
-
-EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
-"""Called with model and data before every time step: physics that the rig does not contain."""
 
 _REST_BLOCK = 0.1
 """Time between two checks whether a rig has come to rest [s]."""
@@ -28,15 +25,8 @@ _REST_BLOCK = 0.1
 _REST = 1e-10
 """Largest relative change of a state over that time in a rig that counts as at rest."""
 
-_AWAY_MEANWHILE = [
-    slot(name)
-    for name in (
-        "creep.stiffness",
-        "creep.stiffness_2",
-        "valve.dead_zone",
-        "valve.regulator_dead_band",
-    )
-]
+_AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
+_AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
 
 def settle(
@@ -64,28 +54,30 @@ def settle(
         each_step: acts before every step, or None.
     """
     set_command(model, "pressure_set")
+    pressures, timestep = experiment.start_pressure, model.opt.timestep
     first = experiment.command_value[0, len(experiment.drives.muscles) :]
     mujoco.mj_resetData(model, data)
     place(data, on, first)
-    charge(model, data, experiment.start_pressure.tolist())
+    charge(model, data, pressures)
     kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
     model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
-    data.ctrl[:] = experiment.start_pressure
+    data.ctrl[:] = pressures
     data.time = -experiment.settle
-    left = round(experiment.settle / model.opt.timestep)
-    block = max(1, round(_REST_BLOCK / model.opt.timestep))
+    left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
     before = _configuration(data)
     while left > 0:
-        advance(model, data, experiment.start_pressure, min(block, left), each_step)
+        advance(model, data, pressures, min(block, left), each_step)
         left -= block
         place(data, on, first)
         now = _configuration(data)
-        if _at_rest(before, now, data.qvel):
+        # Rounding keeps a joint at zero from ever being still relative to its own angle.
+        still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+        if still.all() and (np.abs(data.qvel) <= _REST).all():
             break
         before = now
     model.actuator_user[:, _AWAY_MEANWHILE] = kept
     set_command(model, experiment.drives.muscles)
-    settled(model, data, experiment.start_pressure.tolist())
+    quieten(model, data, pressures)
     data.time = 0.0
 
 
@@ -126,38 +118,5 @@ def settle_quickly(
     settle(model, data, experiment, on)
 
 
-def advance(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    command: NDArray[np.float64],
-    count: int,
-    each_step: EachStep | None,
-) -> None:
-    """Take some time steps under one command.
-
-    Args:
-        model: of the run.
-        data: of it; stepped in place.
-        command: (m,) of the muscles; without a hook, ``data.ctrl`` holds it already.
-        count: of steps.
-        each_step: acts before each of them, or None.
-    """
-    if each_step is None:
-        mujoco.mj_step(model, data, count)
-        return
-    for _ in range(count):
-        data.ctrl[:] = command
-        each_step(model, data)
-        mujoco.mj_step(model, data)
-
-
 def _configuration(data: mujoco.MjData) -> NDArray[np.float64]:
     return np.concatenate([data.qpos, data.act])
-
-
-def _at_rest(
-    before: NDArray[np.float64], now: NDArray[np.float64], velocity: NDArray[np.float64]
-) -> bool:
-    # Rounding keeps a joint that rests at zero from ever being still relative to its own angle.
-    still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
-    return bool(still.all() and (np.abs(velocity) <= _REST).all())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from dataclasses import dataclass, replace
 from typing import Any
@@ -14,8 +13,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.limits import RUN_STEPS
 from pamsim.engine import checks
-from pamsim.engine.delayed_command import arriving_commands
-from pamsim.engine.external import External, act, as_driven, check_range, effort, external
+from pamsim.engine.command_plan import Plan, command_plan
+from pamsim.engine.external import External, act, as_driven, check_range, external, set_off
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.mjcf import may_collide
 from pamsim.engine.preflight import (
@@ -26,21 +25,21 @@ from pamsim.engine.preflight import (
 )
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
-    Plan,
-    each_step_command,
-    held_commands,
+    empty_trace,
+    engine_memory,
+    first_breakdown,
     note_state,
     note_tendons,
-    plan_of,
     take_compiled,
-    take_interpreted,
+    take_samples,
 )
-from pamsim.engine.settle import EachStep, settle
+from pamsim.engine.settle import settle
 from pamsim.engine.state import restore_state, save_state
-from pamsim.engine.stepping import live
-from pamsim.engine.trace import empty_trace, engine_warnings_held, first_breakdown
+from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
+
+FloatArray = NDArray[np.float64]
 
 _CHECK_EVERY = 512
 """Samples between two checks for a breakdown."""
@@ -66,6 +65,31 @@ class Run:
     samples: int
     steps: int
 
+    @property
+    def times(self) -> FloatArray:
+        """(n,) of the samples [s]."""
+        return np.arange(self.samples) / self.experiment.sample_rate
+
+    @property
+    def delays(self) -> list[float]:
+        """(m,) dead times of the muscles' commands [s]."""
+        return [muscle.valve.delay for muscle in self.rig.muscles.values()]
+
+    def plan(self, commands: FloatArray) -> Plan:
+        """When which commands reach the valves, of commands (n, m + j) at the samples."""
+        imposed, timestep = self.external.inertia > 0.0, float(self.model.opt.timestep)
+        return command_plan(self.experiment, commands, self.delays, imposed, timestep, self.steps)
+
+    def meta(self, timestep: float) -> dict[str, Any]:
+        """What a recording states of where it came from, stepped in a time step [s]."""
+        return {
+            "rig": self.rig.name,
+            "experiment": self.experiment.name,
+            "timestep_s": timestep,
+            "sample_hz": self.experiment.sample_rate,
+            "mujoco": mujoco.__version__,
+        }
+
 
 def simulate(
     rig: Rig | str | os.PathLike[str],
@@ -74,7 +98,7 @@ def simulate(
     timestep: float | None = None,
     integrator: str | None = None,
     backend: str = "compiled",
-    from_state: NDArray[np.float64] | None = None,
+    from_state: FloatArray | None = None,
     each_step: EachStep | None = None,
 ) -> Recording:
     """Run an experiment.
@@ -110,13 +134,13 @@ def simulate(
             breaks down.
     """
     rig = rig if isinstance(rig, Rig) else load_rig(rig)
-    if from_state is not None and any(_delays(rig)):
+    data = mujoco.MjData(rig.model)
+    run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
+    if from_state is not None and any(run.delays):
         raise InputError(
             "a run with valve.delay cannot be continued: its state does not hold the commands"
             " under way; simulate the whole experiment at once"
         )
-    data = mujoco.MjData(rig.model)
-    run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
     refuse_above_supply(rig.muscles, run.experiment)
     with live(run.model, backend=backend), engine_warnings_held():
         if from_state is None:
@@ -215,10 +239,6 @@ def whole_steps(period: float, timestep: float) -> int:
     return steps
 
 
-def _delays(rig: Rig) -> list[float]:
-    return [muscle.valve.delay for muscle in rig.muscles.values()]
-
-
 def record(
     run: Run,
     data: mujoco.MjData,
@@ -241,83 +261,79 @@ def record(
             `pamsim.checks` on either.
         above_supply: True where set points may be above the supply's pressure.
     """
-    model, experiment = run.model, run.experiment
-    relative = np.arange(run.samples) / experiment.sample_rate
-    expected = data.time + relative
-    timestep = float(model.opt.timestep)
-    commands = experiment.command_at(relative)
-    plan = commands_of(run, commands)
-    on = run.external
-    if from_rest:
-        _begin_moving(run, data, plan)
-    final_state = save_state(model, data)
-    trace = empty_trace(model, run.samples, len(on.joints))
+    model, experiment, on = run.model, run.experiment, run.external
+    muscles, timestep, times = len(run.rig.muscles), float(model.opt.timestep), run.times
+    expected, commands = data.time + times, experiment.command_at(times)
+    plan = run.plan(commands)
+    if from_rest and len(plan.external) > 1:
+        first = experiment.command_value[0, muscles:]
+        set_off(data, on, first, plan.external[:2], plan.timestep[0])
+    trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
+    memory = engine_memory(model, data)
+    pressure, tension = np.empty((2, run.samples, muscles))
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
-    pulls = np.empty_like(trace.force)
-
     gauges = Gauges(model, backend=backend)
 
-    def pull(sample: int) -> None:
-        now = slice(sample, sample + 1)
+    def gauge(begin: int, end: int) -> None:
+        now = slice(begin, end)
         gauges.set_parameters(0, model)
-        pulls[sample] = gauges.tensions(trace.act[now], trace.length[now], trace.speed[now])[0]
+        pressure[now] = gauges.pressures(trace.act[now], trace.length[now])
+        tension[now] = -trace.force[now]
+        if braked:
+            tension[now] = gauges.tensions(trace.act[now], trace.length[now], trace.speed[now])
 
-    # A hook may change the muscles from step to step, so their tension is computed at once.
-    hooked = each_step is not None
-    each_pull = pull if braked and hooked else None
-    native = backend == "compiled" and not hooked and not may_collide(model)
-    last, broken = run.samples - 1, None
+    # A hook may change the muscles from step to step, so they are read at once.
+    gauge_each = None if each_step is None else lambda sample: gauge(sample, sample + 1)
+    native = backend == "compiled" and each_step is None and not may_collide(model)
+    last, recorded, broken = run.samples - 1, run.samples, None
     for begin in range(0, run.samples, _CHECK_EVERY):
         end = min(begin + _CHECK_EVERY, run.samples)
+        stop = min(end, last)
         if native:
-            take_compiled(model, data, plan, on, trace, begin, min(end, last))
+            take_compiled(model, data, memory, plan, on, trace, begin, stop)
         else:
-            stop = min(end, last)
-            take_interpreted(model, data, plan, on, trace, begin, stop, each_step, each_pull)
+            take_samples(model, data, memory, plan, on, trace, begin, stop, each_step, gauge_each)
         if end == run.samples:
-            note_state(data, trace, last)
-            data.ctrl[:] = plan.command[plan.first[last]]
+            note_state(memory, trace, last)
+            stretch = plan.first[last]
+            data.ctrl[:] = plan.command[stretch]
             data.qfrc_applied[on.dofs] = 0.0
             final_state = save_state(model, data)
-            if on.joints:
-                act(data, on, plan.external[plan.first[last]], timestep)
+            act(data, on, plan.external[stretch], timestep)
             if each_step is not None:
                 each_step(model, data)
             mujoco.mj_forward(model, data)
-            note_tendons(data, trace, last)
-            trace.effort[last] = effort(data, on)
-            if each_pull is not None:
-                each_pull(last)
+            note_tendons(memory, on, trace, last)
+            if gauge_each is not None:
+                gauge_each(last)
         broken = first_breakdown(trace, expected, 0.5 * timestep, begin, end)
         if broken is not None:
             break
     model.opt.timestep = timestep
     if above_supply:
-        checks.allow_above_supply(model)
-    outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
+        checks.forget(model, above_supply=True)
+    outcome, message = Outcome.COMPLETED, "ran to the end"
     if broken is not None:
         recorded, outcome, reason = broken
-        message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
+        message = f"simulation broke down before t = {times[recorded]:.4g} s: {reason}"
         if tried:
             checks.forget(model)
         elif checks.is_on():
             checks.raise_found([model])
             raise InvariantError(message)
+    if each_step is None:
+        gauge(0, recorded)
     keep = slice(0, recorded)
-    gauges = Gauges(model, backend=backend)
-    tension = -trace.force[keep]
-    if braked and each_step is None:
-        tension = gauges.tensions(trace.act[keep], trace.length[keep], trace.speed[keep])
-    elif braked:
-        tension = pulls[keep]
+    given = commands[keep, muscles:]  # what an imposed motion took is measured
+    efforts = np.where(on.inertia > 0.0, trace.effort[keep], given)
     return Recording(
-        time=relative[keep],
+        time=times[keep],
         joints=run.rig.joints,
         positions=trace.position[keep, run.rig.position_addresses],
         velocities=trace.velocity[keep, run.rig.velocity_addresses],
-        pressure=gauges.pressures(trace.act[keep], trace.length[keep]),
-        tension=tension,
+        pressure=pressure[keep],
+        tension=tension[keep],
         command=commands[keep],
         drive=experiment.drives.stated(tuple(run.rig.muscles)),
         load=experiment.load,
@@ -325,82 +341,6 @@ def record(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta=origin(run, timestep),
-        effort=_efforts(run, trace.effort[keep], commands[keep]),
+        meta=run.meta(timestep),
+        effort=dict(zip(experiment.drives.joints, efforts.T, strict=True)),
     )
-
-
-def origin(run: Run, timestep: float) -> dict[str, Any]:
-    """What a recording states of where it came from.
-
-    Args:
-        run: that was recorded.
-        timestep: in which it was stepped [s].
-    """
-    return {
-        "rig": run.rig.name,
-        "experiment": run.experiment.name,
-        "timestep_s": timestep,
-        "sample_hz": run.experiment.sample_rate,
-        "mujoco": mujoco.__version__,
-    }
-
-
-def _efforts(
-    run: Run, acted: NDArray[np.float64], commands: NDArray[np.float64]
-) -> dict[str, NDArray[np.float64]]:
-    """Torque or force on each driven joint: as given, or what its imposed motion took."""
-    given = commands[:, len(run.experiment.drives.muscles) :]
-    values = np.where(run.external.inertia > 0.0, acted, given)
-    return dict(zip(run.external.joints, values.T, strict=True))
-
-
-def commands_of(run: Run, commands: NDArray[np.float64]) -> Plan:
-    """When which commands reach the valves, and what acts on driven joints.
-
-    Args:
-        run: see `prepare`.
-        commands: (n, m + j) at its samples.
-    """
-    drives, start = run.experiment.drives, run.experiment.start_pressure
-    muscles, timestep = len(drives.muscles), float(run.model.opt.timestep)
-    pairs = list(zip(_delays(run.rig), drives.muscles, strict=True))
-    delays = [0.0 if kind == "measured" else delay for delay, kind in pairs]
-    before = [
-        p if kind == "pressure_set" else 0.0 for p, (_, kind) in zip(start, pairs, strict=True)
-    ]
-    between = np.array(drives.between)
-    if not any(between):
-        if not any(delays):
-            return held_commands(commands, timestep, run.steps)
-        return plan_of(arriving_commands(commands, before, delays, timestep, run.steps))
-    ends = timestep * np.arange(1, run.samples * run.steps + 1)
-    values = run.experiment.command_at(ends)
-    values[:, ~between] = np.repeat(commands[:, ~between], run.steps, axis=0)
-    plan = each_step_command(values[:, :muscles], timestep, run.steps)
-    if any(delays):
-        late = arriving_commands(values[:, :muscles], before, delays, timestep, 1)
-        samples = (late[k : k + run.steps] for k in range(0, len(late), run.steps))
-        plan = plan_of([list(itertools.chain(*sample)) for sample in samples])
-    if not drives.joints:
-        return plan
-    ends = np.cumsum(plan.timestep * plan.count)
-    acting = run.experiment.command_at(ends)[:, muscles:]
-    middle = run.experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
-    imposed = run.external.inertia > 0.0
-    acting[:, ~imposed] = middle[:, ~imposed]
-    last = int(plan.first[-2])
-    if last >= 3:  # the motion goes on, or stopping at the last sample would show as a blow
-        one, two, three = acting[last - 3 : last, imposed]
-        acting[last, imposed] = one - 3.0 * two + 3.0 * three
-    return replace(plan, external=acting)
-
-
-def _begin_moving(run: Run, data: mujoco.MjData, plan: Plan) -> None:
-    """Give joints whose motion is imposed its first speed, or it would begin with a blow."""
-    on, first = run.external, run.experiment.command_value[0, len(run.experiment.drives.muscles) :]
-    if len(plan.external) < 2:
-        return
-    for i in np.flatnonzero(on.inertia):
-        one, two = plan.external[:2, i]
-        data.qvel[on.dofs[i]] = (3.0 * one - two - 2.0 * first[i]) / plan.timestep[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.engine.preflight import check_lengths
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics import rest_state
 from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.record import joined_states, split_states, view
-from pamsim.physics.rest_state import quieten, rest
+from pamsim.physics.record import Parameters, joined_states, split_states, view
 
+FloatArray = NDArray[np.float64]
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -38,7 +39,9 @@ def reset(
     charge(model, data, pressures)
 
 
-def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]) -> None:
+def charge(
+    model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float] | FloatArray
+) -> None:
     """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
     Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
@@ -62,11 +65,10 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         ) from None
     _measure_tendons(model, data)
     check_lengths(model, data, wanted)
-    for index, pressure in zip(ids, wanted, strict=True):
-        row = model.actuator_user[index]
-        first, count = model.actuator_actadr[index], model.actuator_actnum[index]
-        length = float(data.actuator_length[model.actuator_outadr[index]])
-        states = rest(view(row), count, length, float(pressure))
+    for index, pressure, (m, act, length) in zip(
+        ids, wanted.tolist(), _muscles(model, data), strict=True
+    ):
+        states = rest_state.rest(m, len(act), length, pressure)
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
@@ -74,26 +76,43 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
                 " above vacuum (gauge pressures are zero at the atmosphere), or its force law has"
                 f" no volume at the tendon's length of {length:g} m"
             )
-        data.act[first : first + count] = states
+        act[:] = states
 
 
-def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[float]) -> None:
-    """Set the memory of the muscles as after a long rest at the present position.
-
-    Creep is relaxed there, and a lagged command has the value that keeps the valves shut.
+def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
+    """Have creep relaxed and valves shut at the present position; all other memory stays.
 
     Args:
         model: a model with pamsim muscles whose command is already the one to come.
         data: its data; ``act`` is changed in place.
-        pressures: gauge pressure of each muscle in actuator order [Pa].
+        pressures: (m,) gauge pressure of each muscle in actuator order [Pa].
     """
     _measure_tendons(model, data)
-    for index, pressure in zip(muscle_ids(model), pressures, strict=True):
+    for pressure, (m, act, length) in zip(pressures.tolist(), _muscles(model, data), strict=True):
+        s, z = split_states(act)
+        rest_state.quieten(m, s, length, pressure)
+        act[:] = joined_states(s, z)
+
+
+def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+    """Gauge pressures of all muscles at the last computed tendon lengths.
+
+    Returns:
+        (m,) [Pa], in actuator order.
+    """
+    return np.array(
+        [gauge_pressure(m, *split_states(act), length) for m, act, length in _muscles(model, data)]
+    )
+
+
+def _muscles(
+    model: mujoco.MjModel, data: mujoco.MjData
+) -> Iterator[tuple[Parameters, FloatArray, float]]:
+    """Parameters, states (a view) and length of the tendon [m] of each muscle."""
+    for index in muscle_ids(model):
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
         length = float(data.actuator_length[model.actuator_outadr[index]])
-        s, z = split_states(data.act[first : first + count])
-        quieten(view(model.actuator_user[index]), s, length, float(pressure))
-        data.act[first : first + count] = joined_states(s, z)
+        yield view(model.actuator_user[index]), data.act[first : first + count], length
 
 
 def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -104,22 +123,7 @@ def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_transmission(model, data)
 
 
-def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Gauge pressures of all muscles at the last computed tendon lengths.
-
-    Returns:
-        (m,) [Pa], in actuator order.
-    """
-    values: list[float] = []
-    for index in muscle_ids(model):
-        first = model.actuator_actadr[index]
-        s, z = split_states(data.act[first : first + model.actuator_actnum[index]])
-        length = float(data.actuator_length[model.actuator_outadr[index]])
-        values.append(gauge_pressure(view(model.actuator_user[index]), s, z, length))
-    return np.array(values)
-
-
-def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     """Everything the next step depends on, ``act`` and time included.
 
     Returns:
@@ -130,7 +134,7 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64
     return state
 
 
-def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]) -> None:
+def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray) -> None:
     """Set what `save_state` saved; the continuation is then bit-identical.
 
     Raises:
