@@ -25,76 +25,27 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 
 from pamsim.core.errors import InvariantError
 from pamsim.engine.structs import callback_offsets
-from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, state_name
+from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, TENSION, state_name
 
 VARIABLE = "PAMSIM_CHECK"
 """Environment variable that has the switch on from the start, unless it is empty or 0."""
 
-
-@dataclass(frozen=True)
-class _Broken:
-    """What has been found in one simulation first.
-
-    Attributes:
-        model: None outside of its blocks of `pamsim.live`.
-        code: of the invariant.
-        actuator: id, or -1.
-        value: that cannot be.
-        bound: of it.
-        time: at the end of the step [s].
-        timestep: [s].
-    """
-
-    model: mujoco.MjModel | None
-    code: float
-    actuator: int
-    value: float
-    bound: float
-    time: float
-    timestep: float
-
-    def text(self) -> str:
-        """One line for a user."""
-        at = "a joint" if self.actuator < 0 else f"actuator {self.actuator}"
-        if self.model is not None and self.actuator >= 0:
-            at = f"muscle {self.model.actuator(self.actuator).name!r}"
-        step = ""
-        if self.timestep > 0.0 and math.isfinite(self.time):
-            number = round(self.time / self.timestep)
-            step = f" (step {number} of {self.timestep * 1e3:g} ms)"
-        return f"{at}, t = {self.time:.9g} s{step}: {self._what()}"
-
-    def _what(self) -> str:
-        value, bound = self.value, self.bound
-        if self.code == FINITE and self.actuator < 0:
-            return "a position or speed is not finite"
-        if self.code == FINITE:
-            return f"its {state_name(round(bound))} is {value:g}, not finite"
-        if self.code == PRESSURE and bound == 0.0:
-            return f"the chamber's absolute pressure is {value:g} Pa, not above 0"
-        if self.code == PRESSURE:
-            return (
-                f"the chamber's absolute pressure is {value / 1e3:.6g} kPa, at most"
-                f" {bound / 1e3:.6g} kPa follow from its supply"
-            )
-        if self.code == ABOVE_SUPPLY:
-            return (
-                f"a set point of {value / 1e3:.4g} kPa is above its supply; the simulation has the"
-                f" supply's {bound / 1e3:.4g} kPa at most"
-            )
-        if self.code == MASS:
-            return (
-                f"the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
-                f" rounding explains {bound:.3g}"
-            )
-        return f"its tension is {value:g} N, and it only pulls"
+_WHAT = {
+    FINITE: "its {state} is {value:g}, not finite",
+    PRESSURE: "the chamber's absolute pressure is {kilo:.6g} kPa, at most {most:.6g} kPa follow"
+    " from its supply",
+    TENSION: "its tension is {value:g} N, and it only pulls",
+    MASS: "the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
+    " rounding explains {bound:.3g}",
+    ABOVE_SUPPLY: "a set point of {kilo:.4g} kPa is above its supply; the simulation has the"
+    " supply's {most:.4g} kPa at most",
+}
 
 
 class _Switch:
@@ -111,8 +62,10 @@ class _Switch:
 
 
 _switch = _Switch()
-_found: dict[tuple[int, int, bool], _Broken] = {}
-"""By address of the data, id of the model in its block, and whether it is a warning."""
+_found: dict[tuple[int, int, bool], tuple[mujoco.MjModel | None, str]] = {}
+"""First of each simulation, by address of its data, id of its model and whether it is a warning:
+the model, None outside of its blocks of `pamsim.live`, and a line for a user."""
+
 _blocks: list[dict[int, mujoco.MjModel]] = []
 """Models by their addresses, of each block of `pamsim.live` that goes on."""
 
@@ -170,11 +123,25 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
         value: that cannot be.
         bound: of it.
     """
-    at, number = callback_offsets(), ctypes.c_double.from_address
     known = next((block[model] for block in tuple(_blocks) if model in block), None)
+    key = data, id(known), code == ABOVE_SUPPLY
+    if key in _found:
+        return
+    at, number = callback_offsets(), ctypes.c_double.from_address
     time, timestep = number(data + at["time"]).value, number(model + at["timestep"]).value
-    broken = _Broken(known, code, actuator, value, bound, time, timestep)
-    _found.setdefault((data, id(known), code == ABOVE_SUPPLY), broken)
+    who, what = f"actuator {actuator}", _WHAT[code]
+    if actuator < 0:
+        who, what = "a joint", "a position or speed is not finite"
+    elif known is not None:
+        who = f"muscle {known.actuator(actuator).name!r}"
+    if code == PRESSURE and bound == 0.0:
+        what = "the chamber's absolute pressure is {value:g} Pa, not above 0"
+    state = state_name(round(bound)) if code == FINITE and actuator >= 0 else ""
+    what = what.format(state=state, value=value, bound=bound, kilo=value / 1e3, most=bound / 1e3)
+    step = ""
+    if timestep > 0.0 and math.isfinite(time):
+        step = f" (step {round(time / timestep)} of {timestep * 1e3:g} ms)"
+    _found[key] = known, f"{who}, t = {time:.9g} s{step}: {what}"
 
 
 _INT, _FLOAT = ctypes.c_int64, ctypes.c_double
@@ -213,12 +180,12 @@ def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
     Warns:
         RuntimeWarning: of the first set point above its supply.
     """
-    taken = [_found.pop(key) for key in _keys(models)]
-    broken = [one for one in taken if one.code != ABOVE_SUPPLY]
+    taken = {key: _found.pop(key)[1] for key in _keys(models)}
+    broken = [text for (*_, warning), text in taken.items() if not warning]
     if broken:
-        raise InvariantError(broken[0].text())
+        raise InvariantError(broken[0])
     if taken:
-        warnings.warn(taken[0].text(), RuntimeWarning, stacklevel=2)
+        warnings.warn(next(iter(taken.values())), RuntimeWarning, stacklevel=2)
 
 
 def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
@@ -234,8 +201,8 @@ def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
 
 
 def _keys(models: Sequence[mujoco.MjModel] | None) -> list[tuple[int, int, bool]]:
-    found = list(_found.items())
-    return [key for key, one in found if models is None or any(one.model is m for m in models)]
+    ids = None if models is None else {id(model) for model in models}
+    return [key for key in tuple(_found) if ids is None or key[1] in ids]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:
@@ -258,5 +225,5 @@ def check_clock(before: float, after: float, expected: float) -> None:
 
 @atexit.register
 def _print_left() -> None:
-    for one in _found.values():
-        print(f"pamsim: {VARIABLE}: {one.text()}", file=sys.stderr)
+    for _, text in _found.values():
+        print(f"pamsim: {VARIABLE}: {text}", file=sys.stderr)
