@@ -19,14 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.engine import checks
+from pamsim.engine.external import set_off
 from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle_quickly
 from pamsim.engine.simulate import Run, prepare, record
-from pamsim.engine.state import quieten, restore_state, save_state
+from pamsim.engine.state import quieten, restore_state, save_state, settle_quickly
 from pamsim.engine.stepping import engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Recording
+from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.rig_file import RigFile
 
 _Begun: TypeAlias = Callable[[Run], mujoco.MjData]
@@ -99,7 +100,12 @@ def simulate_batch(
     with _rested(runs, settle_steps, threads, reused) as (pool, begun):
 
         def recorded(run: Run) -> Recording:
-            return record(run, begun(run), tried=True, above_supply=above_supply)
+            found = record(run, begun(run))
+            if found.outcome is not Outcome.COMPLETED:
+                checks.forget(run.model)  # it is read
+            if above_supply:
+                checks.forget(run.model, above_supply=True)
+            return found
 
         for recording in pool.map(recorded, runs):
             recordings.append(recording)
@@ -109,15 +115,7 @@ def simulate_batch(
 
 
 def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDArray[np.float64]]:
-    """States in which runs begin, as `simulate_batch` brings them to rest.
-
-    Args:
-        runs: see `pamsim.engine.simulate.prepare`.
-        threads: how many come to rest at a time; one per processor if left out.
-
-    Returns:
-        State of each, see `pamsim.restore_state`.
-    """
+    """States in which runs begin, as `simulate_batch` brings them to rest in some threads."""
     with _rested(runs, 1, threads, _ReusedData()) as (_, begun):
         return [save_state(run.model, begun(run)) for run in runs]
 
@@ -138,6 +136,7 @@ def _rested(
         mujoco.mj_resetData(run.model, data)
         restore_state(run.model, data, state)
         quieten(run.model, data, run.experiment.start_pressure)  # under the run's own command
+        set_off(data, run.external, run.experiment, run.model.opt.timestep)
         data.warning.number[:] = warnings
         return data
 

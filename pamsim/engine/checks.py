@@ -101,13 +101,7 @@ def checks(on: bool = True) -> Iterator[None]:
 
 
 def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
-    """Have a plugin checked while the switch is on.
-
-    Args:
-        entry: the engine's own, see `pamsim.engine.plugin`.
-        usual: what the engine calls after each step while it is off.
-        checking: returns what it calls while it is on.
-    """
+    """Have the engine call ``checking()`` at its entry while the switch is on, else the usual."""
     _switch.plugins.append((entry, usual, checking))
     _switch.turn(_switch.on)
 
@@ -115,13 +109,8 @@ def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
     """Note a broken invariant, unless one of the same simulation waits to be raised.
 
-    Args:
-        model: address of it.
-        data: address of it.
-        code: see `pamsim.physics.invariants`.
-        actuator: id, or -1 for the joints.
-        value: that cannot be.
-        bound: of it.
+    Given are the addresses of model and data, what `pamsim.physics.invariants` says, and the id of
+    the actuator, -1 for the joints.
     """
     known = next((block[model] for block in tuple(_blocks) if model in block), None)
     key = data, id(known), code == ABOVE_SUPPLY
@@ -206,15 +195,10 @@ def _keys(models: Sequence[mujoco.MjModel] | None) -> list[tuple[int, int, bool]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:
-    """Refuse a time that has not advanced as it must.
-
-    Args:
-        before: [s].
-        after: [s].
-        expected: difference [s].
+    """Refuse a time that has not advanced as expected, beyond rounding; all in s.
 
     Raises:
-        InvariantError: if the difference is another, beyond rounding.
+        InvariantError: if so.
     """
     if not abs(after - before - expected) <= 1e-9 * (abs(before) + expected):
         raise InvariantError(

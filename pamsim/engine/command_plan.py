@@ -9,7 +9,7 @@ a time step divides it in two, so that what follows depends smoothly on the dela
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,20 +24,14 @@ _ROUNDING = 1e-6  # of a time step: a change closer to its end counts as at the 
 class Plan(NamedTuple):
     """What a run commands, in stretches of equal time steps under one command.
 
-    Attributes:
-        first: (n + 1,) the stretch that each sample begins with; the last one ends them.
-        command: (s, m) of each stretch.
-        timestep: (s,) [s].
-        steps: (s,) in each stretch.
-        external: (s, j) of each stretch, which is then a single step: what acts on the driven
-            joints, see `pamsim.engine.external.act`.
+    What acts on driven joints is of stretches of a single step, see `pamsim.engine.external.act`.
     """
 
-    first: NDArray[np.int64]
-    command: FloatArray
-    timestep: FloatArray
-    steps: NDArray[np.int64]
-    external: FloatArray
+    first: NDArray[np.int64]  # (n + 1,) stretch that each sample begins with; the last ends them
+    command: FloatArray  # (s, m) of each stretch
+    timestep: FloatArray  # (s,) [s]
+    steps: NDArray[np.int64]  # (s,)
+    external: FloatArray  # (s, j)
 
 
 def command_plan(
@@ -48,15 +42,10 @@ def command_plan(
     timestep: float,
     steps: int,
 ) -> Plan:
-    """The plan of a run.
+    """The plan of an experiment whose commands at the samples are (n, m + j).
 
-    Args:
-        experiment: of the run.
-        commands: (n, m + j) at its samples.
-        delays: (m,) dead times of the muscles [s].
-        imposed: (j,) joints whose motion is imposed.
-        timestep: [s].
-        steps: time steps per sample.
+    The muscles have delays [s]; of the driven joints (j,) some have their motion imposed. A sample
+    has a number of time steps [s].
     """
     drives, each = experiment.drives, steps
     muscles, between = len(drives.muscles), np.array(drives.between)
@@ -114,7 +103,7 @@ def arriving(
     changes = changed * each + late[muscle]
     changes = changes[changes < len(values) * each]
     grid = np.arange(len(values) + 1) * float(each)
-    edges = np.unique(np.concatenate([grid, changes, np.floor(changes), np.ceil(changes)]))
+    edges: Any = np.unique(np.concatenate([grid, changes, np.floor(changes), np.ceil(changes)]))
     # Sums that should be equal differ by rounding.
     edges = edges[np.diff(edges, prepend=-1.0) > 0.5 * _ROUNDING]
     middle = 0.5 * (edges[:-1] + edges[1:])

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.signals import IMPOSED, Drive
 
 FloatArray = NDArray[np.float64]
@@ -80,12 +81,7 @@ def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:
 
 
 def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> None:
-    """Refuse an imposed motion beyond a joint's range.
-
-    Args:
-        model: of the rig.
-        drives: of the run.
-        values: (n, m + j) commands.
+    """Refuse imposed motions, among commands (n, m + j), beyond a joint's range.
 
     Raises:
         InputError: naming the joint.
@@ -102,13 +98,10 @@ def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> Non
 
 
 def act(data: Any, on: External, values: FloatArray, timestep: float) -> None:
-    """Set what acts on the joints during the next time step; compiled as it stands.
+    """Set what acts on the joints during the next time step [s]; compiled as it stands.
 
-    Args:
-        data: of a model that `external` has prepared, or its arrays by their names.
-        on: the joints.
-        values: (j,) torque [N m], force [N], or position at the end of the step [rad or m].
-        timestep: [s].
+    The values (j,) are torques [N m], forces [N] or positions at the end of the step [rad or m].
+    The data, of a model that `external` has prepared, may be its arrays by their names.
     """
     for i in range(on.dofs.size):
         applied, dof = values[i], on.dofs[i]
@@ -125,13 +118,7 @@ def effort(data: Any, on: External, joint: int) -> float:
 
 
 def place(data: mujoco.MjData, on: External, values: FloatArray) -> None:
-    """Put the joints whose motion is imposed where it begins, at rest; apply torques and forces.
-
-    Args:
-        data: of a model that `external` has prepared.
-        on: the joints.
-        values: (j,) first torque [N m], force [N] or position [rad or m].
-    """
+    """Put joints where their imposed motion begins, at rest; apply torques and forces; all (j,)."""
     for i, dof in enumerate(on.dofs):
         if on.inertia[i] == 0.0:
             data.qfrc_applied[dof] = values[i]
@@ -142,18 +129,8 @@ def place(data: mujoco.MjData, on: External, values: FloatArray) -> None:
         data.qvel[dof] = 0.0
 
 
-def set_off(
-    data: mujoco.MjData, on: External, first: FloatArray, next_two: FloatArray, timestep: float
-) -> None:
-    """Give joints whose motion is imposed its first speed, or it would begin with a blow.
-
-    Args:
-        data: of a model that `external` has prepared.
-        on: the joints.
-        first: (j,) positions now [rad or m].
-        next_two: (2, j) at the ends of the first two time steps.
-        timestep: [s].
-    """
-    moved, (one, two) = on.inertia > 0.0, next_two
-    speed = (3.0 * one - two - 2.0 * first) / timestep
-    data.qvel[on.dofs[moved]] = speed[moved]
+def set_off(data: mujoco.MjData, on: External, experiment: Experiment, timestep: float) -> None:
+    """Give joints whose motion is imposed its first speed, or it would begin with a blow."""
+    ends = experiment.command_at(timestep * np.arange(3.0))[:, len(experiment.drives.muscles) :]
+    now, one, two = ends[:, on.inertia > 0.0]
+    data.qvel[on.dofs[on.inertia > 0.0]] = (3.0 * one - two - 2.0 * now) / timestep

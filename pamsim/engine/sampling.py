@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import threading
+import inspect
+import zlib
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,7 +20,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.engine import structs
+from pamsim.engine import command_plan, external, structs
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
 from pamsim.engine.library import engine_library
@@ -27,47 +28,29 @@ from pamsim.engine.stepping import EachStep, advance
 from pamsim.recordings.recording import Outcome
 
 FloatArray: TypeAlias = NDArray[np.float64]
-Gauge: TypeAlias = Callable[[int], None]
-"""Called with the number of each sample, once its tendons are measured."""
-
-_once = threading.Lock()
 
 
 class Trace(NamedTuple):
-    """Signals of the engine at every sample, before the next step.
+    """Signals of the engine at each of n samples, before the next step."""
 
-    Attributes:
-        time: (n,) engine time [s].
-        position: (n, nq) ``qpos``.
-        velocity: (n, nv) ``qvel``.
-        act: (n, na) states of all actuators.
-        length: (n, m) actuator lengths [m].
-        speed: (n, m) their rates [m/s].
-        force: (n, m) actuator forces [N].
-        effort: (n, j) what acts on driven joints from outside [N m or N].
-        warnings: (n, k) how often the engine has warned of each kind.
-    """
-
-    time: FloatArray
-    position: FloatArray
-    velocity: FloatArray
-    act: FloatArray
-    length: FloatArray
-    speed: FloatArray
-    force: FloatArray
-    effort: FloatArray
-    warnings: NDArray[np.int32]
+    time: FloatArray  # (n,) [s]
+    position: FloatArray  # (n, nq)
+    velocity: FloatArray  # (n, nv)
+    act: FloatArray  # (n, na) states of all actuators
+    length: FloatArray  # (n, m) of the actuators [m]
+    speed: FloatArray  # (n, m) [m/s]
+    force: FloatArray  # (n, m) [N]
+    effort: FloatArray  # (n, j) what acts on driven joints from outside [N m or N]
+    warnings: NDArray[np.int32]  # (n, k) how often the engine has warned of each kind
 
 
-def empty_trace(model: mujoco.MjModel, samples: int, driven: int = 0) -> Trace:
+def empty_trace(model: mujoco.MjModel, samples: int, driven: int) -> Trace:
     """A trace with room for a number of samples, of a number of driven joints."""
     muscles = model.nactuator
     widths = (model.nq, model.nv, model.na, muscles, muscles, muscles, driven)
-    return Trace(
-        np.empty(samples),
-        *(np.empty((samples, width)) for width in widths),
-        warnings=np.empty((samples, int(mujoco.mjtWarning.mjNWARNING)), dtype=np.int32),
-    )
+    signals = (np.empty((samples, width)) for width in widths)
+    warnings = np.empty((samples, int(mujoco.mjtWarning.mjNWARNING)), dtype=np.int32)
+    return Trace._make((np.empty(samples), *signals, warnings))
 
 
 class Memory(NamedTuple):
@@ -75,6 +58,7 @@ class Memory(NamedTuple):
 
     time: FloatArray
     timestep: FloatArray
+    warnings: NDArray[np.int32]
     qpos: FloatArray
     qvel: FloatArray
     act: FloatArray
@@ -84,18 +68,15 @@ class Memory(NamedTuple):
     actuator_length: FloatArray
     actuator_velocity: FloatArray
     actuator_force: FloatArray
-    warnings: NDArray[np.int32]
 
 
 def engine_memory(model: mujoco.MjModel, data: mujoco.MjData) -> Memory:
     """Views that hold while the model and its data exist."""
-    at, number = structs.callback_offsets(), ctypes.c_double.from_address
-    return Memory(
-        np.frombuffer(number(int(data._address) + at["time"])),
-        np.frombuffer(number(int(model._address) + at["timestep"])),
-        *(getattr(data, name) for name in Memory._fields[2:-1]),
-        warnings=data.warning.number,
-    )
+    at = structs.callback_offsets()
+    places = int(data._address) + at["time"], int(model._address) + at["timestep"]
+    numbers = [(ctypes.c_double * 1).from_address(place) for place in places]
+    arrays = (getattr(data, name) for name in Memory._fields[3:])
+    return Memory._make((*map(np.ctypeslib.as_array, numbers), data.warning.number, *arrays))
 
 
 def take_samples(
@@ -108,21 +89,12 @@ def take_samples(
     begin: int,
     end: int,
     each_step: EachStep | None,
-    gauge: Gauge | None,
+    gauge: Callable[[int], None] | None,
 ) -> None:
-    """Take samples of a model; compiled as it stands, without hook and gauge.
+    """Take samples from one to before another; compiled as it stands, without hook and gauge.
 
-    Args:
-        model: of the run; its address in compiled code.
-        data: of it, stepped in place; its address in compiled code.
-        memory: of both.
-        plan: of the run.
-        on: joints that are driven from outside.
-        trace: written.
-        begin: sample to begin at.
-        end: sample to stop before.
-        each_step: see `pamsim.simulate`.
-        gauge: see `Gauge`; None for nothing to call.
+    Compiled code is given the addresses of model and data. A gauge is called with the number of
+    each sample once its tendons are measured.
     """
     for k in range(begin, end):
         note_state(memory, trace, k)
@@ -163,33 +135,13 @@ def _copy(values: NDArray[Any], into: NDArray[Any]) -> None:
     into[:] = values
 
 
-def take_compiled(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    memory: Memory,
-    plan: Plan,
-    on: External,
-    trace: Trace,
-    begin: int,
-    end: int,
-) -> None:
-    """`take_samples` as machine code, of a model without collisions."""
-    if begin == 0 and end > 0:
-        # A model that cannot be stepped raises an error here, in the engine's own binding.
-        take_samples(model, data, memory, plan, on, trace, 0, 1, None, None)
-        begin = 1
-    addresses = int(model._address), int(data._address)
-    with _once:
-        loop = compiled_loop()
-    loop(*addresses, memory, plan, on, trace, begin, end, None, None)
-
-
 @functools.cache
 def compiled_loop() -> Any:
-    """The loop for numba, which compiles it or loads it from its cache.
+    """`take_samples` as machine code, without its last two arguments.
 
-    It closes over nothing: numba makes its cache key from what a function closes over, and
-    functions among that would give a new key in every process, which then compiles for seconds.
+    Numba keeps it on disk under a key made of the signature, this file's time and the numbers that
+    it closes over: the other files whose text is compiled are among these. Functions there would
+    give a new key in every process, which then compiles for seconds.
     """
     # Only the compiled backend imports numba.
     import llvmlite.binding
@@ -217,31 +169,35 @@ def compiled_loop() -> Any:
 
         return each
 
-    for function in (act, effort, note_state, note_tendons):
+    for function in (act, effort, note_state, note_tendons, take_samples):
         register_jitable(function)
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(take_samples)
+    text = inspect.getsource(external) + inspect.getsource(command_plan)
+    key = 1 + zlib.crc32(text.encode())
+
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    def loop(
+        model: Any, data: Any, memory: Any, plan: Any, on: Any, trace: Any, begin: Any, end: Any
+    ) -> None:
+        if key:
+            take_samples(model, data, memory, plan, on, trace, begin, end, None, None)
+
+    return loop
 
 
 def first_breakdown(
     trace: Trace, expected_time: FloatArray, slack: float, first: int, last: int
 ) -> tuple[int, Outcome, str] | None:
-    """The first sample at which the state is invalid, if there is one.
+    """The first sample from one to before another at which the state is invalid, if there is one.
 
-    The engine itself only prints a warning and goes on.
-
-    Args:
-        trace: of the run.
-        expected_time: (n,) engine time that belongs to each sample [s].
-        slack: difference from it that rounding explains [s].
-        first: sample to begin at.
-        last: sample to stop before.
+    The engine itself only prints a warning and goes on. Rounding explains a slack [s] between the
+    time of a sample and the engine's.
 
     Returns:
         Its number, what it is called, and the reason as a phrase.
     """
     rows = slice(first, last)
-    finite = np.isfinite(np.hstack([trace.act[rows], trace.position[rows]])).all(axis=1)
-    warned = trace.warnings[rows].any(axis=1)
+    finite: Any = np.isfinite(np.hstack([trace.act[rows], trace.position[rows]])).all(axis=1)
+    warned: Any = trace.warnings[rows].any(axis=1)
     late = ~(np.abs(trace.time[rows] - expected_time[rows]) <= slack)
     broken = np.flatnonzero(~finite | warned | late)
     if not len(broken):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -25,16 +26,15 @@ from pamsim.engine.preflight import (
 )
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
+    compiled_loop,
     empty_trace,
     engine_memory,
     first_breakdown,
     note_state,
     note_tendons,
-    take_compiled,
     take_samples,
 )
-from pamsim.engine.settle import settle
-from pamsim.engine.state import restore_state, save_state
+from pamsim.engine.state import restore_state, save_state, settle
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
@@ -145,9 +145,14 @@ def simulate(
     with live(run.model, backend=backend), engine_warnings_held():
         if from_state is None:
             settle(run.model, data, run.experiment, run.external, each_step=each_step)
+            set_off(data, run.external, run.experiment, run.model.opt.timestep)
         else:
             restore_state(run.model, data, from_state)
-        return record(run, data, backend=backend, each_step=each_step, from_rest=from_state is None)
+        recording = record(run, data, backend=backend, each_step=each_step)
+        if recording.outcome is not Outcome.COMPLETED and checks.is_on():
+            checks.raise_found([run.model])
+            raise InvariantError(recording.message)
+    return recording
 
 
 def prepare(
@@ -245,31 +250,13 @@ def record(
     *,
     backend: str = "compiled",
     each_step: EachStep | None = None,
-    from_rest: bool = True,
-    tried: bool = False,
-    above_supply: bool = False,
 ) -> Recording:
-    """Run an experiment on a model from the present state on.
-
-    Args:
-        run: see `prepare`.
-        data: of its model; stepped in place.
-        backend: what evaluates the muscles, see `pamsim.live`.
-        each_step: see `simulate`.
-        from_rest: False where a motion that is imposed goes on.
-        tried: True for one of many, whose outcome is read: to break down is no error then, with
-            `pamsim.checks` on either.
-        above_supply: True where set points may be above the supply's pressure.
-    """
+    """Record a run from the present state of its model's data on; arguments as of `simulate`."""
     model, experiment, on = run.model, run.experiment, run.external
     muscles, timestep, times = len(run.rig.muscles), float(model.opt.timestep), run.times
     expected, commands = data.time + times, experiment.command_at(times)
-    plan = run.plan(commands)
-    if from_rest and len(plan.external) > 1:
-        first = experiment.command_value[0, muscles:]
-        set_off(data, on, first, plan.external[:2], plan.timestep[0])
+    plan, memory = run.plan(commands), engine_memory(model, data)
     trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
-    memory = engine_memory(model, data)
     pressure, tension = np.empty((2, run.samples, muscles))
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
@@ -286,14 +273,15 @@ def record(
     # A hook may change the muscles from step to step, so they are read at once.
     gauge_each = None if each_step is None else lambda sample: gauge(sample, sample + 1)
     native = backend == "compiled" and each_step is None and not may_collide(model)
+    addresses = int(model._address), int(data._address)
     last, recorded, broken = run.samples - 1, run.samples, None
-    for begin in range(0, run.samples, _CHECK_EVERY):
-        end = min(begin + _CHECK_EVERY, run.samples)
-        stop = min(end, last)
-        if native:
-            take_compiled(model, data, memory, plan, on, trace, begin, stop)
+    # A model that cannot be stepped raises an error at the first sample, in the engine's binding.
+    for begin, end in pairwise((0, *range(1, run.samples, _CHECK_EVERY), run.samples)):
+        fields = memory, plan, on, trace, begin, min(end, last)
+        if native and begin:
+            compiled_loop()(*addresses, *fields)
         else:
-            take_samples(model, data, memory, plan, on, trace, begin, stop, each_step, gauge_each)
+            take_samples(model, data, *fields, each_step, gauge_each)
         if end == run.samples:
             note_state(memory, trace, last)
             stretch = plan.first[last]
@@ -311,17 +299,10 @@ def record(
         if broken is not None:
             break
     model.opt.timestep = timestep
-    if above_supply:
-        checks.forget(model, above_supply=True)
     outcome, message = Outcome.COMPLETED, "ran to the end"
     if broken is not None:
         recorded, outcome, reason = broken
         message = f"simulation broke down before t = {times[recorded]:.4g} s: {reason}"
-        if tried:
-            checks.forget(model)
-        elif checks.is_on():
-            checks.raise_found([model])
-            raise InvariantError(message)
     if each_step is None:
         gauge(0, recorded)
     keep = slice(0, recorded)

@@ -1,22 +1,41 @@
-"""State of a model with muscles: charge the chambers, save everything, restore it bit for bit."""
+"""State of a model with muscles: charged, at rest, saved and restored bit for bit.
+
+Physics states what one muscle at rest is (`pamsim.physics.rest_state`). `charge` puts all muscles
+in that state where they are, `reset` does so in the model's initial position, and `settle` goes on
+from there to where the whole rig rests; `quieten` ends that under the command to come.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.engine.preflight import check_lengths
-from pamsim.engine.stepping import muscle_ids
+from pamsim.engine import checks
+from pamsim.engine.external import NOTHING, External, place
+from pamsim.engine.preflight import check_lengths, check_timestep
+from pamsim.engine.rig import set_command
+from pamsim.engine.stepping import EachStep, advance, muscle_ids
 from pamsim.physics import rest_state
 from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.record import Parameters, joined_states, split_states, view
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
+from pamsim.recordings.experiment import Experiment
 
 FloatArray = NDArray[np.float64]
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
+
+_REST_BLOCK = 0.1
+"""Time between two checks whether a rig has come to rest [s]."""
+
+_REST = 1e-10
+"""Largest relative change of a state over that time in a rig that counts as at rest."""
+
+_AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
+_AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
 
 def reset(
@@ -82,10 +101,7 @@ def charge(
 def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
     """Have creep relaxed and valves shut at the present position; all other memory stays.
 
-    Args:
-        model: a model with pamsim muscles whose command is already the one to come.
-        data: its data; ``act`` is changed in place.
-        pressures: (m,) gauge pressure of each muscle in actuator order [Pa].
+    The command of the model is already the one to come; pressures (m,) are gauge [Pa].
     """
     _measure_tendons(model, data)
     for pressure, (m, act, length) in zip(pressures.tolist(), _muscles(model, data), strict=True):
@@ -144,3 +160,88 @@ def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray)
     if state.shape != (size,):
         raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
     mujoco.mj_setState(model, data, state, _FULL)
+
+
+def settle(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    on: External = NOTHING,
+    *,
+    each_step: EachStep | None = None,
+) -> None:
+    """Bring a model to rest at the start pressures of an experiment and set time to 0.
+
+    It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
+    relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
+    point: the muscles come to rest at the start pressures themselves, however they were reached.
+    Where hysteresis leaves them depends on the way there, which is the same for every command.
+    Joints that are driven from outside are under the first torque or force, or held where their
+    motion begins.
+
+    Args:
+        model: its command is that of the experiment afterwards.
+        data: of it, overwritten.
+        experiment: its start pressures [Pa] and the time [s] that it allows.
+        on: joints that it drives from outside.
+        each_step: acts before every step, or None.
+    """
+    set_command(model, "pressure_set")
+    pressures, timestep = experiment.start_pressure, model.opt.timestep
+    first = experiment.command_value[0, len(experiment.drives.muscles) :]
+    mujoco.mj_resetData(model, data)
+    place(data, on, first)
+    charge(model, data, pressures)
+    kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
+    model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
+    data.ctrl[:] = pressures
+    data.time = -experiment.settle
+    left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
+    before = _configuration(data)
+    while left > 0:
+        advance(model, data, pressures, min(block, left), each_step)
+        left -= block
+        place(data, on, first)
+        now = _configuration(data)
+        # Rounding keeps a joint at zero from ever being still relative to its own angle.
+        still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+        if still.all() and (np.abs(data.qvel) <= _REST).all():
+            break
+        before = now
+    model.actuator_user[:, _AWAY_MEANWHILE] = kept
+    set_command(model, experiment.drives.muscles)
+    quieten(model, data, pressures)
+    data.time = 0.0
+
+
+def settle_quickly(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    muscles: Mapping[str, Muscle],
+    steps: int,
+    on: External = NOTHING,
+) -> None:
+    """`settle` in time steps of several steps' length, for a rig with some muscles.
+
+    This leaves rest where it is, but memory a little off. It settles in the model's own time step
+    where a muscle does not allow a longer one, or the rig breaks down in it.
+    """
+    timestep = float(model.opt.timestep)
+    if steps > 1:
+        model.opt.timestep = steps * timestep
+        try:
+            check_timestep(model, muscles)
+            settle(model, data, experiment, on)
+            if not data.warning.number.any() and np.isfinite(_configuration(data)).all():
+                return
+            checks.forget(model)
+        except InputError:
+            pass
+        finally:
+            model.opt.timestep = timestep
+    settle(model, data, experiment, on)
+
+
+def _configuration(data: mujoco.MjData) -> FloatArray:
+    return np.concatenate([data.qpos, data.act])

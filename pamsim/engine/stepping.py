@@ -106,14 +106,9 @@ def advance(
     count: int,
     each_step: EachStep | None,
 ) -> None:
-    """Take some time steps under one command.
+    """Take a number of time steps under one command (m,), a hook acting before each.
 
-    Args:
-        model: of the run.
-        data: of it; stepped in place.
-        command: (m,) of the muscles; without a hook, ``data.ctrl`` holds it already.
-        count: of steps.
-        each_step: acts before each of them, or None.
+    Without one, ``data.ctrl`` holds the command already.
     """
     if each_step is None:
         mujoco.mj_step(model, data, count)
