@@ -124,7 +124,7 @@ def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDAr
 def _rested(
     runs: Sequence[Run], steps: int, threads: int | None, reused: _ReusedData
 ) -> Iterator[tuple[ThreadPoolExecutor, _Begun]]:
-    """Runs at rest, once for all that begin alike: a pool, and what begins a run in a thread."""
+    """Runs at rest, once for all with the same start: a pool, and what begins a run in a thread."""
 
     def settled(run: Run) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         data = reused.of(run.rig)

@@ -178,11 +178,9 @@ def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
 
 
 def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
-    """Leave out what has been found in a model's block, as the user is told of it otherwise.
+    """Leave out what a model's block has found and a recording or warning says anyhow.
 
-    Args:
-        model: of the block.
-        above_supply: True for set points above its supply, False for all else.
+    These are either its set points above the supply, or all else.
     """
     for key in _keys([model]):
         if key[-1] == above_supply:

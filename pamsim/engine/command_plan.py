@@ -87,11 +87,8 @@ def arriving(
 ) -> tuple[FloatArray, FloatArray]:
     """When the commands at the valves may change, and what they are in between.
 
-    Args:
-        values: (n, m) commands, each held for some time steps.
-        before: (m,) held until time 0.
-        late: (m,) dead times, in time steps.
-        each: time steps for which a command is held.
+    Commands (n, m) are held for some time steps each, those (m,) before time 0 until then; the
+    muscles hear them late (m,), in time steps.
 
     Returns:
         (s + 1,) edges in time steps, between which lie whole steps or part of one; (s, m) commands.

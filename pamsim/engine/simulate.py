@@ -47,23 +47,14 @@ _CHECK_EVERY = 512
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """An experiment with its model.
-
-    Attributes:
-        rig: that runs it.
-        experiment: what to do, its muscles in the rig's order.
-        model: the rig's, with load, command and time step of the experiment.
-        external: joints that it drives from outside.
-        samples: of the recording.
-        steps: time steps per sample.
-    """
+    """An experiment with its model."""
 
     rig: Rig
-    experiment: Experiment
-    model: mujoco.MjModel
-    external: External
-    samples: int
-    steps: int
+    experiment: Experiment  # its muscles in the rig's order
+    model: mujoco.MjModel  # the rig's, with load, command and time step of the experiment
+    external: External  # joints that it drives from outside
+    samples: int  # of the recording
+    steps: int  # time steps per sample
 
     @property
     def times(self) -> FloatArray:
@@ -80,12 +71,13 @@ class Run:
         imposed, timestep = self.external.inertia > 0.0, float(self.model.opt.timestep)
         return command_plan(self.experiment, commands, self.delays, imposed, timestep, self.steps)
 
-    def meta(self, timestep: float) -> dict[str, Any]:
-        """What a recording states of where it came from, stepped in a time step [s]."""
+    @property
+    def meta(self) -> dict[str, Any]:
+        """What a recording states of where it came from."""
         return {
             "rig": self.rig.name,
             "experiment": self.experiment.name,
-            "timestep_s": timestep,
+            "timestep_s": float(self.model.opt.timestep),
             "sample_hz": self.experiment.sample_rate,
             "mujoco": mujoco.__version__,
         }
@@ -104,10 +96,9 @@ def simulate(
     """Run an experiment.
 
     The rig first comes to rest at the start pressures (held by the set-point regulator whatever the
-    experiment's command), then time starts. Every sample is taken before the step that leaves it,
-    so angle, pressure and tension belong to the same instant. Creep is
-    relaxed by then. Commands reach the valves late by ``valve.delay``; the recording holds them
-    as commanded.
+    experiment's command), with creep relaxed, then time starts. Every sample is taken before the
+    step that leaves it, so angle, pressure and tension belong to the same instant. Commands reach
+    the valves late by ``valve.delay``; the recording holds them as commanded.
 
     Args:
         rig: as `pamsim.load_rig` returns it, or a name or path that it takes.
@@ -119,9 +110,8 @@ def simulate(
             the rig must be the same, without ``valve.delay``. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
             free to change that, the muscles' parameters and states, and ``data.qfrc_applied`` of
-            joints that the experiment does not drive.
-            While the rig comes to rest, time is negative. If it has a memory, use one object per
-            run.
+            joints that the experiment does not drive. While the rig comes to rest, time is
+            negative. If it has a memory, use one object per run.
 
     Returns:
         The recording; if the run broke down, what was recorded before, with the outcome.
@@ -163,14 +153,9 @@ def prepare(
     integrator: str | None = None,
     data: mujoco.MjData | None = None,
 ) -> Run:
-    """Check an experiment against a rig and set up its model.
+    """Check an experiment against a rig and set up its model; arguments as of `simulate`.
 
-    Args:
-        rig: to run it on.
-        experiment: what is done.
-        timestep: [s]; the rig's own if left out.
-        integrator: MJCF name; the rig's own if left out.
-        data: of a model of this rig file, overwritten; saves making one.
+    Data of a model of this rig file, overwritten, saves making one.
 
     Raises:
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
@@ -218,11 +203,9 @@ def _in_order(experiment: Experiment, rig: Rig) -> Experiment:
     if order == sorted(order):
         return experiment
     muscles = order[: len(drives.muscles)]
-    names = [drives.names[i] for i in muscles]
-    moved = replace(drives, muscles=tuple(drives.muscles[i] for i in muscles), names=tuple(names))
     return replace(
         experiment,
-        drive=moved.stated(names),
+        drive={drives.names[i]: drives.muscles[i] for i in muscles} | dict(drives.joints),
         command_value=experiment.command_value[:, order],
         start_pressure=experiment.start_pressure[muscles],
     )
@@ -322,6 +305,6 @@ def record(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta=run.meta(timestep),
+        meta=run.meta,
         effort=dict(zip(experiment.drives.joints, efforts.T, strict=True)),
     )

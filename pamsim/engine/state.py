@@ -52,7 +52,7 @@ def reset(
 
     Raises:
         InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
-            longer than its fibres.
+            longer than its fibres or has no volume where it is.
     """
     mujoco.mj_resetData(model, data)
     charge(model, data, pressures)
@@ -64,16 +64,7 @@ def charge(
     """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
     Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
-    the command ``pressure`` that pressure, else 0.
-
-    Args:
-        model: a model with pamsim muscles.
-        data: its data; ``act`` of the muscles is overwritten.
-        pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
-
-    Raises:
-        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
-            longer than its fibres or has no volume where it is.
+    the command ``pressure`` that pressure, else 0. Arguments and errors as of `reset`.
     """
     ids = muscle_ids(model)
     try:
@@ -177,14 +168,7 @@ def settle(
     point: the muscles come to rest at the start pressures themselves, however they were reached.
     Where hysteresis leaves them depends on the way there, which is the same for every command.
     Joints that are driven from outside are under the first torque or force, or held where their
-    motion begins.
-
-    Args:
-        model: its command is that of the experiment afterwards.
-        data: of it, overwritten.
-        experiment: its start pressures [Pa] and the time [s] that it allows.
-        on: joints that it drives from outside.
-        each_step: acts before every step, or None.
+    motion begins. The command of the model is that of the experiment afterwards.
     """
     set_command(model, "pressure_set")
     pressures, timestep = experiment.start_pressure, model.opt.timestep

@@ -143,5 +143,5 @@ def _recording(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta=run.meta(float(run.model.opt.timestep)),
+        meta=run.meta,
     )
