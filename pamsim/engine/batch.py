@@ -28,26 +28,23 @@ from pamsim.engine.state import quieten, restore_state, save_state, settle_quick
 from pamsim.engine.stepping import engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-from pamsim.recordings.rig_file import RigFile
 
 _Begun: TypeAlias = Callable[[Run], mujoco.MjData]
 
 
-class _ReusedData(threading.local):
+class _ReusedData(dict[tuple[int, int], mujoco.MjData]):
     """Data of rigs, of which each thread has its own: making one takes a hundred time steps.
 
     Models of one rig file are copies of one compiled model, so that they share a data, which holds
-    whatever was last done with it.
+    whatever was last done with it. The rigs have to exist meanwhile.
     """
-
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[RigFile, mujoco.MjData]] = {}
 
     def of(self, rig: Rig) -> mujoco.MjData:
         """Data for a rig's models in this thread."""
-        if id(rig.file) not in self._known:
-            self._known[id(rig.file)] = rig.file, mujoco.MjData(rig.model)
-        return self._known[id(rig.file)][1]
+        key = threading.get_ident(), id(rig.file)
+        if key not in self:
+            self[key] = mujoco.MjData(rig.model)
+        return self[key]
 
 
 def simulate_batch(
