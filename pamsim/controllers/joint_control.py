@@ -21,7 +21,7 @@ from pamsim.controllers.controller import Command, Observation
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.core.errors import InputError
-from pamsim.engine.equilibrium import StillRig
+from pamsim.engine.equilibrium import still_torques
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.linear.imc_tuning import imc_gains
@@ -63,14 +63,14 @@ class InverseStatics:
                 f" {self.supply / 1e3:g} kPa; choose one that is"
             )
         self.common = np.full(len(rig.muscles), common)
-        self._still = StillRig(rig, load, mujoco.MjData(rig.model))
+        self._still = still_torques(rig, load, mujoco.MjData(rig.model))
         self._start, self._places = rig.model.qpos0.copy(), rig.position_addresses
 
     def torques(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
         """(j,) torques on the recorded joints [N m or N] at rest at positions and pressures."""
         where = self._start.copy()
         where[self._places] = position
-        return np.array(self._still.torques(pressure.tolist())(where))[self._places]
+        return np.array(self._still(where, pressure.tolist()))[self._places]
 
     def per_pressure(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
         """(j, m) derivatives of the torques by the pressures [N m/Pa or N/Pa]."""

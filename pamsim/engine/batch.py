@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from contextlib import contextmanager
 from typing import TypeAlias
 
 import mujoco
@@ -19,44 +19,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.engine import checks
+from pamsim.engine.external import set_off
 from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle_quickly
 from pamsim.engine.simulate import Run, prepare, record
-from pamsim.engine.state import restore_state, save_state, settled
-from pamsim.engine.stepping import live
-from pamsim.engine.trace import engine_warnings_held
+from pamsim.engine.state import quieten, restore_state, save_state, settle_quickly
+from pamsim.engine.stepping import engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Recording
-from pamsim.recordings.rig_file import RigFile
+from pamsim.recordings.recording import Outcome, Recording
 
-_Key: TypeAlias = tuple[object, ...]
+_Begun: TypeAlias = Callable[[Run], mujoco.MjData]
 
 
-class ReusedData(threading.local):
+class _ReusedData(dict[tuple[int, int], mujoco.MjData]):
     """Data of rigs, of which each thread has its own: making one takes a hundred time steps.
 
     Models of one rig file are copies of one compiled model, so that they share a data, which holds
-    whatever was last done with it.
+    whatever was last done with it. The rigs have to exist meanwhile.
     """
-
-    def __init__(self) -> None:
-        self._known: dict[int, tuple[RigFile, mujoco.MjData]] = {}
 
     def of(self, rig: Rig) -> mujoco.MjData:
         """Data for a rig's models in this thread."""
-        key = id(rig.file)
-        if key not in self._known:
-            self._known[key] = rig.file, mujoco.MjData(rig.model)
-        return self._known[key][1]
-
-
-@dataclass(frozen=True)
-class _Rest:
-    """A rig at rest before time 0, and the engine's warnings until then."""
-
-    state: NDArray[np.float64]
-    warnings: NDArray[np.int32]
+        key = threading.get_ident(), id(rig.file)
+        if key not in self:
+            self[key] = mujoco.MjData(rig.model)
+        return self[key]
 
 
 def simulate_batch(
@@ -98,89 +86,72 @@ def simulate_batch(
     """
     if threads is not None and threads < 1:
         raise InputError(f"{threads} threads cannot run a simulation; give 1 or more")
-    reused = ReusedData()
+    reused = _ReusedData()
     runs = [
         prepare(rig, experiment, timestep=timestep, data=reused.of(rig)) for rig, experiment in jobs
     ]
     if not above_supply:
         for run in runs:
             refuse_above_supply(run.rig.muscles, run.experiment)
-    first = _first_of_each_start(runs)
+    recordings: list[Recording] = []
+    with _rested(runs, settle_steps, threads, reused) as (pool, begun):
+
+        def recorded(run: Run) -> Recording:
+            found = record(run, begun(run))
+            if found.outcome is not Outcome.COMPLETED:
+                checks.forget(run.model)  # it is read
+            if above_supply:
+                checks.forget(run.model, above_supply=True)
+            return found
+
+        for recording in pool.map(recorded, runs):
+            recordings.append(recording)
+            if simulated is not None:
+                simulated()
+    return recordings
+
+
+def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDArray[np.float64]]:
+    """States in which runs begin, as `simulate_batch` brings them to rest in some threads."""
+    with _rested(runs, 1, threads, _ReusedData()) as (_, begun):
+        return [save_state(run.model, begun(run)) for run in runs]
+
+
+@contextmanager
+def _rested(
+    runs: Sequence[Run], steps: int, threads: int | None, reused: _ReusedData
+) -> Iterator[tuple[ThreadPoolExecutor, _Begun]]:
+    """Runs at rest, once for all with the same start: a pool, and what begins a run in a thread."""
+
+    def settled(run: Run) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+        data = reused.of(run.rig)
+        settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
+        return save_state(run.model, data), data.warning.number.copy()
+
+    def begun(run: Run) -> mujoco.MjData:
+        data, (state, warnings) = reused.of(run.rig), rests[_start(run)]
+        mujoco.mj_resetData(run.model, data)
+        restore_state(run.model, data, state)
+        quieten(run.model, data, run.experiment.start_pressure)  # under the run's own command
+        set_off(data, run.external, run.experiment, run.model.opt.timestep)
+        data.warning.number[:] = warnings
+        return data
+
+    first: dict[tuple[object, ...], Run] = {}
+    for run in runs:
+        first.setdefault(_start(run), run)
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        rests = _rests(first, settle_steps, reused, pool)
-        recordings: list[Recording] = []
-
-        def recorded_from_rest(run: Run) -> Recording:
-            data = _begun(run, rests[_start(run)], reused)
-            return record(run, data, tried=True, above_supply=above_supply)
-
-        recorded = pool.map(recorded_from_rest, runs)
-        for recording in recorded:
-            recordings.append(recording)
-            if simulated is not None:
-                simulated()
-        return recordings
+        rests = dict(zip(first, pool.map(settled, first.values()), strict=True))
+        yield pool, begun
 
 
-def _start(run: Run) -> _Key:
+def _start(run: Run) -> tuple[object, ...]:
     """What the state at time 0 depends on; the time step is the same in a rig and batch."""
     start = run.experiment
     joints = start.command_value[0, len(start.drives.muscles) :]
     driven = (tuple(start.drives.joints.items()), tuple(joints.tolist()))
     return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, driven
-
-
-def _first_of_each_start(runs: Sequence[Run]) -> dict[_Key, Run]:
-    """Runs that come to rest for all that begin as they do."""
-    first: dict[_Key, Run] = {}
-    for run in runs:
-        first.setdefault(_start(run), run)
-    return first
-
-
-def _rests(
-    first: Mapping[_Key, Run], steps: int, reused: ReusedData, pool: ThreadPoolExecutor
-) -> dict[_Key, _Rest]:
-    """Runs brought to rest, several at a time."""
-    settling = pool.map(lambda run: _settled(run, steps, reused), first.values())
-    return dict(zip(first, settling, strict=True))
-
-
-def _settled(run: Run, steps: int, reused: ReusedData) -> _Rest:
-    data = reused.of(run.rig)
-    settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
-    return _Rest(save_state(run.model, data), data.warning.number.copy())
-
-
-def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDArray[np.float64]]:
-    """States in which runs begin, as `simulate_batch` brings them to rest.
-
-    Args:
-        runs: see `pamsim.engine.simulate.prepare`.
-        threads: how many come to rest at a time; one per processor if left out.
-
-    Returns:
-        State of each, see `pamsim.restore_state`.
-    """
-    first, reused = _first_of_each_start(runs), ReusedData()
-    with (
-        live(*(run.model for run in runs)),
-        engine_warnings_held(),
-        ThreadPoolExecutor(threads or os.cpu_count()) as pool,
-    ):
-        rests = _rests(first, 1, reused, pool)
-        begun = ((run, _begun(run, rests[_start(run)], reused)) for run in runs)
-        return [save_state(run.model, data) for run, data in begun]
-
-
-def _begun(run: Run, rest: _Rest, reused: ReusedData) -> mujoco.MjData:
-    data = reused.of(run.rig)
-    mujoco.mj_resetData(run.model, data)
-    restore_state(run.model, data, rest.state)
-    settled(run.model, data, run.experiment.start_pressure.tolist())  # under the run's own command
-    data.warning.number[:] = rest.warnings
-    return data

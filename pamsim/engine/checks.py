@@ -10,6 +10,9 @@ The engine cannot pass an error on. It is raised when `pamsim.simulate`, a step 
 block of `pamsim.live` or one of `checks` ends, and what is left is printed when the process ends.
 A set point above the supply's pressure breaks nothing, since the valves then stay open: it is a
 warning, given at the same moments.
+
+The plugin knows a model by its address alone, which may be another's before and after. So only a
+model whose block of `pamsim.live` goes on, and which therefore exists, is taken for the one there.
 """
 
 from __future__ import annotations
@@ -20,88 +23,29 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 
 from pamsim.core.errors import InvariantError
 from pamsim.engine.structs import callback_offsets
-from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, state_name
+from pamsim.physics.invariants import ABOVE_SUPPLY, FINITE, MASS, PRESSURE, TENSION, state_name
 
 VARIABLE = "PAMSIM_CHECK"
 """Environment variable that has the switch on from the start, unless it is empty or 0."""
 
-_REPORT = ctypes.CFUNCTYPE(
-    None,
-    ctypes.c_int64,
-    ctypes.c_int64,
-    ctypes.c_double,
-    ctypes.c_int64,
-    ctypes.c_double,
-    ctypes.c_double,
-)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Broken:
-    """What has been found in one simulation first.
-
-    Attributes:
-        model: address of it.
-        code: of the invariant.
-        actuator: id, or -1.
-        value: that cannot be.
-        bound: of it.
-        time: at the end of the step [s].
-        timestep: [s].
-    """
-
-    model: int
-    code: float
-    actuator: int
-    value: float
-    bound: float
-    time: float
-    timestep: float
-
-    def text(self, model: mujoco.MjModel | None) -> str:
-        """One line for a user."""
-        at = "a joint" if self.actuator < 0 else f"actuator {self.actuator}"
-        if model is not None and self.actuator >= 0:
-            at = f"muscle {model.actuator(self.actuator).name!r}"
-        value, bound = self.value, self.bound
-        if self.code == FINITE and self.actuator < 0:
-            what = "a position or speed is not finite"
-        elif self.code == FINITE:
-            name = state_name(round(bound))
-            what = f"its {name} is {value:g}, not finite"
-        elif self.code == PRESSURE and bound == 0.0:
-            what = f"the chamber's absolute pressure is {value:g} Pa, not above 0"
-        elif self.code == PRESSURE:
-            what = (
-                f"the chamber's absolute pressure is {value / 1e3:.6g} kPa, at most"
-                f" {bound / 1e3:.6g} kPa follow from its supply"
-            )
-        elif self.code == ABOVE_SUPPLY:
-            what = (
-                f"a set point of {value / 1e3:.4g} kPa is above its supply; the simulation has the"
-                f" supply's {bound / 1e3:.4g} kPa at most"
-            )
-        elif self.code == MASS:
-            what = (
-                f"the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
-                f" rounding explains {bound:.3g}"
-            )
-        else:
-            what = f"its tension is {value:g} N, and it only pulls"
-        step = ""
-        if self.timestep > 0.0 and math.isfinite(self.time):
-            number = round(self.time / self.timestep)
-            step = f" (step {number} of {self.timestep * 1e3:g} ms)"
-        return f"{at}, t = {self.time:.9g} s{step}: {what}"
+_WHAT = {
+    FINITE: "its {state} is {value:g}, not finite",
+    PRESSURE: "the chamber's absolute pressure is {kilo:.6g} kPa, at most {most:.6g} kPa follow"
+    " from its supply",
+    TENSION: "its tension is {value:g} N, and it only pulls",
+    MASS: "the air gained differs from what its valves and leaks passed by {value:.3g} kg/s,"
+    " rounding explains {bound:.3g}",
+    ABOVE_SUPPLY: "a set point of {kilo:.4g} kPa is above its supply; the simulation has the"
+    " supply's {most:.4g} kPa at most",
+}
 
 
 class _Switch:
@@ -118,8 +62,12 @@ class _Switch:
 
 
 _switch = _Switch()
-_found: dict[int, _Broken] = {}
-_above_supply: dict[int, _Broken] = {}
+_found: dict[tuple[int, int, bool], tuple[mujoco.MjModel | None, str]] = {}
+"""First of each simulation, by address of its data, id of its model and whether it is a warning:
+the model, None outside of its blocks of `pamsim.live`, and a line for a user."""
+
+_blocks: list[dict[int, mujoco.MjModel]] = []
+"""Models by their addresses, of each block of `pamsim.live` that goes on."""
 
 
 def is_on() -> bool:
@@ -153,13 +101,7 @@ def checks(on: bool = True) -> Iterator[None]:
 
 
 def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
-    """Have a plugin checked while the switch is on.
-
-    Args:
-        entry: the engine's own, see `pamsim.engine.plugin`.
-        usual: what the engine calls after each step while it is off.
-        checking: returns what it calls while it is on.
-    """
+    """Have the engine call ``checking()`` at its entry while the switch is on, else the usual."""
     _switch.plugins.append((entry, usual, checking))
     _switch.turn(_switch.on)
 
@@ -167,37 +109,38 @@ def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
     """Note a broken invariant, unless one of the same simulation waits to be raised.
 
-    Args:
-        model: address of it.
-        data: address of it.
-        code: see `pamsim.physics.invariants`.
-        actuator: id, or -1 for the joints.
-        value: that cannot be.
-        bound: of it.
+    Given are the addresses of model and data, what `pamsim.physics.invariants` says, and the id of
+    the actuator, -1 for the joints.
     """
-    at = callback_offsets()
-    broken = _Broken(
-        model=model,
-        code=code,
-        actuator=actuator,
-        value=value,
-        bound=bound,
-        time=ctypes.c_double.from_address(data + at["time"]).value,
-        timestep=ctypes.c_double.from_address(model + at["timestep"]).value,
-    )
-    found = _above_supply if code == ABOVE_SUPPLY else _found
-    found.setdefault(data, broken)
+    known = next((block[model] for block in tuple(_blocks) if model in block), None)
+    key = data, id(known), code == ABOVE_SUPPLY
+    if key in _found:
+        return
+    at, number = callback_offsets(), ctypes.c_double.from_address
+    time, timestep = number(data + at["time"]).value, number(model + at["timestep"]).value
+    who, what = f"actuator {actuator}", _WHAT[code]
+    if actuator < 0:
+        who, what = "a joint", "a position or speed is not finite"
+    elif known is not None:
+        who = f"muscle {known.actuator(actuator).name!r}"
+    if code == PRESSURE and bound == 0.0:
+        what = "the chamber's absolute pressure is {value:g} Pa, not above 0"
+    state = state_name(round(bound)) if code == FINITE and actuator >= 0 else ""
+    what = what.format(state=state, value=value, bound=bound, kilo=value / 1e3, most=bound / 1e3)
+    step = ""
+    if timestep > 0.0 and math.isfinite(time):
+        step = f" (step {round(time / timestep)} of {timestep * 1e3:g} ms)"
+    _found[key] = known, f"{who}, t = {time:.9g} s{step}: {what}"
 
 
-reporter = _REPORT(report)
+_INT, _FLOAT = ctypes.c_int64, ctypes.c_double
+reporter = ctypes.CFUNCTYPE(None, _INT, _INT, _FLOAT, _INT, _FLOAT, _FLOAT)(report)
 """For compiled code."""
 
 
-def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
-    """Raise what has been found since the last call.
-
-    Args:
-        models: only of these, which gives muscles their names; None for all of the process.
+@contextmanager
+def raised_at_end(models: Sequence[mujoco.MjModel]) -> Iterator[None]:
+    """Raise at the end of a ``with`` block what is found in some models meanwhile.
 
     Raises:
         InvariantError: naming the first.
@@ -205,49 +148,55 @@ def raise_found(models: Iterable[mujoco.MjModel] | None = None) -> None:
     Warns:
         RuntimeWarning: of the first set point above its supply.
     """
-    if not _found and not _above_supply:
-        return
-    named = None if models is None else {int(model._address): model for model in models}
+    block = {int(model._address): model for model in models}
+    _blocks.append(block)
+    try:
+        yield
+    finally:
+        _blocks.remove(block)
+    raise_found(models)
 
-    def first(found: dict[int, _Broken]) -> str:
-        mine = [at for at, one in found.items() if named is None or one.model in named]
-        taken = [found.pop(at) for at in mine]
-        if not taken:
-            return ""
-        return taken[0].text(None if named is None else named[taken[0].model])
 
-    asked, broken = first(_above_supply), first(_found)
+def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
+    """Raise what has been found since the last call.
+
+    Args:
+        models: only what was found in blocks of these; None for all of the process.
+
+    Raises:
+        InvariantError: naming the first.
+
+    Warns:
+        RuntimeWarning: of the first set point above its supply.
+    """
+    taken = {key: _found.pop(key)[1] for key in _keys(models)}
+    broken = [text for (*_, warning), text in taken.items() if not warning]
     if broken:
-        raise InvariantError(broken)
-    if asked:
-        warnings.warn(asked, RuntimeWarning, stacklevel=2)
+        raise InvariantError(broken[0])
+    if taken:
+        warnings.warn(next(iter(taken.values())), RuntimeWarning, stacklevel=2)
 
 
-def forget(model: mujoco.MjModel) -> None:
-    """Leave out what has been found in a model's runs, whose outcomes report it."""
-    _leave_out(model, _found)
+def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
+    """Leave out what a model's block has found and a recording or warning says anyhow.
+
+    These are either its set points above the supply, or all else.
+    """
+    for key in _keys([model]):
+        if key[-1] == above_supply:
+            del _found[key]
 
 
-def allow_above_supply(model: mujoco.MjModel) -> None:
-    """Leave out a model's set points above its supply, of which the user has been warned."""
-    _leave_out(model, _above_supply)
-
-
-def _leave_out(model: mujoco.MjModel, found: dict[int, _Broken]) -> None:
-    for at in [at for at, one in found.items() if one.model == int(model._address)]:
-        del found[at]
+def _keys(models: Sequence[mujoco.MjModel] | None) -> list[tuple[int, int, bool]]:
+    ids = None if models is None else {id(model) for model in models}
+    return [key for key in tuple(_found) if ids is None or key[1] in ids]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:
-    """Refuse a time that has not advanced as it must.
-
-    Args:
-        before: [s].
-        after: [s].
-        expected: difference [s].
+    """Refuse a time that has not advanced as expected, beyond rounding; all in s.
 
     Raises:
-        InvariantError: if the difference is another, beyond rounding.
+        InvariantError: if so.
     """
     if not abs(after - before - expected) <= 1e-9 * (abs(before) + expected):
         raise InvariantError(
@@ -258,5 +207,5 @@ def check_clock(before: float, after: float, expected: float) -> None:
 
 @atexit.register
 def _print_left() -> None:
-    for one in (*_above_supply.values(), *_found.values()):
-        print(f"pamsim: {VARIABLE}: {one.text(None)}", file=sys.stderr)
+    for _, text in _found.values():
+        print(f"pamsim: {VARIABLE}: {text}", file=sys.stderr)

@@ -8,7 +8,7 @@ friction, the hysteresis of the muscles, their creep (relaxed at rest) and backl
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -24,12 +24,12 @@ from pamsim.physics.static_muscle import limited, static_force
 from pamsim.physics.tension import taut
 
 FloatArray = NDArray[np.float64]
+Torques: TypeAlias = Callable[[Sequence[float] | FloatArray, Sequence[float]], list[float]]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq
 
-
 _STRIDE = 0.1
-"""Longest step of the search for the first balance [rad]."""
+"""Longest step of the search for a balance [rad]."""
 
 _FARTHEST = 3.0
 """Angle beyond which no balance is searched [rad]."""
@@ -71,17 +71,29 @@ def rest_angles(
     stride = _STRIDE if near is None else _STRIDE / 10.0
     data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
     for mass in np.unique(load):
-        still = StillRig(rig, float(mass), data)
+        torques = still_torques(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
-            torque = _of_one_joint(still.torques(pressure[i].tolist()))
-            angle[i] = _first_balance(torque, float(begin[i]), stride)
+            angle[i] = _first_balance(torques, pressure[i].tolist(), float(begin[i]), stride)
     return angle
 
 
-def _of_one_joint(
-    torques: Callable[[Sequence[float] | FloatArray], list[float]],
-) -> Callable[[float], float]:
-    return lambda angle: torques((angle,))[0]
+def _first_balance(torques: Torques, held: list[float], near: float, stride: float) -> float:
+    """First angle from one on at which the torque of an arm vanishes [rad]; NaN if none does."""
+
+    def torque(angle: float) -> float:
+        return torques((angle,), held)[0]
+
+    driven = torque(near)
+    way = float(np.sign(driven))
+    if way == 0.0:
+        return near
+    while abs(near) < _FARTHEST and np.isfinite(driven):
+        far = near + way * stride
+        driven = torque(far)
+        if way * driven <= 0.0:
+            return float(_root(torque, near, far, xtol=_NEAR))
+        near, stride = far, min(2.0 * stride, _STRIDE)
+    return float("nan")
 
 
 def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArray:
@@ -104,20 +116,18 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
     model = rig.model
     if not np.isin(model.jnt_type, _SCALAR).all():
         raise InputError(f"rig {rig.name!r} has a free or ball joint: it has no position at rest")
-    still = StillRig(rig, 0.0, mujoco.MjData(model)).torques(pressure.tolist())
-    limited = model.jnt_limited.astype(bool)
-    low = np.where(limited, model.jnt_range[:, 0], -np.inf)
-    high = np.where(limited, model.jnt_range[:, 1], np.inf)
+    torques, held = still_torques(rig, 0.0, mujoco.MjData(model)), pressure.tolist()
+
+    def balance(where: FloatArray) -> FloatArray:
+        return np.array(torques(where, held))
+
+    ends = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, (-np.inf, np.inf))
+    low, high = ends.T
     at = np.clip(near, low, high)
     for _ in range(_MOST_STEPS):
-        torque = np.array(still(at))
+        torque = balance(at)
         free = ~((at <= low) & (torque < 0.0) | (at >= high) & (torque > 0.0))
-        slope = np.column_stack(
-            [
-                (np.array(still(at + turn)) - np.array(still(at - turn))) / (2.0 * _TURN)
-                for turn in _TURN * np.eye(len(at))
-            ]
-        )
+        slope = _slope(balance, at)
         step = np.zeros(len(at))
         try:
             step[free] = np.linalg.solve(-slope[np.ix_(free, free)], torque[free])
@@ -133,62 +143,47 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
     return np.full(len(at), np.nan)
 
 
-def _first_balance(torque: Callable[[float], float], origin: float, stride: float) -> float:
-    """First angle from an origin on at which a torque vanishes [rad]; NaN if there is none."""
-    near, driven = origin, torque(origin)
-    if driven == 0.0:
-        return near
-    way = float(np.sign(driven))
-    while abs(near) < _FARTHEST and np.isfinite(driven):
-        far = near + way * stride
-        driven = torque(far)
-        if way * driven <= 0.0:
-            return float(_root(torque, near, far, xtol=_NEAR))
-        near, stride = far, min(2.0 * stride, _STRIDE)
-    return float("nan")
+def _slope(
+    values: Callable[[FloatArray], FloatArray], at: FloatArray, places: Sequence[int] | None = None
+) -> FloatArray:
+    """Derivatives of values by all positions, or those in some places, a column each."""
+    turns = _TURN * np.eye(len(at))[range(len(at)) if places is None else list(places)]
+    ahead, behind = (np.array([values(at + side * turn) for turn in turns]) for side in (1, -1))
+    return ((ahead - behind) / (2.0 * _TURN)).T
 
 
-class StillRig:
-    """A rig with a load, whose torques at a position can be evaluated.
+def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
+    """Torques on the joints [N m or N] of a rig at rest.
 
     Args:
         rig: the rig.
         load: mass on it [kg].
-        data: of the rig's model, overwritten.
+        data: of the rig's model, overwritten at every call.
+
+    Returns:
+        Function of positions (nq,) [rad or m] and gauge pressures (m,) [Pa].
     """
+    model = rig.model_for(load=load)
+    tendons = [int(model.actuator_trnid[i, 0]) for i in muscle_ids(model)]
+    rows = [view(model.actuator_user[i]) for i in muscle_ids(model)]
+    places = [_places(model, data, tendon) for tendon in tendons]
+    # Views of the engine's arrays: fetching one costs as much as reading it.
+    position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
+    passive, bias = data.qfrc_passive, data.qfrc_bias
 
-    def __init__(self, rig: Rig, load: float, data: mujoco.MjData) -> None:
-        self._model = model = rig.model_for(load=load)
-        self._data = data
-        self._muscles = [
-            (int(model.actuator_trnid[i, 0]), view(model.actuator_user[i]))
-            for i in muscle_ids(model)
-        ]
+    def torques(where: Sequence[float] | FloatArray, pressure: Sequence[float]) -> list[float]:
+        position[:] = where
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        total = (passive - bias).tolist()
+        for m, tendon, own, held in zip(rows, tendons, places, pressure, strict=True):
+            at_tendon = float(length[tendon])
+            pull = _tension(m, chain_length(m, at_tendon), held) * chain_ratio(m, at_tendon)
+            for joint, place in own:
+                total[joint] -= float(moment[place]) * pull
+        return total
 
-    def torques(
-        self, pressure: list[float]
-    ) -> Callable[[Sequence[float] | FloatArray], list[float]]:
-        """Position to the torques on the joints [N m or N], all at rest at gauge pressures [Pa]."""
-        model, data = self._model, self._data
-        # Views of the engine's arrays: fetching one costs as much as reading it.
-        position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
-        places = [_places(model, data, tendon) for tendon, _ in self._muscles]
-        passive, bias = data.qfrc_passive, data.qfrc_bias
-
-        def at(where: Sequence[float] | FloatArray) -> list[float]:
-            position[:] = where
-            mujoco.mj_fwdPosition(model, data)
-            mujoco.mj_fwdVelocity(model, data)
-            total = (passive - bias).tolist()
-            for (tendon, m), own, held in zip(self._muscles, places, pressure, strict=True):
-                at_tendon = float(length[tendon])
-                pull = _tension(m, chain_length(m, at_tendon), held)
-                pull *= chain_ratio(m, at_tendon)
-                for joint, place in own:
-                    total[joint] -= float(moment[place]) * pull
-            return total
-
-        return at
+    return torques
 
 
 def _places(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> list[tuple[int, int]]:
@@ -226,13 +221,7 @@ def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
     Returns:
         (m, j) [m/rad or 1].
     """
-    columns = []
-    for address in rig.position_addresses:
-        turn = np.zeros(len(position))
-        turn[address] = _TURN
-        ahead, behind = (tendon_lengths(rig, position + side * turn) for side in (1.0, -1.0))
-        columns.append((ahead - behind) / (2.0 * _TURN))
-    return np.column_stack(columns)
+    return _slope(lambda where: tendon_lengths(rig, where), position, rig.position_addresses)
 
 
 def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:

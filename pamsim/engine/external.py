@@ -15,13 +15,14 @@ constraint follows its target late: `tests/physics/test_imposed_motion.py` measu
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.signals import IMPOSED, Drive
 
 FloatArray = NDArray[np.float64]
@@ -36,48 +37,38 @@ that an acceleration of 100 m/s^2 takes.
 _ROOM = 1e-9  # beyond a joint's range, for positions written in other units [rad or m]
 
 
-@dataclass(frozen=True, kw_only=True)
-class External:
+class External(NamedTuple):
     """Joints that are driven from outside.
 
     Attributes:
-        joints: their names.
         positions: (j,) where each lies in ``qpos``.
         dofs: (j,) where each lies in ``qvel``.
         inertia: (j,) added to each [kg m^2 or kg]: that of an imposed motion, 0 under a torque or
             force.
     """
 
-    joints: tuple[str, ...]
     positions: NDArray[np.int64]
     dofs: NDArray[np.int64]
     inertia: FloatArray
 
 
-NOTHING = External(
-    joints=(),
-    positions=np.empty(0, dtype=np.int64),
-    dofs=np.empty(0, dtype=np.int64),
-    inertia=np.empty(0),
-)
-"""No joint."""
-
-
 def external(model: mujoco.MjModel, drives: Drive) -> External:
     """The joints that a drive acts on; those whose motion is imposed become heavy in the model."""
-    joints = tuple(drives.joints)
-    imposed = np.array([kind in IMPOSED for kind in drives.joints.values()], dtype=bool)
-    found = External(
-        joints=joints,
-        positions=np.array([model.joint(j).qposadr[0] for j in joints], dtype=np.int64),
-        dofs=np.array([model.joint(j).dofadr[0] for j in joints], dtype=np.int64),
-        inertia=np.where(imposed, _HELD, 0.0),
+    joints = [model.joint(name) for name in drives.joints]
+    on = External(
+        positions=np.array([joint.qposadr[0] for joint in joints], dtype=np.int64),
+        dofs=np.array([joint.dofadr[0] for joint in joints], dtype=np.int64),
+        inertia=np.array([_HELD * (kind in IMPOSED) for kind in drives.joints.values()]),
     )
     # Not by mj_setConst: tolerances and softness of the solver stay those of the rig. The engine
     # takes the inertia of a body that is simple from dof_M0.
-    model.dof_armature[found.dofs] += found.inertia
-    model.dof_M0[found.dofs] += found.inertia
-    return found
+    model.dof_armature[on.dofs] += on.inertia
+    model.dof_M0[on.dofs] += on.inertia
+    return on
+
+
+NOTHING = External(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
+"""No joint."""
 
 
 def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:
@@ -90,64 +81,56 @@ def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:
 
 
 def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> None:
-    """Refuse an imposed motion beyond a joint's range.
-
-    Args:
-        model: of the rig.
-        drives: of the run.
-        values: (n, m + j) commands.
+    """Refuse imposed motions, among commands (n, m + j), beyond a joint's range.
 
     Raises:
         InputError: naming the joint.
     """
-    for joint in drives.imposed:
-        index = model.joint(joint).id
-        column = values[:, len(drives.muscles) + list(drives.joints).index(joint)]
-        low, high = model.jnt_range[index]
-        if not model.jnt_limited[index]:
-            continue
-        if column.min() < low - _ROOM or column.max() > high + _ROOM:
+    for name, column in zip(drives.joints, values[:, len(drives.muscles) :].T, strict=True):
+        joint = model.joint(name)
+        low, high = joint.range
+        inside = column.min() >= low - _ROOM and column.max() <= high + _ROOM
+        if name in drives.imposed and joint.limited[0] and not inside:
             raise InputError(
-                f"the imposed motion of {joint!r}, {column.min():.4g} to {column.max():.4g}, leaves"
+                f"the imposed motion of {name!r}, {column.min():.4g} to {column.max():.4g}, leaves"
                 f" its range of {low:.4g} to {high:.4g} (rad or m)"
             )
 
 
-def act(data: mujoco.MjData, on: External, values: FloatArray, timestep: float) -> None:
-    """Set what acts on the joints during the next time step.
+def act(data: Any, on: External, values: FloatArray, timestep: float) -> None:
+    """Set what acts on the joints during the next time step [s]; compiled as it stands.
 
-    Args:
-        data: of a model that `external` has prepared.
-        on: the joints.
-        values: (j,) torque [N m], force [N], or position at the end of the step [rad or m].
-        timestep: [s].
+    The values (j,) are torques [N m], forces [N] or positions at the end of the step [rad or m].
+    The data, of a model that `external` has prepared, may be its arrays by their names.
     """
-    for i, dof in enumerate(on.dofs):
-        applied = values[i]
+    for i in range(on.dofs.size):
+        applied, dof = values[i], on.dofs[i]
         if on.inertia[i] > 0.0:
             speed = (values[i] - data.qpos[on.positions[i]]) / timestep
             applied = on.inertia[i] * ((speed - data.qvel[dof]) / timestep)
         data.qfrc_applied[dof] = applied
 
 
-def effort(data: mujoco.MjData, on: External) -> FloatArray:
-    """Torque or force (j,) that acted on the joints at the instant the last step began."""
-    return data.qfrc_applied[on.dofs] - on.inertia * data.qacc[on.dofs]
+def effort(data: Any, on: External, joint: int) -> float:
+    """Torque or force that acted on one of the joints at the instant the last step began."""
+    dof = on.dofs[joint]
+    return data.qfrc_applied[dof] - on.inertia[joint] * data.qacc[dof]
 
 
 def place(data: mujoco.MjData, on: External, values: FloatArray) -> None:
-    """Put the joints whose motion is imposed where it begins, at rest; apply torques and forces.
-
-    Args:
-        data: of a model that `external` has prepared.
-        on: the joints.
-        values: (j,) first torque [N m], force [N] or position [rad or m].
-    """
+    """Put joints where their imposed motion begins, at rest; apply torques and forces; all (j,)."""
     for i, dof in enumerate(on.dofs):
         if on.inertia[i] == 0.0:
             data.qfrc_applied[dof] = values[i]
             continue
         # What holds it there follows the forces on it, or it would creep.
-        data.qfrc_applied[dof] -= on.inertia[i] * data.qacc[dof]
+        data.qfrc_applied[dof] = effort(data, on, i)
         data.qpos[on.positions[i]] = values[i]
         data.qvel[dof] = 0.0
+
+
+def set_off(data: mujoco.MjData, on: External, experiment: Experiment, timestep: float) -> None:
+    """Give joints whose motion is imposed its first speed, or it would begin with a blow."""
+    ends = experiment.command_at(timestep * np.arange(3.0))[:, len(experiment.drives.muscles) :]
+    now, one, two = ends[:, on.inertia > 0.0]
+    data.qvel[on.dofs[on.inertia > 0.0]] = (3.0 * one - two - 2.0 * now) / timestep

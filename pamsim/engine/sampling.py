@@ -1,213 +1,216 @@
 """Take the samples of a run: between two of them the engine makes the time steps of one sample.
 
-Two loops take the same samples, bit for bit. The compiled one leaves Python, and its lock, for many
-samples at a time, so runs on several threads do not wait for each other. It calls ``mj_step``
-itself, where an error of the engine ends the process. In a model without collisions there is none
-to come after the first step: a stack too small shows there. Where geoms may collide, and with a
-hook or the interpreted kernel, the loop in Python takes the samples.
+One loop takes them, as Python or as machine code, with the same results to the bit. The compiled
+one leaves Python, and its lock, for many samples at a time, so runs on several threads do not wait
+for each other. It calls ``mj_step`` itself, where an error of the engine ends the process. In a
+model without collisions there is none to come after the first step: a stack too small shows there.
+Where geoms may collide, and with a hook or the interpreted kernel, the loop runs in Python.
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+import inspect
+import zlib
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.engine.delayed_command import Stretch
+from pamsim.engine import command_plan, external, structs
+from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
 from pamsim.engine.library import engine_library
-from pamsim.engine.settle import EachStep, advance
-from pamsim.engine.trace import Trace
+from pamsim.engine.stepping import EachStep, advance
+from pamsim.recordings.recording import Outcome
 
 FloatArray: TypeAlias = NDArray[np.float64]
-Pull: TypeAlias = Callable[[int], None]
-"""Called with the number of each sample, once its tendons are measured."""
-
-SYMBOL = "pamsim_mj_step"
-"""Under which compiled code finds the engine's ``mj_step``."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Plan:
-    """What a run commands, in stretches of equal time steps under one command.
+class Trace(NamedTuple):
+    """Signals of the engine at each of n samples, before the next step."""
 
-    Attributes:
-        first: (n + 1,) the stretch that each sample begins with; the last one ends them.
-        command: (s, m) of each stretch.
-        timestep: (s,) [s].
-        count: (s,) steps.
-        external: (s, j) of each stretch, which is then a single step: what acts on the driven
-            joints, see `pamsim.engine.external.act`.
-    """
+    time: FloatArray  # (n,) [s]
+    position: FloatArray  # (n, nq)
+    velocity: FloatArray  # (n, nv)
+    act: FloatArray  # (n, na) states of all actuators
+    length: FloatArray  # (n, m) of the actuators [m]
+    speed: FloatArray  # (n, m) [m/s]
+    force: FloatArray  # (n, m) [N]
+    effort: FloatArray  # (n, j) what acts on driven joints from outside [N m or N]
+    warnings: NDArray[np.int32]  # (n, k) how often the engine has warned of each kind
 
-    first: NDArray[np.int64]
-    command: FloatArray
+
+def empty_trace(model: mujoco.MjModel, samples: int, driven: int) -> Trace:
+    """A trace with room for a number of samples, of a number of driven joints."""
+    muscles = model.nactuator
+    widths = (model.nq, model.nv, model.na, muscles, muscles, muscles, driven)
+    signals = (np.empty((samples, width)) for width in widths)
+    warnings = np.empty((samples, int(mujoco.mjtWarning.mjNWARNING)), dtype=np.int32)
+    return Trace._make((np.empty(samples), *signals, warnings))
+
+
+class Memory(NamedTuple):
+    """The engine's own arrays that a run reads and writes, by their names; numbers as arrays."""
+
+    time: FloatArray
     timestep: FloatArray
-    count: NDArray[np.int64]
-    external: FloatArray
+    warnings: NDArray[np.int32]
+    qpos: FloatArray
+    qvel: FloatArray
+    act: FloatArray
+    ctrl: FloatArray
+    qfrc_applied: FloatArray
+    qacc: FloatArray
+    actuator_length: FloatArray
+    actuator_velocity: FloatArray
+    actuator_force: FloatArray
 
 
-def plan_of(samples: Sequence[Sequence[Stretch]]) -> Plan:
-    """The plan of a run whose samples have several stretches each."""
-    stretches = [stretch for sample in samples for stretch in sample]
-    return Plan(
-        first=np.cumsum([0, *map(len, samples)]),
-        command=np.array([command for command, _, _ in stretches]),
-        timestep=np.array([timestep for _, timestep, _ in stretches]),
-        count=np.array([count for _, _, count in stretches], dtype=np.int64),
-        external=np.empty((len(stretches), 0)),
-    )
+def engine_memory(model: mujoco.MjModel, data: mujoco.MjData) -> Memory:
+    """Views that hold while the model and its data exist."""
+    at = structs.callback_offsets()
+    places = int(data._address) + at["time"], int(model._address) + at["timestep"]
+    numbers = [(ctypes.c_double * 1).from_address(place) for place in places]
+    arrays = (getattr(data, name) for name in Memory._fields[3:])
+    return Memory._make((*map(np.ctypeslib.as_array, numbers), data.warning.number, *arrays))
 
 
-def held_commands(commands: FloatArray, timestep: float, steps: int) -> Plan:
-    """The plan of a run with one command per sample.
-
-    Args:
-        commands: (n, m).
-        timestep: [s].
-        steps: time steps per sample.
-    """
-    count = len(commands)
-    return Plan(
-        first=np.arange(count + 1),
-        command=np.ascontiguousarray(commands),
-        timestep=np.full(count, timestep),
-        count=np.full(count, steps, dtype=np.int64),
-        external=np.empty((count, 0)),
-    )
-
-
-def each_step_command(commands: FloatArray, timestep: float, steps: int) -> Plan:
-    """The plan of a run with a command for each time step.
-
-    Args:
-        commands: (n steps, m).
-        timestep: [s].
-        steps: time steps per sample.
-    """
-    count = len(commands)
-    return Plan(
-        first=np.arange(0, count + 1, steps),
-        command=np.ascontiguousarray(commands),
-        timestep=np.full(count, timestep),
-        count=np.ones(count, dtype=np.int64),
-        external=np.empty((count, 0)),
-    )
-
-
-def take_compiled(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
+def take_samples(
+    model: Any,
+    data: Any,
+    memory: Memory,
     plan: Plan,
     on: External,
     trace: Trace,
-    first: int,
-    last: int,
-) -> None:
-    """Take samples of a model without collisions.
-
-    Args: as `take_interpreted`, without a hook.
-    """
-    if first == 0 and last > 0:
-        # A model that cannot be stepped raises an error here, in the engine's own binding.
-        take_interpreted(model, data, plan, on, trace, 0, 1, None, None)
-        first = 1
-    _loop()(
-        int(model._address),
-        int(data._address),
-        plan.first,
-        plan.command,
-        plan.timestep,
-        plan.count,
-        (data.qpos, data.qvel, data.act, data.ctrl),
-        (data.actuator_length, data.actuator_velocity, data.actuator_force),
-        (on.positions, on.dofs, on.inertia, plan.external),
-        (data.qfrc_applied, data.qacc, trace.effort),
-        data.warning.number,
-        (trace.position, trace.velocity, trace.act),
-        (trace.length, trace.speed, trace.force),
-        (trace.time, trace.warnings),
-        first,
-        last,
-    )
-
-
-def take_interpreted(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    plan: Plan,
-    on: External,
-    trace: Trace,
-    first: int,
-    last: int,
+    begin: int,
+    end: int,
     each_step: EachStep | None,
-    pull: Pull | None,
+    gauge: Callable[[int], None] | None,
 ) -> None:
-    """Take samples of a model from Python.
+    """Take samples from one to before another; compiled as it stands, without hook and gauge.
 
-    Args:
-        model: of the run.
-        data: of it; stepped in place.
-        plan: of the run.
-        on: joints that are driven from outside.
-        trace: written.
-        first: sample to begin at.
-        last: sample to stop before.
-        each_step: see `pamsim.simulate`.
-        pull: see `Pull`; None for nothing to call.
+    Compiled code is given the addresses of model and data. A gauge is called with the number of
+    each sample once its tendons are measured.
     """
-    ctrl = data.ctrl
-    for k in range(first, last):
-        note_state(data, trace, k)
-        for stretch in range(plan.first[k], plan.first[k + 1]):
-            row, count = plan.command[stretch], int(plan.count[stretch])
-            model.opt.timestep = plan.timestep[stretch]
-            ctrl[:] = row
-            if on.joints:
-                act(data, on, plan.external[stretch], plan.timestep[stretch])
-            if stretch == plan.first[k]:
-                advance(model, data, row, 1, each_step)
-                note_tendons(data, trace, k)
-                trace.effort[k] = effort(data, on)
-                if pull is not None:
-                    pull(k)
+    for k in range(begin, end):
+        note_state(memory, trace, k)
+        first = plan.first[k]
+        for stretch in range(first, plan.first[k + 1]):
+            command, count = plan.command[stretch], plan.steps[stretch]
+            memory.timestep[0] = plan.timestep[stretch]
+            _copy(command, memory.ctrl)
+            act(memory, on, plan.external[stretch], plan.timestep[stretch])
+            if stretch == first:
+                advance(model, data, command, 1, each_step)
+                note_tendons(memory, on, trace, k)
+                if gauge is not None:
+                    gauge(k)
                 count -= 1
-            if count:
-                advance(model, data, row, count, each_step)
+            advance(model, data, command, count, each_step)
 
 
-def note_state(data: mujoco.MjData, trace: Trace, sample: int) -> None:
+def note_state(memory: Memory, trace: Trace, sample: int) -> None:
     """Write the state that a sample starts from."""
-    trace.time[sample] = data.time
-    trace.position[sample] = data.qpos
-    trace.velocity[sample] = data.qvel
-    trace.act[sample] = data.act
-    trace.warnings[sample] = data.warning.number
+    trace.time[sample] = memory.time[0]
+    _copy(memory.qpos, trace.position[sample])
+    _copy(memory.qvel, trace.velocity[sample])
+    _copy(memory.act, trace.act[sample])
+    _copy(memory.warnings, trace.warnings[sample])
 
 
-def note_tendons(data: mujoco.MjData, trace: Trace, sample: int) -> None:
-    """Write tendon lengths and forces, which are of the instant that the last step began at."""
-    trace.length[sample] = data.actuator_length
-    trace.speed[sample] = data.actuator_velocity
-    trace.force[sample] = data.actuator_force
+def note_tendons(memory: Memory, on: External, trace: Trace, sample: int) -> None:
+    """Write lengths, forces and efforts, which are of the instant that the last step began at."""
+    _copy(memory.actuator_length, trace.length[sample])
+    _copy(memory.actuator_velocity, trace.speed[sample])
+    _copy(memory.actuator_force, trace.force[sample])
+    for joint in range(on.dofs.size):
+        trace.effort[sample, joint] = effort(memory, on, joint)
+
+
+def _copy(values: NDArray[Any], into: NDArray[Any]) -> None:
+    into[:] = values
 
 
 @functools.cache
-def _loop() -> Any:
+def compiled_loop() -> Any:
+    """`take_samples` as machine code, without its last two arguments.
+
+    Numba keeps it on disk under a key made of the signature, this file's time and the numbers that
+    it closes over: the other files whose text is compiled are among these. Functions there would
+    give a new key in every process, which then compiles for seconds.
+    """
     # Only the compiled backend imports numba.
     import llvmlite.binding
+    import numba
+    from numba.extending import overload, register_jitable
 
-    from pamsim.engine import structs
+    native = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
+    llvmlite.binding.add_symbol("pamsim_mj_step", native)
+    address: Any = numba.types.int64
+    step: Any = numba.types.ExternalFunction("pamsim_mj_step", numba.void(address, address))
 
-    address = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
-    llvmlite.binding.add_symbol(SYMBOL, address)
-    from pamsim.engine.sampling_loop import compiled_loop
+    @overload(advance)
+    def _(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> Any:
+        def steps(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> None:
+            for _ in range(count):
+                step(model, data)
 
-    at = structs.callback_offsets()
-    return compiled_loop(at["time"] // 8, at["timestep"] // 8)
+        return steps
+
+    @overload(_copy)  # numba compiles the assignment of a whole row for seconds
+    def _(values: Any, into: Any) -> Any:
+        def each(values: Any, into: Any) -> None:
+            for i in range(values.size):
+                into[i] = values[i]
+
+        return each
+
+    for function in (act, effort, note_state, note_tendons, take_samples):
+        register_jitable(function)
+    text = inspect.getsource(external) + inspect.getsource(command_plan)
+    key = 1 + zlib.crc32(text.encode())
+
+    @numba.njit(cache=True, nogil=True, error_model="numpy")
+    def loop(
+        model: Any, data: Any, memory: Any, plan: Any, on: Any, trace: Any, begin: Any, end: Any
+    ) -> None:
+        if key:
+            take_samples(model, data, memory, plan, on, trace, begin, end, None, None)
+
+    return loop
+
+
+def first_breakdown(
+    trace: Trace, expected_time: FloatArray, slack: float, first: int, last: int
+) -> tuple[int, Outcome, str] | None:
+    """The first sample from one to before another at which the state is invalid, if there is one.
+
+    The engine itself only prints a warning and goes on. Rounding explains a slack [s] between the
+    time of a sample and the engine's.
+
+    Returns:
+        Its number, what it is called, and the reason as a phrase.
+    """
+    rows = slice(first, last)
+    finite: Any = np.isfinite(np.hstack([trace.act[rows], trace.position[rows]])).all(axis=1)
+    warned: Any = trace.warnings[rows].any(axis=1)
+    late = ~(np.abs(trace.time[rows] - expected_time[rows]) <= slack)
+    broken = np.flatnonzero(~finite | warned | late)
+    if not len(broken):
+        return None
+    at = int(broken[0])
+    sample = first + at
+    if not finite[at]:
+        remedy = "check parameters and start pressures, or take a smaller time step"
+        return sample, Outcome.NOT_FINITE, f"a state is not finite; {remedy}"
+    if warned[at]:
+        kind = mujoco.mjtWarning(int(np.argmax(trace.warnings[sample] > 0)))
+        name = kind.name.removeprefix("mjWARN_")
+        reason = f"MuJoCo warned of {name}; take a smaller time step"
+        return sample, Outcome.ENGINE_WARNING, reason
+    time, expected = trace.time[sample], expected_time[sample]
+    return sample, Outcome.TIME_STALLED, f"time is {time:.6g} s, not {expected:.6g} s"

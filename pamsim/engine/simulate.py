@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import mujoco
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.limits import RUN_STEPS
 from pamsim.engine import checks
-from pamsim.engine.delayed_command import arriving_commands
-from pamsim.engine.external import External, act, as_driven, check_range, effort, external
+from pamsim.engine.command_plan import Plan, command_plan
+from pamsim.engine.external import External, act, as_driven, check_range, external, set_off
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.mjcf import may_collide
 from pamsim.engine.preflight import (
@@ -26,21 +26,20 @@ from pamsim.engine.preflight import (
 )
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
-    Plan,
-    each_step_command,
-    held_commands,
+    compiled_loop,
+    empty_trace,
+    engine_memory,
+    first_breakdown,
     note_state,
     note_tendons,
-    plan_of,
-    take_compiled,
-    take_interpreted,
+    take_samples,
 )
-from pamsim.engine.settle import EachStep, settle
-from pamsim.engine.state import restore_state, save_state
-from pamsim.engine.stepping import live
-from pamsim.engine.trace import empty_trace, engine_warnings_held, first_breakdown
+from pamsim.engine.state import restore_state, save_state, settle
+from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
+
+FloatArray = NDArray[np.float64]
 
 _CHECK_EVERY = 512
 """Samples between two checks for a breakdown."""
@@ -48,23 +47,40 @@ _CHECK_EVERY = 512
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """An experiment with its model.
-
-    Attributes:
-        rig: that runs it.
-        experiment: what to do, its muscles in the rig's order.
-        model: the rig's, with load, command and time step of the experiment.
-        external: joints that it drives from outside.
-        samples: of the recording.
-        steps: time steps per sample.
-    """
+    """An experiment with its model."""
 
     rig: Rig
-    experiment: Experiment
-    model: mujoco.MjModel
-    external: External
-    samples: int
-    steps: int
+    experiment: Experiment  # its muscles in the rig's order
+    model: mujoco.MjModel  # the rig's, with load, command and time step of the experiment
+    external: External  # joints that it drives from outside
+    samples: int  # of the recording
+    steps: int  # time steps per sample
+
+    @property
+    def times(self) -> FloatArray:
+        """(n,) of the samples [s]."""
+        return np.arange(self.samples) / self.experiment.sample_rate
+
+    @property
+    def delays(self) -> list[float]:
+        """(m,) dead times of the muscles' commands [s]."""
+        return [muscle.valve.delay for muscle in self.rig.muscles.values()]
+
+    def plan(self, commands: FloatArray) -> Plan:
+        """When which commands reach the valves, of commands (n, m + j) at the samples."""
+        imposed, timestep = self.external.inertia > 0.0, float(self.model.opt.timestep)
+        return command_plan(self.experiment, commands, self.delays, imposed, timestep, self.steps)
+
+    @property
+    def meta(self) -> dict[str, Any]:
+        """What a recording states of where it came from."""
+        return {
+            "rig": self.rig.name,
+            "experiment": self.experiment.name,
+            "timestep_s": float(self.model.opt.timestep),
+            "sample_hz": self.experiment.sample_rate,
+            "mujoco": mujoco.__version__,
+        }
 
 
 def simulate(
@@ -74,16 +90,15 @@ def simulate(
     timestep: float | None = None,
     integrator: str | None = None,
     backend: str = "compiled",
-    from_state: NDArray[np.float64] | None = None,
+    from_state: FloatArray | None = None,
     each_step: EachStep | None = None,
 ) -> Recording:
     """Run an experiment.
 
     The rig first comes to rest at the start pressures (held by the set-point regulator whatever the
-    experiment's command), then time starts. Every sample is taken before the step that leaves it,
-    so angle, pressure and tension belong to the same instant. Creep is
-    relaxed by then. Commands reach the valves late by ``valve.delay``; the recording holds them
-    as commanded.
+    experiment's command), with creep relaxed, then time starts. Every sample is taken before the
+    step that leaves it, so angle, pressure and tension belong to the same instant. Commands reach
+    the valves late by ``valve.delay``; the recording holds them as commanded.
 
     Args:
         rig: as `pamsim.load_rig` returns it, or a name or path that it takes.
@@ -95,9 +110,8 @@ def simulate(
             the rig must be the same, without ``valve.delay``. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
             free to change that, the muscles' parameters and states, and ``data.qfrc_applied`` of
-            joints that the experiment does not drive.
-            While the rig comes to rest, time is negative. If it has a memory, use one object per
-            run.
+            joints that the experiment does not drive. While the rig comes to rest, time is
+            negative. If it has a memory, use one object per run.
 
     Returns:
         The recording; if the run broke down, what was recorded before, with the outcome.
@@ -110,20 +124,25 @@ def simulate(
             breaks down.
     """
     rig = rig if isinstance(rig, Rig) else load_rig(rig)
-    if from_state is not None and any(_delays(rig)):
+    data = mujoco.MjData(rig.model)
+    run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
+    if from_state is not None and any(run.delays):
         raise InputError(
             "a run with valve.delay cannot be continued: its state does not hold the commands"
             " under way; simulate the whole experiment at once"
         )
-    data = mujoco.MjData(rig.model)
-    run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
     refuse_above_supply(rig.muscles, run.experiment)
     with live(run.model, backend=backend), engine_warnings_held():
         if from_state is None:
             settle(run.model, data, run.experiment, run.external, each_step=each_step)
+            set_off(data, run.external, run.experiment, run.model.opt.timestep)
         else:
             restore_state(run.model, data, from_state)
-        return record(run, data, backend=backend, each_step=each_step, from_rest=from_state is None)
+        recording = record(run, data, backend=backend, each_step=each_step)
+        if recording.outcome is not Outcome.COMPLETED and checks.is_on():
+            checks.raise_found([run.model])
+            raise InvariantError(recording.message)
+    return recording
 
 
 def prepare(
@@ -134,14 +153,9 @@ def prepare(
     integrator: str | None = None,
     data: mujoco.MjData | None = None,
 ) -> Run:
-    """Check an experiment against a rig and set up its model.
+    """Check an experiment against a rig and set up its model; arguments as of `simulate`.
 
-    Args:
-        rig: to run it on.
-        experiment: what is done.
-        timestep: [s]; the rig's own if left out.
-        integrator: MJCF name; the rig's own if left out.
-        data: of a model of this rig file, overwritten; saves making one.
+    Data of a model of this rig file, overwritten, saves making one.
 
     Raises:
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
@@ -189,11 +203,9 @@ def _in_order(experiment: Experiment, rig: Rig) -> Experiment:
     if order == sorted(order):
         return experiment
     muscles = order[: len(drives.muscles)]
-    names = [drives.names[i] for i in muscles]
-    moved = replace(drives, muscles=tuple(drives.muscles[i] for i in muscles), names=tuple(names))
     return replace(
         experiment,
-        drive=moved.stated(names),
+        drive={drives.names[i]: drives.muscles[i] for i in muscles} | dict(drives.joints),
         command_value=experiment.command_value[:, order],
         start_pressure=experiment.start_pressure[muscles],
     )
@@ -215,109 +227,77 @@ def whole_steps(period: float, timestep: float) -> int:
     return steps
 
 
-def _delays(rig: Rig) -> list[float]:
-    return [muscle.valve.delay for muscle in rig.muscles.values()]
-
-
 def record(
     run: Run,
     data: mujoco.MjData,
     *,
     backend: str = "compiled",
     each_step: EachStep | None = None,
-    from_rest: bool = True,
-    tried: bool = False,
-    above_supply: bool = False,
 ) -> Recording:
-    """Run an experiment on a model from the present state on.
-
-    Args:
-        run: see `prepare`.
-        data: of its model; stepped in place.
-        backend: what evaluates the muscles, see `pamsim.live`.
-        each_step: see `simulate`.
-        from_rest: False where a motion that is imposed goes on.
-        tried: True for one of many, whose outcome is read: to break down is no error then, with
-            `pamsim.checks` on either.
-        above_supply: True where set points may be above the supply's pressure.
-    """
-    model, experiment = run.model, run.experiment
-    relative = np.arange(run.samples) / experiment.sample_rate
-    expected = data.time + relative
-    timestep = float(model.opt.timestep)
-    commands = experiment.command_at(relative)
-    plan = commands_of(run, commands)
-    on = run.external
-    if from_rest:
-        _begin_moving(run, data, plan)
-    final_state = save_state(model, data)
-    trace = empty_trace(model, run.samples, len(on.joints))
+    """Record a run from the present state of its model's data on; arguments as of `simulate`."""
+    model, experiment, on = run.model, run.experiment, run.external
+    muscles, timestep, times = len(run.rig.muscles), float(model.opt.timestep), run.times
+    expected, commands = data.time + times, experiment.command_at(times)
+    plan, memory = run.plan(commands), engine_memory(model, data)
+    trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
+    pressure, tension = np.empty((2, run.samples, muscles))
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
     braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
-    pulls = np.empty_like(trace.force)
-
     gauges = Gauges(model, backend=backend)
 
-    def pull(sample: int) -> None:
-        now = slice(sample, sample + 1)
+    def gauge(begin: int, end: int) -> None:
+        now = slice(begin, end)
         gauges.set_parameters(0, model)
-        pulls[sample] = gauges.tensions(trace.act[now], trace.length[now], trace.speed[now])[0]
+        pressure[now] = gauges.pressures(trace.act[now], trace.length[now])
+        tension[now] = -trace.force[now]
+        if braked:
+            tension[now] = gauges.tensions(trace.act[now], trace.length[now], trace.speed[now])
 
-    # A hook may change the muscles from step to step, so their tension is computed at once.
-    hooked = each_step is not None
-    each_pull = pull if braked and hooked else None
-    native = backend == "compiled" and not hooked and not may_collide(model)
-    last, broken = run.samples - 1, None
-    for begin in range(0, run.samples, _CHECK_EVERY):
-        end = min(begin + _CHECK_EVERY, run.samples)
-        if native:
-            take_compiled(model, data, plan, on, trace, begin, min(end, last))
+    # A hook may change the muscles from step to step, so they are read at once.
+    gauge_each = None if each_step is None else lambda sample: gauge(sample, sample + 1)
+    native = backend == "compiled" and each_step is None and not may_collide(model)
+    addresses = int(model._address), int(data._address)
+    last, recorded, broken = run.samples - 1, run.samples, None
+    # A model that cannot be stepped raises an error at the first sample, in the engine's binding.
+    for begin, end in pairwise((0, *range(1, run.samples, _CHECK_EVERY), run.samples)):
+        fields = memory, plan, on, trace, begin, min(end, last)
+        if native and begin:
+            compiled_loop()(*addresses, *fields)
         else:
-            stop = min(end, last)
-            take_interpreted(model, data, plan, on, trace, begin, stop, each_step, each_pull)
+            take_samples(model, data, *fields, each_step, gauge_each)
         if end == run.samples:
-            note_state(data, trace, last)
-            data.ctrl[:] = plan.command[plan.first[last]]
+            note_state(memory, trace, last)
+            stretch = plan.first[last]
+            data.ctrl[:] = plan.command[stretch]
             data.qfrc_applied[on.dofs] = 0.0
             final_state = save_state(model, data)
-            if on.joints:
-                act(data, on, plan.external[plan.first[last]], timestep)
+            act(data, on, plan.external[stretch], timestep)
             if each_step is not None:
                 each_step(model, data)
             mujoco.mj_forward(model, data)
-            note_tendons(data, trace, last)
-            trace.effort[last] = effort(data, on)
-            if each_pull is not None:
-                each_pull(last)
+            note_tendons(memory, on, trace, last)
+            if gauge_each is not None:
+                gauge_each(last)
         broken = first_breakdown(trace, expected, 0.5 * timestep, begin, end)
         if broken is not None:
             break
     model.opt.timestep = timestep
-    if above_supply:
-        checks.allow_above_supply(model)
-    outcome, message, recorded = Outcome.COMPLETED, "ran to the end", run.samples
+    outcome, message = Outcome.COMPLETED, "ran to the end"
     if broken is not None:
         recorded, outcome, reason = broken
-        message = f"simulation broke down before t = {relative[recorded]:.4g} s: {reason}"
-        if tried:
-            checks.forget(model)
-        elif checks.is_on():
-            checks.raise_found([model])
-            raise InvariantError(message)
+        message = f"simulation broke down before t = {times[recorded]:.4g} s: {reason}"
+    if each_step is None:
+        gauge(0, recorded)
     keep = slice(0, recorded)
-    gauges = Gauges(model, backend=backend)
-    tension = -trace.force[keep]
-    if braked and each_step is None:
-        tension = gauges.tensions(trace.act[keep], trace.length[keep], trace.speed[keep])
-    elif braked:
-        tension = pulls[keep]
+    given = commands[keep, muscles:]  # what an imposed motion took is measured
+    efforts = np.where(on.inertia > 0.0, trace.effort[keep], given)
     return Recording(
-        time=relative[keep],
+        time=times[keep],
         joints=run.rig.joints,
         positions=trace.position[keep, run.rig.position_addresses],
         velocities=trace.velocity[keep, run.rig.velocity_addresses],
-        pressure=gauges.pressures(trace.act[keep], trace.length[keep]),
-        tension=tension,
+        pressure=pressure[keep],
+        tension=tension[keep],
         command=commands[keep],
         drive=experiment.drives.stated(tuple(run.rig.muscles)),
         load=experiment.load,
@@ -325,82 +305,6 @@ def record(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta=origin(run, timestep),
-        effort=_efforts(run, trace.effort[keep], commands[keep]),
+        meta=run.meta,
+        effort=dict(zip(experiment.drives.joints, efforts.T, strict=True)),
     )
-
-
-def origin(run: Run, timestep: float) -> dict[str, Any]:
-    """What a recording states of where it came from.
-
-    Args:
-        run: that was recorded.
-        timestep: in which it was stepped [s].
-    """
-    return {
-        "rig": run.rig.name,
-        "experiment": run.experiment.name,
-        "timestep_s": timestep,
-        "sample_hz": run.experiment.sample_rate,
-        "mujoco": mujoco.__version__,
-    }
-
-
-def _efforts(
-    run: Run, acted: NDArray[np.float64], commands: NDArray[np.float64]
-) -> dict[str, NDArray[np.float64]]:
-    """Torque or force on each driven joint: as given, or what its imposed motion took."""
-    given = commands[:, len(run.experiment.drives.muscles) :]
-    values = np.where(run.external.inertia > 0.0, acted, given)
-    return dict(zip(run.external.joints, values.T, strict=True))
-
-
-def commands_of(run: Run, commands: NDArray[np.float64]) -> Plan:
-    """When which commands reach the valves, and what acts on driven joints.
-
-    Args:
-        run: see `prepare`.
-        commands: (n, m + j) at its samples.
-    """
-    drives, start = run.experiment.drives, run.experiment.start_pressure
-    muscles, timestep = len(drives.muscles), float(run.model.opt.timestep)
-    pairs = list(zip(_delays(run.rig), drives.muscles, strict=True))
-    delays = [0.0 if kind == "measured" else delay for delay, kind in pairs]
-    before = [
-        p if kind == "pressure_set" else 0.0 for p, (_, kind) in zip(start, pairs, strict=True)
-    ]
-    between = np.array(drives.between)
-    if not any(between):
-        if not any(delays):
-            return held_commands(commands, timestep, run.steps)
-        return plan_of(arriving_commands(commands, before, delays, timestep, run.steps))
-    ends = timestep * np.arange(1, run.samples * run.steps + 1)
-    values = run.experiment.command_at(ends)
-    values[:, ~between] = np.repeat(commands[:, ~between], run.steps, axis=0)
-    plan = each_step_command(values[:, :muscles], timestep, run.steps)
-    if any(delays):
-        late = arriving_commands(values[:, :muscles], before, delays, timestep, 1)
-        samples = (late[k : k + run.steps] for k in range(0, len(late), run.steps))
-        plan = plan_of([list(itertools.chain(*sample)) for sample in samples])
-    if not drives.joints:
-        return plan
-    ends = np.cumsum(plan.timestep * plan.count)
-    acting = run.experiment.command_at(ends)[:, muscles:]
-    middle = run.experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
-    imposed = run.external.inertia > 0.0
-    acting[:, ~imposed] = middle[:, ~imposed]
-    last = int(plan.first[-2])
-    if last >= 3:  # the motion goes on, or stopping at the last sample would show as a blow
-        one, two, three = acting[last - 3 : last, imposed]
-        acting[last, imposed] = one - 3.0 * two + 3.0 * three
-    return replace(plan, external=acting)
-
-
-def _begin_moving(run: Run, data: mujoco.MjData, plan: Plan) -> None:
-    """Give joints whose motion is imposed its first speed, or it would begin with a blow."""
-    on, first = run.external, run.experiment.command_value[0, len(run.experiment.drives.muscles) :]
-    if len(plan.external) < 2:
-        return
-    for i in np.flatnonzero(on.inertia):
-        one, two = plan.external[:2, i]
-        data.qvel[on.dofs[i]] = (3.0 * one - two - 2.0 * first[i]) / plan.timestep[0]

@@ -1,21 +1,41 @@
-"""State of a model with muscles: charge the chambers, save everything, restore it bit for bit."""
+"""State of a model with muscles: charged, at rest, saved and restored bit for bit.
+
+Physics states what one muscle at rest is (`pamsim.physics.rest_state`). `charge` puts all muscles
+in that state where they are, `reset` does so in the model's initial position, and `settle` goes on
+from there to where the whole rig rests; `quieten` ends that under the command to come.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.engine.preflight import check_lengths
-from pamsim.engine.stepping import muscle_ids
+from pamsim.engine import checks
+from pamsim.engine.external import NOTHING, External, place
+from pamsim.engine.preflight import check_lengths, check_timestep
+from pamsim.engine.rig import set_command
+from pamsim.engine.stepping import EachStep, advance, muscle_ids
+from pamsim.physics import rest_state
 from pamsim.physics.chamber_pressure import gauge_pressure
-from pamsim.physics.record import joined_states, split_states, view
-from pamsim.physics.rest_state import quieten, rest
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
+from pamsim.recordings.experiment import Experiment
 
+FloatArray = NDArray[np.float64]
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
+
+_REST_BLOCK = 0.1
+"""Time between two checks whether a rig has come to rest [s]."""
+
+_REST = 1e-10
+"""Largest relative change of a state over that time in a rig that counts as at rest."""
+
+_AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
+_AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
 
 def reset(
@@ -32,26 +52,19 @@ def reset(
 
     Raises:
         InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
-            longer than its fibres.
+            longer than its fibres or has no volume where it is.
     """
     mujoco.mj_resetData(model, data)
     charge(model, data, pressures)
 
 
-def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float]) -> None:
+def charge(
+    model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequence[float] | FloatArray
+) -> None:
     """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
     Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
-    the command ``pressure`` that pressure, else 0.
-
-    Args:
-        model: a model with pamsim muscles.
-        data: its data; ``act`` of the muscles is overwritten.
-        pressures: gauge pressure [Pa] of all muscles, or one per muscle in actuator order.
-
-    Raises:
-        InputError: if the number of pressures is wrong, one is not above vacuum, or a muscle is
-            longer than its fibres or has no volume where it is.
+    the command ``pressure`` that pressure, else 0. Arguments and errors as of `reset`.
     """
     ids = muscle_ids(model)
     try:
@@ -62,11 +75,10 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
         ) from None
     _measure_tendons(model, data)
     check_lengths(model, data, wanted)
-    for index, pressure in zip(ids, wanted, strict=True):
-        row = model.actuator_user[index]
-        first, count = model.actuator_actadr[index], model.actuator_actnum[index]
-        length = float(data.actuator_length[model.actuator_outadr[index]])
-        states = rest(view(row), count, length, float(pressure))
+    for index, pressure, (m, act, length) in zip(
+        ids, wanted.tolist(), _muscles(model, data), strict=True
+    ):
+        states = rest_state.rest(m, len(act), length, pressure)
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
             raise InputError(
@@ -74,26 +86,40 @@ def charge(model: mujoco.MjModel, data: mujoco.MjData, pressures: float | Sequen
                 " above vacuum (gauge pressures are zero at the atmosphere), or its force law has"
                 f" no volume at the tendon's length of {length:g} m"
             )
-        data.act[first : first + count] = states
+        act[:] = states
 
 
-def settled(model: mujoco.MjModel, data: mujoco.MjData, pressures: Sequence[float]) -> None:
-    """Set the memory of the muscles as after a long rest at the present position.
+def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
+    """Have creep relaxed and valves shut at the present position; all other memory stays.
 
-    Creep is relaxed there, and a lagged command has the value that keeps the valves shut.
-
-    Args:
-        model: a model with pamsim muscles whose command is already the one to come.
-        data: its data; ``act`` is changed in place.
-        pressures: gauge pressure of each muscle in actuator order [Pa].
+    The command of the model is already the one to come; pressures (m,) are gauge [Pa].
     """
     _measure_tendons(model, data)
-    for index, pressure in zip(muscle_ids(model), pressures, strict=True):
+    for pressure, (m, act, length) in zip(pressures.tolist(), _muscles(model, data), strict=True):
+        s, z = split_states(act)
+        rest_state.quieten(m, s, length, pressure)
+        act[:] = joined_states(s, z)
+
+
+def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
+    """Gauge pressures of all muscles at the last computed tendon lengths.
+
+    Returns:
+        (m,) [Pa], in actuator order.
+    """
+    return np.array(
+        [gauge_pressure(m, *split_states(act), length) for m, act, length in _muscles(model, data)]
+    )
+
+
+def _muscles(
+    model: mujoco.MjModel, data: mujoco.MjData
+) -> Iterator[tuple[Parameters, FloatArray, float]]:
+    """Parameters, states (a view) and length of the tendon [m] of each muscle."""
+    for index in muscle_ids(model):
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
         length = float(data.actuator_length[model.actuator_outadr[index]])
-        s, z = split_states(data.act[first : first + count])
-        quieten(view(model.actuator_user[index]), s, length, float(pressure))
-        data.act[first : first + count] = joined_states(s, z)
+        yield view(model.actuator_user[index]), data.act[first : first + count], length
 
 
 def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -104,22 +130,7 @@ def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     mujoco.mj_transmission(model, data)
 
 
-def pressures(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Gauge pressures of all muscles at the last computed tendon lengths.
-
-    Returns:
-        (m,) [Pa], in actuator order.
-    """
-    values: list[float] = []
-    for index in muscle_ids(model):
-        first = model.actuator_actadr[index]
-        s, z = split_states(data.act[first : first + model.actuator_actnum[index]])
-        length = float(data.actuator_length[model.actuator_outadr[index]])
-        values.append(gauge_pressure(view(model.actuator_user[index]), s, z, length))
-    return np.array(values)
-
-
-def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
+def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     """Everything the next step depends on, ``act`` and time included.
 
     Returns:
@@ -130,7 +141,7 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64
     return state
 
 
-def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]) -> None:
+def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray) -> None:
     """Set what `save_state` saved; the continuation is then bit-identical.
 
     Raises:
@@ -140,3 +151,81 @@ def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.
     if state.shape != (size,):
         raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
     mujoco.mj_setState(model, data, state, _FULL)
+
+
+def settle(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    on: External = NOTHING,
+    *,
+    each_step: EachStep | None = None,
+) -> None:
+    """Bring a model to rest at the start pressures of an experiment and set time to 0.
+
+    It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
+    relaxed creep element carries no force at rest. So is what keeps the valves shut near the set
+    point: the muscles come to rest at the start pressures themselves, however they were reached.
+    Where hysteresis leaves them depends on the way there, which is the same for every command.
+    Joints that are driven from outside are under the first torque or force, or held where their
+    motion begins. The command of the model is that of the experiment afterwards.
+    """
+    set_command(model, "pressure_set")
+    pressures, timestep = experiment.start_pressure, model.opt.timestep
+    first = experiment.command_value[0, len(experiment.drives.muscles) :]
+    mujoco.mj_resetData(model, data)
+    place(data, on, first)
+    charge(model, data, pressures)
+    kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
+    model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
+    data.ctrl[:] = pressures
+    data.time = -experiment.settle
+    left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
+    before = _configuration(data)
+    while left > 0:
+        advance(model, data, pressures, min(block, left), each_step)
+        left -= block
+        place(data, on, first)
+        now = _configuration(data)
+        # Rounding keeps a joint at zero from ever being still relative to its own angle.
+        still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
+        if still.all() and (np.abs(data.qvel) <= _REST).all():
+            break
+        before = now
+    model.actuator_user[:, _AWAY_MEANWHILE] = kept
+    set_command(model, experiment.drives.muscles)
+    quieten(model, data, pressures)
+    data.time = 0.0
+
+
+def settle_quickly(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    experiment: Experiment,
+    muscles: Mapping[str, Muscle],
+    steps: int,
+    on: External = NOTHING,
+) -> None:
+    """`settle` in time steps of several steps' length, for a rig with some muscles.
+
+    This leaves rest where it is, but memory a little off. It settles in the model's own time step
+    where a muscle does not allow a longer one, or the rig breaks down in it.
+    """
+    timestep = float(model.opt.timestep)
+    if steps > 1:
+        model.opt.timestep = steps * timestep
+        try:
+            check_timestep(model, muscles)
+            settle(model, data, experiment, on)
+            if not data.warning.number.any() and np.isfinite(_configuration(data)).all():
+                return
+            checks.forget(model)
+        except InputError:
+            pass
+        finally:
+            model.opt.timestep = timestep
+    settle(model, data, experiment, on)
+
+
+def _configuration(data: mujoco.MjData) -> FloatArray:
+    return np.concatenate([data.qpos, data.act])

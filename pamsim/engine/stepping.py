@@ -1,4 +1,4 @@
-"""What evaluates the muscles of a model, and which integrators may.
+"""Stepping models with muscles: which of them can be stepped, and what evaluates their muscles.
 
 The engine evaluates them on every path by the plugin that they belong to, see
 `pamsim.engine.plugin`; nothing has to be installed before a step.
@@ -7,15 +7,21 @@ The engine evaluates them on every path by the plugin that they belong to, see
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.engine import checks, plugin
 from pamsim.physics.record import is_muscle
 
 BACKENDS = ("compiled", "python")
+EachStep: TypeAlias = Callable[[mujoco.MjModel, mujoco.MjData], None]
+"""Called with model and data before every time step: physics that the rig does not contain."""
 
 
 def check_steppable(model: mujoco.MjModel) -> None:
@@ -37,36 +43,17 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
         EngineError: if the model was written as MJCF and read again, which loses digits.
     """
     muscles = [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
-    if len(muscles) < model.nactuator and model.nplugin:
-        _check_rows(model, muscles)
-    return muscles
-
-
-def _check_rows(model: mujoco.MjModel, muscles: list[int]) -> None:
-    """Refuse actuators that the plugin evaluates and whose numbers are not those of a muscle."""
-    for index in range(model.nactuator):
+    if len(muscles) == model.nactuator or not model.nplugin:
+        return muscles
+    for index in set(range(model.nactuator)) - set(muscles):
         instance = int(model.actuator_plugin[index])
-        if index in muscles or instance < 0 or model.plugin[instance] not in plugin.slots():
-            continue
-        raise EngineError(
-            f"actuator {model.actuator(index).name!r} is a pamsim muscle whose parameters are no"
-            " longer exact, as MJCF keeps six digits: load the rig with pamsim.load_rig, or attach"
-            " the muscle again with pamsim.attach"
-        )
-
-
-def prepare(*models: mujoco.MjModel) -> None:
-    """Compile the laws of the muscles of some models, or load them from numba's cache.
-
-    Raises:
-        InputError: if a law cannot be compiled.
-        EngineError: if a law is not known here, or the engine's structs are not as declared.
-    """
-    plugin.load_kernel()
-    from pamsim.engine import law_table
-
-    for model in models:
-        law_table.prepare(model.actuator_user[muscle_ids(model)])
+        if instance >= 0 and model.plugin[instance] in plugin.slots():
+            raise EngineError(
+                f"actuator {model.actuator(index).name!r} is a pamsim muscle whose parameters are"
+                " no longer exact, as MJCF keeps six digits: load the rig with pamsim.load_rig, or"
+                " attach the muscle again with pamsim.attach"
+            )
+    return muscles
 
 
 @contextlib.contextmanager
@@ -82,30 +69,54 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
             which laws may be anything that can be called).
 
     Raises:
-        InputError: if the backend is unknown or a model has no pamsim muscle.
-        EngineError: if a model asks for an integrator that would break the muscles' memory, or the
-            engine's structs are not laid out as declared.
+        InputError: if the backend is unknown, a model has no pamsim muscle or a law cannot be
+            compiled.
+        EngineError: if a model asks for an integrator that would break the muscles' memory, a law
+            is not known here, or the engine's structs are not laid out as declared.
         InvariantError: at the end, see `pamsim.checks`.
     """
     for model in models:
         check_steppable(model)
     if backend not in BACKENDS:
         raise InputError(f"no backend {backend!r}; {nearest(backend, BACKENDS)}")
-    if backend == "compiled":
-        prepare(*models)
-        yield
-        checks.raise_found(models)
+    with checks.raised_at_end(models):
+        if backend == "compiled":
+            plugin.load_kernel()
+            from pamsim.engine import law_table
+
+            for model in models:
+                law_table.prepare(model.actuator_user[muscle_ids(model)])
+            yield
+        else:
+            usual, python = plugin.slot(), plugin.python_slot()
+            for model in models:
+                model.plugin[model.plugin == usual] = python
+            try:
+                yield
+            finally:
+                for model in models:
+                    model.plugin[model.plugin == python] = usual
+                plugin.raise_failure()
+
+
+def advance(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    command: NDArray[np.float64],
+    count: int,
+    each_step: EachStep | None,
+) -> None:
+    """Take a number of time steps under one command (m,), a hook acting before each.
+
+    Without one, ``data.ctrl`` holds the command already.
+    """
+    if each_step is None:
+        mujoco.mj_step(model, data, count)
         return
-    usual, python = plugin.slot(), plugin.python_slot()
-    for model in models:
-        model.plugin[model.plugin == usual] = python
-    try:
-        yield
-    finally:
-        for model in models:
-            model.plugin[model.plugin == python] = usual
-        plugin.raise_failure()
-    checks.raise_found(models)
+    for _ in range(count):
+        data.ctrl[:] = command
+        each_step(model, data)
+        mujoco.mj_step(model, data)
 
 
 def set_integrator(model: mujoco.MjModel, name: str) -> None:
@@ -139,3 +150,36 @@ def refuse_multistage(integrator: int) -> None:
             "integrator RK4 evaluates the muscles between time points and corrupts their memory;"
             " set <option integrator='Euler'/>, 'implicit' or 'implicitfast'"
         )
+
+
+_lock = threading.Lock()
+_holders = 0
+
+
+@contextlib.contextmanager
+def engine_warnings_held() -> Iterator[None]:
+    """Let the engine print no warnings, and write no ``MUJOCO_LOG.TXT``, in a ``with`` block.
+
+    It counts them all the same, and a run that has one reports it as its outcome. A handler that
+    somebody has set by ``mujoco.set_mju_user_warning`` is left alone. It holds for the process.
+    """
+    _hold(1)
+    try:
+        yield
+    finally:
+        _hold(-1)
+
+
+def _hold(more: int) -> None:
+    global _holders
+    with _lock:
+        _holders += more
+        handler = mujoco.get_mju_user_warning()
+        if _holders and handler is None:
+            mujoco.set_mju_user_warning(_silent)
+        elif not _holders and handler is _silent:
+            mujoco.set_mju_user_warning(None)
+
+
+def _silent(_: str) -> None:
+    """Do nothing with a warning of the engine."""

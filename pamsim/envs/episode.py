@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.engine.settle import settle_quickly
-from pamsim.engine.state import save_state
+from pamsim.engine.state import save_state, settle_quickly
 from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach

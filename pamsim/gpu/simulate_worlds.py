@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import rest_states
+from pamsim.engine.command_plan import Plan
 from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
-from pamsim.engine.sampling import Plan
-from pamsim.engine.simulate import Run, commands_of, origin, prepare
+from pamsim.engine.simulate import Run, prepare
 from pamsim.gpu.worlds import Readings, Worlds
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
@@ -59,7 +59,7 @@ def simulate_worlds(
     worlds = Worlds(first.rig, first.model, len(runs), precision=precision, device=device)
     times = np.arange(first.samples) / first.experiment.sample_rate
     commands = [run.experiment.command_at(times) for run in runs]
-    plans = [commands_of(run, sent) for run, sent in zip(runs, commands, strict=True)]
+    plans = [run.plan(sent) for run, sent in zip(runs, commands, strict=True)]
     for number, (run, plan) in enumerate(zip(runs, plans, strict=True)):
         _check_shared(number, run, plan, first, plans[0])
     states = rest_states(runs, threads=threads)
@@ -86,7 +86,7 @@ def _check_shared(number: int, run: Run, plan: Plan, first: Run, whole: Plan) ->
         "time step": (run.model.opt.timestep, first.model.opt.timestep),
         "duration or sample rate": (run.samples, first.samples),
         "sampling period": (run.steps, first.steps),
-        "drive or valve.delay": (plan.count.tolist(), whole.count.tolist()),
+        "drive or valve.delay": (plan.steps.tolist(), whole.steps.tolist()),
     }
     for what, (own, other) in shared.items():
         if own != other:
@@ -97,7 +97,7 @@ def _check_shared(number: int, run: Run, plan: Plan, first: Run, whole: Plan) ->
 
 def _traced(worlds: Worlds, plans: Sequence[Plan]) -> list[Readings]:
     """Readings at every sample."""
-    first, count = plans[0].first, plans[0].count
+    first, count = plans[0].first, plans[0].steps
     command = np.stack([plan.command for plan in plans], axis=1)
     trace: list[Readings] = []
     for sample in range(len(first) - 1):
@@ -143,5 +143,5 @@ def _recording(
         outcome=outcome,
         message=message,
         final_state=final_state,
-        meta=origin(run, float(run.model.opt.timestep)),
+        meta=run.meta,
     )

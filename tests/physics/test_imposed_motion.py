@@ -97,7 +97,7 @@ def imposed(step, method):
         elif method == "equality":
             model.eq_data[0, 0] = motion((k + 1) * step)
         mujoco.mj_step(model, data)
-        torque[k] = effort(data, on)[0] if on is not None else np.nan
+        torque[k] = effort(data, on, 0) if on is not None else np.nan
     angle, needed = expected(time)
     return (
         np.abs(places[:count, 0] - motion(time[:count])).max(),

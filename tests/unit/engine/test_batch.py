@@ -82,7 +82,7 @@ def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
 def test_one_rest_serves_all_with_the_same_start(rig, monkeypatch):
     settled = []
     monkeypatch.setattr(
-        "pamsim.engine.settle.settle",
+        "pamsim.engine.state.settle",
         lambda model, data, experiment, on: settled.append(experiment),
     )
     changed = rig.with_parameters({"passive.stiffness": 3e4})
@@ -125,7 +125,7 @@ def test_a_warning_while_settling_is_not_lost(rig, monkeypatch):
     def warned(model, data, experiment, on):
         data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number = 1
 
-    monkeypatch.setattr("pamsim.engine.settle.settle", warned)
+    monkeypatch.setattr("pamsim.engine.state.settle", warned)
     (found,) = simulate_batch([(rig, valves())])
     assert found.outcome is Outcome.ENGINE_WARNING
     assert "BADQVEL" in found.message

@@ -10,7 +10,7 @@ import pytest
 
 import pamsim
 from pamsim.engine.batch import simulate_batch
-from pamsim.engine.trace import Trace, first_breakdown
+from pamsim.engine.sampling import Trace, first_breakdown
 from pamsim.recordings.recording import Outcome
 
 SAMPLES = 10

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import dataclasses
 
@@ -187,6 +188,43 @@ def test_one_of_many_environments_raises_too():
     with pytest.raises(InvariantError, match="actuator 0"):
         env.step(env.action_space.sample())
     env.close()
+
+
+@pytest.fixture
+def nothing_waits():
+    yield
+    with contextlib.suppress(InvariantError):
+        checks.raise_found()
+
+
+@pytest.mark.usefixtures("nothing_waits")
+def test_a_model_is_not_blamed_for_another_that_lay_at_its_address_before(rig):
+    def breaks():
+        model = rig.model_for(command="valve")
+        data = mujoco.MjData(model)
+        pamsim.reset(model, data, 2e5)
+        data.ctrl[0] = np.nan
+        mujoco.mj_step(model, data)
+        return int(model._address)
+
+    plugin.load_kernel()
+    before = set()
+    with pamsim.checks():
+        for _ in range(20):
+            before.add(breaks())
+            model = rig.model_for(command="valve")
+            data = mujoco.MjData(model)
+            pamsim.reset(model, data, 2e5)
+            with pamsim.live(model):
+                mujoco.mj_step(model, data)
+            met = int(model._address) in before
+            del model, data
+            if met:
+                break
+        else:
+            pytest.skip("no address was used twice")
+        with pytest.raises(InvariantError, match="actuator 0"):
+            checks.raise_found()
 
 
 def test_steps_outside_of_any_scope_are_raised_at_the_end_of_the_block_or_printed(rig, capsys):

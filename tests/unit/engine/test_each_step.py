@@ -96,3 +96,15 @@ def test_tension_is_recorded_as_the_muscle_is_at_its_time(rig, changes):
     assert np.array_equal(run.tension[:20], strong.tension[:20])
     before, after = run.tension[19], run.tension[20]
     assert np.all(after < 0.95 * before)
+
+
+def test_pressure_is_recorded_as_the_muscle_is_at_its_time(rig):
+    dead_volume = slot("chamber.dead_volume", rig.muscles["muscle_1"])
+
+    def widen(model, data):
+        if data.time > 0.1 - 1e-9:
+            model.actuator_user[:, dead_volume] *= 1.01
+
+    run, plain = (pamsim.simulate(rig, valves(), each_step=hook) for hook in (widen, None))
+    assert np.array_equal(run.pressure[:20], plain.pressure[:20])
+    assert np.all(run.pressure[20] < plain.pressure[20])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.engine.settle import settle, settle_quickly
+from pamsim.engine.state import settle, settle_quickly
 from pamsim.engine.stepping import live
 
 

@@ -1,0 +1,60 @@
+"""When a late command reaches the valves, against the command looked up at every time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.engine.command_plan import arriving, command_plan
+from pamsim.recordings.experiment import Experiment
+
+DT, STEPS, SAMPLES = 5e-4, 4, 30
+BEFORE = (2e5, 3e5)
+RNG = np.random.default_rng(9)
+COMMANDS = np.repeat(RNG.uniform(0.0, 6e5, (10, 2)), 3, axis=0)
+
+
+def planned(delays, drive="pressure_set"):
+    experiment = Experiment(
+        drive=drive,
+        command_time=STEPS * DT * np.arange(SAMPLES),
+        command_value=COMMANDS,
+        start_pressure=np.array(BEFORE),
+        duration=SAMPLES * STEPS * DT,
+    )
+    return command_plan(experiment, COMMANDS, delays, np.empty(0, dtype=bool), DT, STEPS)
+
+
+@pytest.mark.parametrize(
+    "delays", [(0.0, 0.0), (2e-3, 5e-4), (1.3e-4, 0.0), (0.0137, 0.0041), (3.3e-4, 3.3e-4), (9, 0)]
+)
+def test_every_time_hears_what_was_commanded_a_delay_ago(delays):
+    plan = planned(delays)
+    ends = np.cumsum(plan.steps * plan.timestep)
+    np.testing.assert_allclose(ends[plan.first[1:] - 1], STEPS * DT * np.arange(1, SAMPLES + 1))
+    assert np.all((plan.timestep > 0.0) & (plan.timestep <= DT))
+    for share in (0.001, 0.5, 0.999):  # an edge lies at no place but an end
+        at = ends - (1.0 - share) * plan.steps * plan.timestep
+        for muscle, delay in enumerate(delays):
+            sample = np.floor((at - delay) / (STEPS * DT)).astype(int)
+            held = np.append(BEFORE[muscle], COMMANDS[:, muscle])
+            assert np.array_equal(plan.command[:, muscle], held[np.maximum(sample + 1, 0)])
+
+
+def test_delays_of_whole_steps_divide_none():
+    for delays in ((0.0, 0.0), (5e-4, 2e-3), (0.0215, 0.043)):  # the last two not exactly in floats
+        plan = planned(delays)
+        assert set(plan.timestep) == {DT}
+        assert plan.steps.sum() == SAMPLES * STEPS
+
+
+def test_changes_that_arrive_together_but_for_rounding_make_no_tiny_step():
+    values = np.arange(40.0).reshape(20, 2)
+    edges, _ = arriving(values, np.zeros(2), np.array([0.1 + 0.2, 4.3]), STEPS)
+    assert np.diff(edges).min() > 0.1
+
+
+def test_a_measured_pressure_is_never_late():
+    late, plain = planned((3e-3, 0.0), "measured"), planned((0.0, 0.0), "measured")
+    assert all(np.array_equal(one, other) for one, other in zip(late, plain, strict=True))
+    assert np.array_equal(plain.first, STEPS * np.arange(SAMPLES + 1))
