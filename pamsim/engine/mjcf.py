@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,24 +10,24 @@ from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 
 _GENERATING = ("composite", "flexcomp")
-_REPEATING = ("replicate", *_GENERATING)
 _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
 _PLANES = (("width", "height"), ("nrow", "ncol"))
 
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "angle", int(mujoco.mjtJoint.mjJNT_SLIDE): "position"}
+_UNLIMITED = {"angle": 0.5, "position": 0.05}
+"""Half of the range that a joint without limits is taken to have [rad, m]."""
+
 _PLACES = (0.5, 0.31, 0.73)
 """Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
 of a spatial tendon."""
 
-_UNLIMITED = (-0.5, 0.5)
-_MOVE = 1e-4  # rad or m
 _LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
 
 _JOINT_LIKE = (
@@ -52,6 +51,24 @@ def read_spec(mjcf: Path) -> mujoco.MjSpec:
         raise InputError(f"{mjcf}: {' '.join(str(error).split())}") from error
 
 
+def read_text(mjcf: Path) -> str:
+    """Text of an MJCF.
+
+    MuJoCo reads other encodings than UTF-8, but names in them cannot be read back.
+
+    Raises:
+        OSError: if there is none.
+        InputError: if it is too large, or a line is not UTF-8.
+    """
+    require_size(mjcf)
+    content = mjcf.read_bytes()
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        number = len(content[: error.start + 1].splitlines())
+        raise InputError(f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8") from None
+
+
 def require_size(mjcf: Path) -> None:
     """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
 
@@ -65,7 +82,24 @@ def require_size(mjcf: Path) -> None:
         OSError: if it cannot be read.
         InputError: if it asks for more.
     """
-    parts = _parts(mjcf, frozenset())
+    parts, waiting = 0.0, [(element, 1.0, (mjcf,)) for element in _root(mjcf)]
+    while waiting:
+        element, times, files = waiting.pop()
+        for what, size, most in _sizes(element):
+            if size > most:
+                raise InputError(
+                    f"{files[-1]}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
+                )
+        inside = times
+        if element.tag in ("replicate", *_GENERATING):
+            inside *= max(1.0, _product(element.get("count", "")))
+        parts += inside if element.tag in _GENERATING else times
+        waiting += [(child, inside, files) for child in element]
+        file = (files[-1].parent / element.get("file", "")).resolve()
+        # An endless chain is left to MuJoCo, which refuses it.
+        known = [path.resolve() for path in files]
+        if element.tag in ("include", "model") and file.is_file() and file not in known:
+            waiting += [(root, times, (*files, file)) for root in _root(file)]
     if parts > MJCF_PARTS:
         raise InputError(
             f"{mjcf} asks for {parts:,.0f} elements, those in replicate, composite and flexcomp"
@@ -73,29 +107,11 @@ def require_size(mjcf: Path) -> None:
         )
 
 
-def _parts(mjcf: Path, within: frozenset[Path]) -> float:
-    if mjcf.resolve() in within:  # an endless chain, which MuJoCo refuses
-        return 0.0
+def _root(mjcf: Path) -> list[ElementTree.Element]:
     try:
-        root = ElementTree.fromstring(read_bounded(mjcf, MJCF_BYTES))
+        return [ElementTree.fromstring(read_bounded(mjcf, MJCF_BYTES))]
     except ElementTree.ParseError:
-        return 0.0
-    parts, waiting = 0.0, [(root, 1.0)]  # no recursion: elements may be nested deeper than Python's
-    while waiting:
-        element, times = waiting.pop()
-        for what, size, most in _sizes(element):
-            if size > most:
-                raise InputError(
-                    f"{mjcf}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
-                )
-        repeated = element.tag in _REPEATING
-        inside = times * (max(1.0, _product(element.get("count", ""))) if repeated else 1.0)
-        file = mjcf.parent / element.get("file", "")
-        if element.tag in ("include", "model") and file.is_file():
-            parts += times * _parts(file, within | {mjcf.resolve()})
-        parts += inside if element.tag in _GENERATING else times
-        waiting += [(child, inside) for child in element]
-    return parts
+        return []
 
 
 def _sizes(element: ElementTree.Element) -> Iterator[tuple[str, float, int]]:
@@ -115,24 +131,6 @@ def _product(text: str) -> float:
         return 1.0
 
 
-def read_text(mjcf: Path) -> str:
-    """Text of an MJCF.
-
-    MuJoCo reads other encodings than UTF-8, but names in them cannot be read back.
-
-    Raises:
-        OSError: if there is none.
-        InputError: if it is too large, or a line is not UTF-8.
-    """
-    require_size(mjcf)
-    content = mjcf.read_bytes()
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        number = len(content[: error.start + 1].splitlines())
-        raise InputError(f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8") from None
-
-
 def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
     """Give a joint that slides a tendon of its own name, as long as its position.
 
@@ -144,10 +142,10 @@ def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
     Raises:
         InputError: if there is no such joint, it does not slide, or a tendon has its name.
     """
-    known = {found.name: found for found in spec.joints}
+    known = {found.name: found.type for found in spec.joints}
     if joint not in known:
         raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
-    if known[joint].type != mujoco.mjtJoint.mjJNT_SLIDE:
+    if known[joint] != mujoco.mjtJoint.mjJNT_SLIDE:
         raise InputError(
             f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
             " coefficient is the lever arm"
@@ -172,7 +170,14 @@ def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
     Args:
         spec: changed in place; its dynamics are bit-identical.
     """
-    if _geoms_matter(spec):
+    wraps = [wrap for tendon in spec.tendons for wrap in tendon.path]
+    if (
+        spec.pairs
+        or spec.option.density
+        or spec.option.viscosity
+        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
+        or any(wrap.type != mujoco.mjtWrap.mjWRAP_JOINT for wrap in wraps)
+    ):
         return
     for geom in list(spec.geoms):
         body = geom.parent
@@ -180,28 +185,9 @@ def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
             spec.delete(geom)
 
 
-def _geoms_matter(spec: mujoco.MjSpec) -> bool:
-    option = spec.option
-    return bool(
-        spec.pairs
-        or option.density
-        or option.viscosity
-        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
-        or any(
-            wrap.type != mujoco.mjtWrap.mjWRAP_JOINT
-            for tendon in spec.tendons
-            for wrap in tendon.path
-        )
-    )
-
-
 def _fixed(body: mujoco.MjsBody) -> bool:
     """Whether a body never moves, so that its mass has no effect."""
-    while body.parent is not None:
-        if body.joints:
-            return False
-        body = body.parent
-    return True
+    return body.parent is None or (not body.joints and _fixed(body.parent))
 
 
 def recorded_joints(
@@ -242,29 +228,36 @@ def recorded_joints(
 def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
     """Numbers of the joints that change the length of a muscle's tendon."""
     wanted = [model.tendon(name).id for name in tendons]
-    scalar = [joint for joint in range(model.njnt) if int(model.jnt_type[joint]) in _KINDS]
+    arms = np.zeros(model.nv)
+    for data in posed(model, [[place] for place in _PLACES]):
+        matrix = np.zeros((model.ntendon, model.nv))
+        mujoco.mju_sparse2dense(
+            matrix, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
+        )
+        arms = np.maximum(arms, np.abs(matrix[wanted]).max(axis=0, initial=0.0))
+    scalar = np.flatnonzero(np.isin(model.jnt_type, list(_KINDS)))
+    return [int(joint) for joint in scalar if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+
+
+def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
+    """Yield a model's data, its tendons measured, at places within the ranges of its joints.
+
+    Args:
+        model: compiled.
+        shares: (n, j) of the ranges of the joints that turn or slide, 0 to 1; or (n, 1).
+    """
     data = mujoco.MjData(model)
-    start = data.qpos.copy()
-    moved: list[int] = []
-    for joint in scalar:
-        for place in _PLACES:
-            data.qpos[:] = start
-            for other in scalar:
-                low, high = model.jnt_range[other] if model.jnt_limited[other] else _UNLIMITED
-                data.qpos[model.jnt_qposadr[other]] = low + place * (high - low)
-            before = _lengths(model, data)[wanted].copy()
-            data.qpos[model.jnt_qposadr[joint]] += _MOVE
-            if np.any(np.abs(_lengths(model, data)[wanted] - before) > _LEAST_ARM * _MOVE):
-                moved.append(joint)
-                break
-    return moved
-
-
-def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    return data.ten_length
+    joints = np.flatnonzero(np.isin(model.jnt_type, list(_KINDS)))
+    places = model.jnt_qposadr[joints]
+    half = np.array([_UNLIMITED[_KINDS[int(kind)]] for kind in model.jnt_type[joints]])
+    unlimited = model.qpos0[places] + np.array([-half, half])
+    low, high = np.where(model.jnt_limited[joints], model.jnt_range[joints].T, unlimited)
+    for share in np.asarray(shares):
+        data.qpos[places] = low + share * (high - low)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        yield data
 
 
 def may_collide(model: mujoco.MjModel) -> bool:
@@ -289,18 +282,13 @@ def contacts(
     for row in positions:
         data.qpos[list(addresses)] = row
         mujoco.mj_fwdPosition(model, data)
-        touching = zip(data.contact.geom.tolist(), data.contact.flex.tolist(), strict=True)
-        pairs = itertools.compress(touching, data.contact.exclude == 0)
-        found.update(
-            {
-                (_name(model, geoms[0], flexes[0]), _name(model, geoms[1], flexes[1]))
-                for geoms, flexes in pairs
-            }
-        )
+        touching = [contact for contact in data.contact if contact.exclude == 0]
+        found.update({(_name(model, one, 0), _name(model, one, 1)) for one in touching})
     return dict(found)
 
 
-def _name(model: mujoco.MjModel, geom: int, flex: int) -> str:
+def _name(model: mujoco.MjModel, contact: mujoco.MjContact, side: int) -> str:
+    geom, flex = int(contact.geom[side]), int(contact.flex[side])
     if geom < 0:
         return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
     body = model.body(model.geom_bodyid[geom]).name

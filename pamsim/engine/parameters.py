@@ -11,7 +11,7 @@ from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.engine.mjcf_fields import is_native, native_field, native_names, native_value
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.record import has_parameter, slot
+from pamsim.physics.record import has_parameter
 from pamsim.recordings.sensors import MeasurementChain
 
 if TYPE_CHECKING:
@@ -114,6 +114,27 @@ def sensor_spec(field: str, where: str = "") -> FieldSpec:
     return fields[field]
 
 
+def muscles_with(rig: Rig, name: ParameterName) -> list[tuple[int, str]]:
+    """Number and name of the muscle that a parameter is of, or of all that have it.
+
+    A parameter without a muscle passes over those without it: bellows beside muscles have no braid.
+
+    Raises:
+        InputError: if there is no such muscle or parameter, with the nearest one.
+    """
+    only = name.muscle
+    if only and only not in rig.muscles:
+        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
+    asked = [(at, one) for at, one in enumerate(rig.muscles) if only in ("", one)]
+    found = [one for one in asked if has_parameter(rig.muscles[one[1]], name.parameter)]
+    if not found:
+        groups = {type(group) for _, one in asked for group in rig.muscles[one].groups}
+        known = [f"{group.group}.{field}" for group in groups for field, _ in specs(group)]
+        near = nearest(name.text, [*known, *rig.file.native])
+        raise InputError(f"no parameter {name.text!r}; {near}")
+    return found
+
+
 def rig_parameter(rig: Rig, name: str) -> RigParameter:
     """Find a parameter of a rig.
 
@@ -121,43 +142,25 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         InputError: if the rig has none of that name, with the nearest one.
     """
     parsed = ParameterName.parse(name)
+    group, field, stated = parsed.group, parsed.field, None
     if parsed.operator:
         other = rig.with_operator(parsed.operator)
         return replace(rig_parameter(other, parsed.without_operator), name=name)
-    if parsed.owner == "muscle":
-        return _of_muscle(rig, parsed)
     if parsed.owner == "native":
         value, spec = native_value(rig.model, name), native_field(rig.model, name)
-        return RigParameter(name=name, value=value, spec=spec, stated=rig.file.native.get(name))
-    spec = sensor_spec(parsed.field)
-    value = float(getattr(rig.sensor or MeasurementChain(), parsed.field))
-    return RigParameter(name=name, value=value, spec=spec, stated=rig.file.sensor.get(parsed.field))
-
-
-def _of_muscle(rig: Rig, name: ParameterName) -> RigParameter:
-    """A parameter of the first muscle that has it."""
-    only, parameter = name.muscle, name.parameter
-    if only and only not in rig.muscles:
-        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
-    places = [(i, muscle) for i, muscle in enumerate(rig.muscles) if only in ("", muscle)]
-    having = (place for place in places if has_parameter(rig.muscles[place[1]], parameter))
-    index, muscle = next(having, places[0])
-    groups = rig.muscles[muscle].groups
-    fields = {f"{one.group}.{field}": spec for one in groups for field, spec in specs(type(one))}
-    if parameter not in fields:
-        raise InputError(
-            f"no parameter {name.text!r}; {nearest(name.text, [*fields, *rig.file.native])}"
-        )
-    place = slot(parameter, rig.muscles[muscle])
-    shared = rig.file.muscle.get(name.group, {}).get(name.field)
-    own = rig.file.overrides[muscle].get(name.group, {}).get(name.field) if only else None
-    stated = own or shared
-    return RigParameter(
-        name=name.text,
-        value=float(rig.model.actuator_user[index, place]),
-        spec=fields[parameter],
-        stated=stated if isinstance(stated, Sourced) else None,
-    )
+        stated = rig.file.native.get(name)
+    elif parsed.owner == "sensor":
+        spec, stated = sensor_spec(field), rig.file.sensor.get(field)
+        value = float(getattr(rig.sensor or MeasurementChain(), field))
+    else:
+        muscle = muscles_with(rig, parsed)[0][1]
+        numbers = getattr(rig.muscles[muscle], group)
+        value, spec = float(getattr(numbers, field)), dict(specs(type(numbers)))[field]
+        sections = [rig.file.overrides[muscle]] if parsed.muscle else []
+        for section in (*sections, rig.file.muscle):
+            stated = stated or section.get(group, {}).get(field)
+    stated = stated if isinstance(stated, Sourced) else None
+    return RigParameter(name=name, value=value, spec=spec, stated=stated)
 
 
 def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
@@ -167,8 +170,8 @@ def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
     one is named for each, ``muscle:group.field``.
     """
     owners: dict[str, list[RigParameter]] = {}
-    for muscle, groups in ((name, one.groups) for name, one in rig.muscles.items()):
-        for group in groups:
+    for muscle, one in rig.muscles.items():
+        for group in one.groups:
             for field, _ in specs(type(group)):
                 name = f"{group.group}.{field}"
                 owners.setdefault(name, []).append(rig_parameter(rig, f"{muscle}:{name}"))
