@@ -8,7 +8,7 @@ import mujoco
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
-from pamsim.engine.preflight import check_supply, control_range
+from pamsim.engine.preflight import check_shared, control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import SIZE, pack, slot, state_size
@@ -93,7 +93,7 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
     except ValueError as error:
         raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
     _couple(model)
-    check_supply(model)
+    check_shared(model)
     return model
 
 
