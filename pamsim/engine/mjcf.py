@@ -235,8 +235,12 @@ def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
             matrix, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
         )
         arms = np.maximum(arms, np.abs(matrix[wanted]).max(axis=0, initial=0.0))
-    scalar = np.flatnonzero(np.isin(model.jnt_type, list(_KINDS)))
-    return [int(joint) for joint in scalar if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+    return [joint for joint in scalar_joints(model) if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+
+
+def scalar_joints(model: mujoco.MjModel) -> list[int]:
+    """Numbers of the joints that turn about one axis or slide along one."""
+    return np.flatnonzero(np.isin(model.jnt_type, list(_KINDS))).tolist()
 
 
 def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
@@ -244,10 +248,10 @@ def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
 
     Args:
         model: compiled.
-        shares: (n, j) of the ranges of the joints that turn or slide, 0 to 1; or (n, 1).
+        shares: (n, j) of the ranges of `scalar_joints`, 0 to 1; or (n, 1), of all.
     """
     data = mujoco.MjData(model)
-    joints = np.flatnonzero(np.isin(model.jnt_type, list(_KINDS)))
+    joints = scalar_joints(model)
     places = model.jnt_qposadr[joints]
     half = np.array([_UNLIMITED[_KINDS[int(kind)]] for kind in model.jnt_type[joints]])
     unlimited = model.qpos0[places] + np.array([-half, half])

@@ -116,9 +116,9 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
         for index in range(getattr(model, _COUNTS[element])):
             own, endings = getattr(model, element)(index).name, [""]
             if kind == "tendon.coef":
-                radii = _radii(model, index)
-                same = len({abs(model.wrap_prm[at]) for at in radii.values()}) == 1
-                endings = [""] if same else [f"_{joint}" for joint in radii]
+                over = radii(model, index)
+                same = len({abs(model.wrap_prm[at]) for at in over.values()}) == 1
+                endings = [""] if same else [f"_{joint}" for joint in over]
             moves = element == "body" and model.body_weldid[index]
             if (
                 not own
@@ -214,19 +214,19 @@ def _find(model: mujoco.MjModel, name: str, where: str = "") -> tuple[str, Field
         return array, spec, (index, -1)
     if array != "wrap_prm":
         return array, spec, index
-    radii = _radii(model, index)
-    if joint and joint not in radii:
-        raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, radii)}")
-    places = [radii[joint]] if joint else list(radii.values())
+    over = radii(model, index)
+    if joint and joint not in over:
+        raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, over)}")
+    places = [over[joint]] if joint else list(over.values())
     if not places:
         raise InputError(f"{name}: the tendon runs over no joint, so it has no radius")
     if len(set(np.abs(model.wrap_prm[places]).tolist())) > 1:
-        fields = " and ".join(f"coef_{joint}" for joint in radii)
+        fields = " and ".join(f"coef_{joint}" for joint in over)
         raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
     return array, spec, places
 
 
-def _radii(model: mujoco.MjModel, tendon: int) -> dict[str, int]:
+def radii(model: mujoco.MjModel, tendon: int) -> dict[str, int]:
     """Joint -> place in ``model.wrap_prm`` of the radius at which a fixed tendon runs over it."""
     first, joints = int(model.tendon_adr[tendon]), {}
     for place in range(first, first + int(model.tendon_num[tendon])):
