@@ -60,23 +60,34 @@ def attach(
         raise InputError(f"actuator {name!r} exists already; give another name")
     refuse_multistage(spec.option.integrator)
     if length_at_zero is None:
-        length_at_zero = _nominal_length(muscle) - _initial_length(spec, tendon)
+        model = _compiled(  # of a copy: a model compiles as a whole
+            spec.copy(),
+            f"the length of tendon {tendon!r} is unknown, since the model so far does not compile",
+            "; complete it first, or give length_at_zero",
+        )
+        free = muscle.stroke or muscle.braided  # nothing pulls or presses it
+        length_at_zero = free.nominal_length - float(model.tendon_length0[model.tendon(tendon).id])
     muscle = dataclasses.replace(muscle, mounting=Mounting(length_at_zero=length_at_zero))
+    plugin.register()
+    spec.activate_plugin(plugin.NAME)
+    if all(instance.name != _INSTANCE for instance in spec.plugins):
+        spec.add_plugin(name=_INSTANCE, plugin_name=plugin.NAME, active=True)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     spec.nuser_actuator = max(spec.nuser_actuator, SIZE)
-    actuator = spec.add_actuator()
-    actuator.name = name
-    actuator.trntype = mujoco.mjtTrn.mjTRN_TENDON
-    actuator.target = tendon
-    actuator.plugin.name = _instance(spec)
-    actuator.plugin.plugin_name = plugin.NAME
+    row = pack(muscle)
+    actuator = spec.add_actuator(
+        name=name,
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        target=tendon,
+        # The plugin overwrites what the engine makes of this. Without a type, the engine would ask
+        # a callback that another library may have set.
+        dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
+        actdim=state_size(muscle),
+        userdata=row,
+        ctrlrange=control_range(row) or (0.0, 0.0),
+    )
+    actuator.plugin.name, actuator.plugin.plugin_name = _INSTANCE, plugin.NAME
     actuator.plugin.active = True
-    # The plugin overwrites what the engine makes of this. Without a type, the engine would ask a
-    # callback that another library may have set.
-    actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
-    actuator.actdim = state_size(muscle)
-    actuator.userdata = row = pack(muscle)
-    actuator.ctrlrange = control_range(row) or (0.0, 0.0)
     return actuator
 
 
@@ -85,46 +96,20 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
     Raises:
         InputError: with the engine's own words, if the model does not compile; if muscles on one
-            supply state it differently.
+            supply or one chain state it differently.
     """
-    try:
-        with plugin.not_evaluated():
-            model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
+    model = _compiled(spec, "the model does not compile")
     _couple(model)
     check_shared(model)
     return model
 
 
-def _nominal_length(muscle: Muscle) -> float:
-    """Length of a muscle, or stroke of a pushing actuator, that nothing pulls or presses [m]."""
-    return muscle.stroke.nominal_length if muscle.stroke else muscle.braided.nominal_length
-
-
-def _initial_length(spec: mujoco.MjSpec, tendon: str) -> float:
-    """Length of a tendon at the initial position [m], of a copy: a model compiles as a whole."""
+def _compiled(spec: mujoco.MjSpec, failed: str, instead: str = "") -> mujoco.MjModel:
     try:
         with plugin.not_evaluated():
-            model = spec.copy().compile()
+            return spec.compile()
     except ValueError as error:
-        raise InputError(
-            f"the length of tendon {tendon!r} is unknown, since the model so far does not compile:"
-            f" {' '.join(str(error).split())}; complete it first, or give length_at_zero"
-        ) from error
-    return float(model.tendon_length0[model.tendon(tendon).id])
-
-
-def _instance(spec: mujoco.MjSpec) -> str:
-    """Name of the plugin instance that a model's muscles share."""
-    plugin.register()
-    spec.activate_plugin(plugin.NAME)
-    if all(instance.name != _INSTANCE for instance in spec.plugins):
-        instance = spec.add_plugin()
-        instance.name = _INSTANCE
-        instance.plugin_name = plugin.NAME
-        instance.active = True
-    return _INSTANCE
+        raise InputError(f"{failed}: {' '.join(str(error).split())}{instead}") from error
 
 
 def _couple(model: mujoco.MjModel) -> None:
@@ -137,8 +122,8 @@ def _couple(model: mujoco.MjModel) -> None:
         tendon = model.actuator_trnid[index, 0]
         first = model.tendon_adr[tendon]
         if model.tendon_num[tendon] == 1 and model.wrap_type[first] == mujoco.mjtWrap.mjWRAP_JOINT:
-            joint = int(model.wrap_objid[first])
-            ends.setdefault(joint, []).append((index, float(model.wrap_prm[first])))
+            radius = float(model.wrap_prm[first])
+            ends.setdefault(int(model.wrap_objid[first]), []).append((index, radius))
     for pulling in ends.values():
         if len(pulling) == 2 and pulling[0][1] * pulling[1][1] < 0.0:
             (first, _), (second, _) = pulling

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
+from pamsim.core.encoding import INLINE, json_property
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
 from pamsim.core.units import to_si
@@ -77,13 +78,20 @@ class RigParameter:
             ``sensor.field`` or a native name.
         value: of the first muscle it belongs to, or of the MJCF field [SI].
         spec: its unit and range.
+        source: what ``params.toml`` states, else ``default`` or the name of the MJCF.
         stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
     """
 
     name: str
     value: float
-    spec: FieldSpec
+    spec: FieldSpec = field(metadata=INLINE)
+    source: str
     stated: Sourced | None
+
+    @json_property
+    def range(self) -> str:
+        """The allowed range, such as ``(0, 1] m``."""
+        return self.spec.range_text()
 
     @property
     def interval95(self) -> tuple[float, float] | None:
@@ -129,7 +137,7 @@ def muscles_with(rig: Rig, name: ParameterName) -> list[tuple[int, str]]:
     found = [one for one in asked if has_parameter(rig.muscles[one[1]], name.parameter)]
     if not found:
         groups = {type(group) for _, one in asked for group in rig.muscles[one].groups}
-        known = [f"{group.group}.{field}" for group in groups for field, _ in specs(group)]
+        known = [f"{group.group}.{part}" for group in groups for part, _ in specs(group)]
         near = nearest(name.text, [*known, *rig.file.native])
         raise InputError(f"no parameter {name.text!r}; {near}")
     return found
@@ -142,25 +150,25 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         InputError: if the rig has none of that name, with the nearest one.
     """
     parsed = ParameterName.parse(name)
-    group, field, stated = parsed.group, parsed.field, None
+    group, part, stated, source = parsed.group, parsed.field, None, "default"
     if parsed.operator:
         other = rig.with_operator(parsed.operator)
         return replace(rig_parameter(other, parsed.without_operator), name=name)
     if parsed.owner == "native":
         value, spec = native_value(rig.model, name), native_field(rig.model, name)
-        stated = rig.file.native.get(name)
+        stated, source = rig.file.native.get(name), rig.file.mjcf.name
     elif parsed.owner == "sensor":
-        spec, stated = sensor_spec(field), rig.file.sensor.get(field)
-        value = float(getattr(rig.sensor or MeasurementChain(), field))
+        spec, stated = sensor_spec(part), rig.file.sensor.get(part)
+        value = float(getattr(rig.sensor or MeasurementChain(), part))
     else:
         muscle = muscles_with(rig, parsed)[0][1]
         numbers = getattr(rig.muscles[muscle], group)
-        value, spec = float(getattr(numbers, field)), dict(specs(type(numbers)))[field]
-        sections = [rig.file.overrides[muscle]] if parsed.muscle else []
-        for section in (*sections, rig.file.muscle):
-            stated = stated or section.get(group, {}).get(field)
-    stated = stated if isinstance(stated, Sourced) else None
-    return RigParameter(name=name, value=value, spec=spec, stated=stated)
+        value, spec = float(getattr(numbers, part)), dict(specs(type(numbers)))[part]
+        shared, own = rig.file.muscle.get(group, {}), rig.file.overrides[muscle].get(group, {})
+        entry = (own if parsed.muscle else {}).get(part) or shared.get(part)
+        stated = entry if isinstance(entry, Sourced) else None
+    source = stated.source if stated else source
+    return RigParameter(name=name, value=value, spec=spec, source=source, stated=stated)
 
 
 def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
@@ -172,13 +180,13 @@ def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
     owners: dict[str, list[RigParameter]] = {}
     for muscle, one in rig.muscles.items():
         for group in one.groups:
-            for field, _ in specs(type(group)):
-                name = f"{group.group}.{field}"
+            for part, _ in specs(type(group)):
+                name = f"{group.group}.{part}"
                 owners.setdefault(name, []).append(rig_parameter(rig, f"{muscle}:{name}"))
     for name, found in owners.items():
         same = all(one.value == found[0].value for one in found)
         yield from [replace(found[0], name=name)] if same else found
-    names = [f"{MeasurementChain.group}.{field}" for field, _ in specs(MeasurementChain)]
+    names = [f"{MeasurementChain.group}.{part}" for part, _ in specs(MeasurementChain)]
     rods = tuple(f"tendon.{rod}." for rod in rig.file.rods)  # not in the MJCF
     names += [name for name in native_names(rig.model) if not name.startswith(rods)]
     yield from (rig_parameter(rig, name) for name in names)
