@@ -30,11 +30,7 @@ of a spatial tendon."""
 
 _LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
 
-_JOINT_LIKE = (
-    mujoco.mjtObj.mjOBJ_JOINT,
-    mujoco.mjtObj.mjOBJ_TENDON,
-    mujoco.mjtObj.mjOBJ_ACTUATOR,
-)
+_JOINT_LIKE = [getattr(mujoco.mjtObj, f"mjOBJ_{kind}") for kind in ("JOINT", "TENDON", "ACTUATOR")]
 
 
 def read_spec(mjcf: Path) -> mujoco.MjSpec:
@@ -85,8 +81,16 @@ def require_size(mjcf: Path) -> None:
     parts, waiting = 0.0, [(element, 1.0, (mjcf,)) for element in _root(mjcf)]
     while waiting:
         element, times, files = waiting.pop()
-        for what, size, most in _sizes(element):
-            if size > most:
+        asked = [
+            (f"{key}={value!r}", value, MJCF_NUMBERS)
+            for key, value in element.items()
+            if key in _COUNTED or key.startswith("nuser_")
+        ]
+        for one, other in _PLANES:
+            text = f"{element.get(one, '')} {element.get(other, '')}"
+            asked.append((f"{one} times {other}", text, MJCF_PIXELS))
+        for what, text, most in asked:
+            if (size := _product(text)) > most:
                 raise InputError(
                     f"{files[-1]}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
                 )
@@ -114,15 +118,6 @@ def _root(mjcf: Path) -> list[ElementTree.Element]:
         return []
 
 
-def _sizes(element: ElementTree.Element) -> Iterator[tuple[str, float, int]]:
-    for key, value in element.attrib.items():
-        if key in _COUNTED or key.startswith("nuser_"):
-            yield f"{key}={value!r}", _product(value), MJCF_NUMBERS
-    for one, other in _PLANES:
-        size = _product(f"{element.get(one, '')} {element.get(other, '')}")
-        yield f"{one} times {other}", size, MJCF_PIXELS
-
-
 def _product(text: str) -> float:
     """Product of the numbers in a text; 1 where there are none."""
     try:
@@ -134,10 +129,7 @@ def _product(text: str) -> float:
 def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
     """Give a joint that slides a tendon of its own name, as long as its position.
 
-    Args:
-        spec: changed in place.
-        joint: name of the joint.
-        where: the rig's file, for errors.
+    ``where`` is the rig's file, for errors.
 
     Raises:
         InputError: if there is no such joint, it does not slide, or a tendon has its name.
@@ -163,12 +155,9 @@ def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
     """Remove the geoms of a specification that no force and no sensor can depend on.
 
     They cost a third of every step: MuJoCo places each geom, whether it collides, has mass, or is a
-    screw on the housing.
-    Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
+    screw on the housing. Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
     sensors of bodies or sites) all are kept.
-
-    Args:
-        spec: changed in place; its dynamics are bit-identical.
+    Its dynamics stay bit-identical.
     """
     wraps = [wrap for tendon in spec.tendons for wrap in tendon.path]
     if (

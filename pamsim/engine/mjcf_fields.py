@@ -79,12 +79,7 @@ def is_native(name: str) -> bool:
 
 
 def native_field(model: mujoco.MjModel, name: str, *, where: str = "") -> FieldSpec:
-    """Unit and range of a native parameter, at a joint that turns or slides, a body or a tendon.
-
-    Args:
-        model: compiled.
-        name: ``element.name.field``.
-        where: what states it, for errors.
+    """Unit and range of a native parameter of a compiled model; ``where`` states it, for errors.
 
     Raises:
         InputError: if the field or the element is unknown.
@@ -240,9 +235,6 @@ def make_friction_stick(model: mujoco.MjModel) -> None:
 
     Settings that the MJCF states itself are kept. In a model with contacts the pass without
     softness is left to its MJCF, because it would change the friction of the contacts too.
-
-    Args:
-        model: changed in place; without dry friction its dynamics are the same.
     """
     default = mujoco.MjSpec().default.joint
     for reference, impedance in (

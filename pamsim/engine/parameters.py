@@ -28,44 +28,45 @@ class ParameterName:
         owner: ``native`` for ``element.name.field`` of the MJCF, ``sensor`` for ``sensor.field``,
             else ``muscle``.
         muscle: the one that it is of, in ``muscle:group.field``; empty for all.
-        parameter: ``group.field``.
+        group: of a parameter of muscles or sensors.
+        field: of the group.
         operator: hysteresis operator that it chooses, in ``hysteresis.operator.field``, or empty.
     """
 
     text: str
     owner: Literal["native", "sensor", "muscle"]
-    parameter: str
-    muscle: str = ""
-    operator: str = ""
+    muscle: str
+    group: str
+    field: str
+    operator: str
 
     @classmethod
     def parse(cls, text: str) -> ParameterName:
         """Take a name apart; whether a rig has such a parameter is not looked up."""
-        if is_native(text):
-            return cls(text=text, owner="native", parameter=text)
-        if text.startswith(f"{MeasurementChain.group}."):
-            return cls(text=text, owner="sensor", parameter=text)
-        muscle, _, parameter = text.rpartition(":")
-        operator, parts = "", parameter.split(".")
-        if len(parts) == 3 and parts[0] == Hysteresis.group:
-            operator, parameter = parts[1], f"{parts[0]}.{parts[2]}"
-        return cls(text=text, owner="muscle", parameter=parameter, muscle=muscle, operator=operator)
+        native = is_native(text)
+        muscle, _, parameter = ("", "", text) if native else text.rpartition(":")
+        group, _, part = parameter.partition(".")
+        owner = "sensor" if text.startswith(f"{MeasurementChain.group}.") else "muscle"
+        operator = ""
+        if group == Hysteresis.group and part.count(".") == 1:
+            operator, _, part = part.partition(".")
+        return cls(
+            text=text,
+            owner="native" if native else owner,
+            muscle=muscle,
+            group=group,
+            field=part,
+            operator=operator,
+        )
 
     @property
-    def group(self) -> str:
-        """Group of a parameter of muscles or sensors."""
-        return self.parameter.partition(".")[0]
-
-    @property
-    def field(self) -> str:
-        """Field of its group."""
-        return self.parameter.partition(".")[2]
+    def parameter(self) -> str:
+        """``group.field``, or the native name."""
+        return f"{self.group}.{self.field}"
 
     @property
     def without_operator(self) -> str:
         """The name in a rig that has the operator already."""
-        if not self.operator:
-            return self.text
         return f"{self.muscle}:{self.parameter}" if self.muscle else self.parameter
 
 
@@ -106,19 +107,15 @@ class RigParameter:
 
 
 def sensor_spec(field: str, where: str = "") -> FieldSpec:
-    """Unit and range of a field of the measurement chain.
-
-    Args:
-        field: its name.
-        where: the file that states it, for errors.
+    """Unit and range of a field of the measurement chain; ``where`` states it, for errors.
 
     Raises:
         InputError: if there is no such field, with the nearest one.
     """
     fields = dict(specs(MeasurementChain))
     if field not in fields:
-        what = f"{where}: unknown sensor.{field}" if where else f"no parameter 'sensor.{field}'"
-        raise InputError(f"{what}; {nearest(field, fields)}")
+        what = f"{where}: unknown sensor." if where else "no parameter sensor."
+        raise InputError(f"{what}{field}; {nearest(field, fields)}")
     return fields[field]
 
 

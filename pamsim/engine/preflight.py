@@ -30,23 +30,19 @@ from pamsim.recordings.experiment import Experiment
 
 _COMMAND, _PARTNER = slot("command"), slot("partner")
 _SUPPLY, _LINE = slot("valve.supply_pressure"), slot("valve.supply_line")
-_SHARED = (
-    (
-        "supply",
-        ", or each its own valve.supply_line",
-        ("valve.supply_resistance", "valve.supply_square"),
-        (
-            "valve.supply_pressure",
-            "valve.supply_resistance",
-            "valve.supply_square",
-            "valve.supply_volume",
-            "chamber.temperature",
-            "chamber.atmosphere",
-        ),
-    ),
-    ("chain", "", ("chain.backlash",), ("chain.backlash", "chain.seating_damping")),
+_FALL = ("valve.supply_resistance", "valve.supply_square")
+_SUPPLIED = (
+    *_FALL,
+    "valve.supply_pressure",
+    "valve.supply_volume",
+    "chamber.temperature",
+    "chamber.atmosphere",
 )
-"""What muscles share, what else they can do, fields with which it matters, fields to be equal."""
+_SHARED = {
+    "supply": (_FALL, _SUPPLIED, ", or each its own valve.supply_line"),
+    "chain": (("chain.backlash",), ("chain.backlash", "chain.seating_damping"), ""),
+}
+"""What muscles share -> fields with which it matters, fields to be equal, what else they can do."""
 
 _MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
 _ROUNDING = 1e-9
@@ -120,7 +116,7 @@ def check_shared(model: mujoco.MjModel) -> None:
             "supply": first.setdefault(float(rows[index, _LINE]), index),
             "chain": partner if 0 <= partner < index else index,
         }
-        for what, instead, mattering, equal in _SHARED:
+        for what, (mattering, equal, instead) in _SHARED.items():
             pair = rows[[others[what], index]]
             if not pair[:, [slot(name) for name in mattering]].any():
                 continue
@@ -179,54 +175,49 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
     Raises:
         InputError: if a regulator, a chain or friction along the tendons needs a shorter step.
     """
-    limits: list[tuple[float, str]] = []
+
+    def require(limit: float, why: str) -> None:
+        if (step := model.opt.timestep) > limit:
+            raise InputError(
+                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms {why}"
+            )
+
     # Sums over the tendons of what acts times inverse inertia: a trace, so no less than any
     # eigenvalue. Damping, stiffness of the bristles, and that times twice their damping time.
     braking = bending = creeping = 0.0
     for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
         start, supply = float(model.actuator_length0[index]), muscle.valve.supply_pressure
-        weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
+        require(
+            # They hold the start pressures in every experiment, whatever its command.
+            regulator_time_constant(muscle),
+            f"in which the pressure regulator of {name} settles; take a shorter step, a larger"
+            " valve.tube_volume behind a tube, or a wider valve.regulator_band",
+        )
+        require(
+            chain_step_limit(muscle, start, supply),
+            f"above which the chain of {name} becomes unstable; take a shorter step, a longer"
+            " chain.relaxation_time or, with backlash, a larger chain.seating_damping",
+        )
         slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
         if muscle.braid is not None:
             slope += muscle.braid.friction * supply / muscle.braid.nominal_length
         if muscle.stroke is not None:
             slope += muscle.stroke.damping
+        weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
         bristles = weight * bristle_stiffness(muscle, start, supply)
         braking += weight * slope
         bending += bristles
         creeping += 2.0 * bristles * muscle.friction.bristle_time
-        limits += [
-            (
-                # They hold the start pressures in every experiment, whatever its command.
-                regulator_time_constant(muscle),
-                f"in which the pressure regulator of {name} settles; take a shorter step, a larger"
-                " valve.tube_volume behind a tube, or a wider valve.regulator_band",
-            ),
-            (
-                chain_step_limit(muscle, start, supply),
-                f"above which the chain of {name} becomes unstable; take a shorter step, a longer"
-                " chain.relaxation_time or, with backlash, a larger chain.seating_damping",
-            ),
-        ]
+    require(
+        1.0 / braking if braking else math.inf,
+        "in which friction stops the arm; take a shorter step, a smaller friction.stribeck_force"
+        " or braid.friction or stroke.damping, or a larger friction.stribeck_velocity",
+    )
     # An arm of frequency w on bristles with the damping time t is stable in steps h while
     # w^2 (h^2 + 2 t h) is below 4.
     rate = (creeping + math.sqrt(creeping**2 + 4.0 * _MOST_BENDING * bending)) / 2.0
-    limits += [
-        (
-            1.0 / braking if braking else math.inf,
-            "in which friction stops the arm; take a shorter step, a smaller"
-            " friction.stribeck_force or braid.friction or stroke.damping, or a larger"
-            " friction.stribeck_velocity",
-        ),
-        (
-            _MOST_BENDING / rate if rate else math.inf,
-            "above which the bristles of the dry friction become unstable; take a shorter step, a"
-            " smaller friction.bristle_time or a larger friction.presliding",
-        ),
-    ]
-    step = model.opt.timestep
-    for limit, why in limits:
-        if step > limit:
-            raise InputError(
-                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms {why}"
-            )
+    require(
+        _MOST_BENDING / rate if rate else math.inf,
+        "above which the bristles of the dry friction become unstable; take a shorter step, a"
+        " smaller friction.bristle_time or a larger friction.presliding",
+    )

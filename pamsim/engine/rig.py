@@ -15,21 +15,8 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
+from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import attach, compile_model
-from pamsim.engine.mjcf import (
-    put_rod,
-    read_spec,
-    read_text,
-    recorded_joints,
-    remove_visual_geoms,
-)
-from pamsim.engine.mjcf_fields import (
-    copy_natives,
-    make_friction_stick,
-    native_field,
-    reserve_friction_speed,
-    set_natives,
-)
 from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
@@ -154,7 +141,7 @@ class Rig:
             raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
         masses = {} if body is None else {f"body.{body}.mass": load}
         where = f"rig.load_body = {body!r} of {self.name!r}"
-        set_natives(model, masses, self.compiled, data=data, where=where)
+        mjcf_fields.set_natives(model, masses, self.compiled, data=data, where=where)
         return model
 
     def with_parameters(
@@ -192,7 +179,7 @@ class Rig:
             return dataclasses.replace(self, sensor=sensor)
         model = copy.copy(self.model)
         natives = {name.text: values[name.text] for name in names if name.owner == "native"}
-        set_natives(model, natives, self.compiled, data=data)
+        mjcf_fields.set_natives(model, natives, self.compiled, data=data)
         rows, before = model.actuator_user, self.model.actuator_user
         for name in names:
             if name.owner == "muscle":
@@ -223,10 +210,11 @@ class Rig:
             return self
         units = {name: spec.unit for name, spec in specs(known[law])}
         stated = self.file.muscle.get(Hysteresis.group, {})
-        entries = {
+        width = [field for field, _ in specs(Hysteresis)]
+        entries = {name: entry for name, entry in stated.items() if name in width} | {
             name: Sourced(value=value, unit=units[name], source="assumed", where=law)
             for name, value in known[law].usual.items()
-        } | {n: e for n, e in stated.items() if n in units and isinstance(e, Sourced)}
+        }
         file = dataclasses.replace(
             self.file,
             muscle={**self.file.muscle, Hysteresis.group: {"law": law, **entries}},
@@ -235,14 +223,14 @@ class Rig:
                 for muscle, groups in self.file.overrides.items()
             },
         )
-        numbers = {name: entry.si(units[name]) for name, entry in entries.items()}
-        muscles: dict[str, Muscle] = {}
-        for name, muscle in self.muscles.items():
-            width = {field: getattr(muscle.hysteresis, field) for field, _ in specs(Hysteresis)}
-            operator = known[law](**{**numbers, **width})
-            muscles[name] = dataclasses.replace(muscle, hysteresis=operator)
+        muscles = dict(self.muscles)
+        for name, muscle in muscles.items():
+            if not isinstance(muscle.hysteresis, known[law]):
+                own = {field: getattr(muscle.hysteresis, field) for field in width}
+                operator = known[law](**{**known[law].usual, **own})
+                muscles[name] = dataclasses.replace(muscle, hysteresis=operator)
         fresh = _compiled(file, muscles)
-        copy_natives(self.model, fresh.model)
+        mjcf_fields.copy_natives(self.model, fresh.model)
         return dataclasses.replace(fresh, sensor=self.sensor)
 
 
@@ -273,19 +261,19 @@ def _compiled(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fal
     where = file.folder / "params.toml"
     model = compile_model(rig_spec(file, muscles, scene=scene))
     compiled = copy.copy(model)
-    make_friction_stick(model)
+    mjcf_fields.make_friction_stick(model)
     natives = {
-        name: entry.si(native_field(model, name, where=entry.where).unit)
+        name: entry.si(mjcf_fields.native_field(model, name, where=entry.where).unit)
         for name, entry in file.native.items()
     }
-    set_natives(model, natives, compiled)
+    mjcf_fields.set_natives(model, natives, compiled)
     wanted = [("joints", mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in file.joints]
     if file.load_body:
         wanted.append(("load_body", mujoco.mjtObj.mjOBJ_BODY, file.load_body))
     for key, kind, name in wanted:
         if mujoco.mj_name2id(model, kind, name) < 0:
             raise InputError(f"{where}: rig.{key} = {name!r} is not in {file.mjcf}")
-    joints = recorded_joints(model, file.joints, file.tendons.values(), where)
+    joints = mjcf.recorded_joints(model, file.joints, file.tendons.values(), where)
     sensor = {
         name: entry.si(sensor_spec(name, str(where)).unit) for name, entry in file.sensor.items()
     }
@@ -316,22 +304,22 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
     """
     path = file.scene if scene and file.scene else file.mjcf
     if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
-        read_text(file.mjcf)
-    spec = read_spec(path)
+        mjcf.read_text(file.mjcf)
+    spec = mjcf.read_spec(path)
     if spec.actuators:
         raise InputError(
             f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
             " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
         )
     if not scene:
-        remove_visual_geoms(spec)
+        mjcf.remove_visual_geoms(spec)
     for joint in file.rods:
-        put_rod(spec, joint, file.folder / "params.toml")
+        mjcf.put_rod(spec, joint, file.folder / "params.toml")
     for name, tendon in file.tendons.items():
         muscle = muscles[name]
         own = muscle.mounting.length_at_zero
         attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
-    reserve_friction_speed(spec)
+    mjcf_fields.reserve_friction_speed(spec)
     return spec
 
 
