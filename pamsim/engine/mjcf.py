@@ -99,10 +99,10 @@ def require_size(mjcf: Path) -> None:
             inside *= max(1.0, _product(element.get("count", "")))
         parts += inside if element.tag in _GENERATING else times
         waiting += [(child, inside, files) for child in element]
-        file = (files[-1].parent / element.get("file", "")).resolve()
+        file = files[-1].parent / element.get("file", "")
+        including = element.tag in ("include", "model") and file.is_file()
         # An endless chain is left to MuJoCo, which refuses it.
-        known = [path.resolve() for path in files]
-        if element.tag in ("include", "model") and file.is_file() and file not in known:
+        if including and file.resolve() not in [path.resolve() for path in files]:
             waiting += [(root, times, (*files, file)) for root in _root(file)]
     if parts > MJCF_PARTS:
         raise InputError(
@@ -151,32 +151,15 @@ def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
     tendon.wrap_joint(joint, 1.0)
 
 
-def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
-    """Remove the geoms of a specification that no force and no sensor can depend on.
+def leave_out_visual_geoms(spec: mujoco.MjSpec) -> None:
+    """Let a specification compile without the geoms that are only seen.
 
     They cost a third of every step: MuJoCo places each geom, whether it collides, has mass, or is a
-    screw on the housing. Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
-    sensors of bodies or sites) all are kept.
-    Its dynamics stay bit-identical.
+    screw on the housing. Bodies keep the inertia that follows from them, and the dynamics stay
+    bit-identical. Where a fluid or sensors of bodies or sites may depend on geoms all are kept.
     """
-    wraps = [wrap for tendon in spec.tendons for wrap in tendon.path]
-    if (
-        spec.pairs
-        or spec.option.density
-        or spec.option.viscosity
-        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
-        or any(wrap.type != mujoco.mjtWrap.mjWRAP_JOINT for wrap in wraps)
-    ):
-        return
-    for geom in list(spec.geoms):
-        body = geom.parent
-        if not geom.contype and not geom.conaffinity and (body.explicitinertial or _fixed(body)):
-            spec.delete(geom)
-
-
-def _fixed(body: mujoco.MjsBody) -> bool:
-    """Whether a body never moves, so that its mass has no effect."""
-    return body.parent is None or (not body.joints and _fixed(body.parent))
+    sensing = any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
+    spec.compiler.discardvisual = not (spec.option.density or spec.option.viscosity or sensing)
 
 
 def recorded_joints(

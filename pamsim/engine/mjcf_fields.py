@@ -114,14 +114,11 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
                 over = radii(model, index)
                 same = len({abs(model.wrap_prm[at]) for at in over.values()}) == 1
                 endings = [""] if same else [f"_{joint}" for joint in over]
-            moves = element == "body" and model.body_weldid[index]
-            if (
-                not own
-                or (field == "mass" and not (moves and model.body_mass[index] > 0.0))
-                or (field == "tilt" and (moves or index == 0))
-            ):
-                continue
-            yield from (f"{element}.{own}.{field}{ending}" for ending in endings)
+            elif element == "body":
+                heavy = model.body_weldid[index] and model.body_mass[index] > 0.0
+                still = index > 0 and not model.body_weldid[index]
+                endings = [""] if (heavy if field == "mass" else still) else []
+            yield from (f"{element}.{own}.{field}{ending}" for ending in endings if own)
 
 
 def set_natives(

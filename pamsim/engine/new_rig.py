@@ -180,12 +180,8 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
     assumed = tomllib.loads(_template("assumed.toml"))
     shared = [_section(group, assumed) for group in (*groups, force, BoucWen)]
     scene = 'scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else ""
-    bodies = [model.body(index).name for index in range(model.nbody)]
-    load = (
-        'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n'
-        if "load" in bodies
-        else ""
-    )
+    loads = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load") >= 0
+    load = 'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else ""
     return f"""\
 # Every number has value, unit and source. Replace what is assumed by data sheets and
 # measurements, or let `pamsim calibrate` fit it. A value of 0 is an effect that is off.

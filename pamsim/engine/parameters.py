@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Literal
 from pamsim.core.encoding import INLINE, json_property
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
-from pamsim.core.units import to_si
 from pamsim.engine.mjcf_fields import is_native, native_field, native_names, native_value
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.record import has_parameter
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from pamsim.engine.rig import Rig
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ParameterName:
     """A parameter's name, taken apart.
 
@@ -50,14 +49,7 @@ class ParameterName:
         operator = ""
         if group == Hysteresis.group and part.count(".") == 1:
             operator, _, part = part.partition(".")
-        return cls(
-            text=text,
-            owner="native" if native else owner,
-            muscle=muscle,
-            group=group,
-            field=part,
-            operator=operator,
-        )
+        return cls(text, "native" if native else owner, muscle, group, part, operator)
 
     @property
     def parameter(self) -> str:
@@ -99,11 +91,8 @@ class RigParameter:
         """The 95 % interval that ``params.toml`` states [SI], or None."""
         if self.stated is None or self.stated.interval95 is None:
             return None
-        low, high = (
-            to_si(end, self.stated.unit, self.spec.unit, where=self.stated.where)
-            for end in self.stated.interval95
-        )
-        return low, high
+        low, high = (replace(self.stated, value=end) for end in self.stated.interval95)
+        return low.si(self.spec.unit), high.si(self.spec.unit)
 
 
 def sensor_spec(field: str, where: str = "") -> FieldSpec:

@@ -312,7 +312,7 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
             " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
         )
     if not scene:
-        mjcf.remove_visual_geoms(spec)
+        mjcf.leave_out_visual_geoms(spec)
     for joint in file.rods:
         mjcf.put_rod(spec, joint, file.folder / "params.toml")
     for name, tendon in file.tendons.items():
@@ -324,10 +324,10 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
-    """Set what the control of the muscles means.
+    """Set what the control of the muscles of a rig's model means.
 
     Args:
-        model: of a rig; changed in place.
+        model: changed in place.
         command: of all muscles, or one per muscle in actuator order: ``valve``, ``pulse``,
             ``pressure_set``, ``measured``, or ``sealed``, a valve whose control is to stay 0.
 
