@@ -1,17 +1,22 @@
-"""Give any MJCF tendon a pneumatic muscle."""
+"""Muscles on the tendons of an MJCF, a user's own or a rig's."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
 
 import mujoco
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
+from pamsim.engine.mjcf import leave_out_visual_geoms, read_spec, read_text
+from pamsim.engine.mjcf_fields import reserve_friction_speed
 from pamsim.engine.preflight import check_shared, control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import SIZE, pack, slot, state_size
+from pamsim.recordings.rig_file import RigFile
 
 _PARTNER = slot("partner")
 _INSTANCE = "pneumatic muscles"
@@ -89,6 +94,55 @@ def attach(
     actuator.plugin.name, actuator.plugin.plugin_name = _INSTANCE, plugin.NAME
     actuator.plugin.active = True
     return actuator
+
+
+def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
+    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
+
+    Args:
+        file: what its folder states.
+        muscles: name -> muscle.
+        scene: see `load_rig`.
+
+    Raises:
+        InputError: for an MJCF that cannot be read, or has actuators of its own.
+    """
+    path = file.scene if scene and file.scene else file.mjcf
+    if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
+        read_text(file.mjcf)
+    spec = read_spec(path)
+    if spec.actuators:
+        raise InputError(
+            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; remove"
+            " <actuator>, its muscles come from params.toml, or use pamsim.attach for a mixed model"
+        )
+    if not scene:
+        leave_out_visual_geoms(spec)
+    for joint in file.rods:
+        _put_rod(spec, joint, file.folder / "params.toml")
+    for name, tendon in file.tendons.items():
+        muscle = muscles[name]
+        own = muscle.mounting.length_at_zero
+        attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
+    reserve_friction_speed(spec)
+    return spec
+
+
+def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
+    """Give a joint that slides a tendon of its own name, as long as its position."""
+    known = {found.name: found.type for found in spec.joints}
+    if joint not in known:
+        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
+    if known[joint] != mujoco.mjtJoint.mjJNT_SLIDE:
+        raise InputError(
+            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
+            " coefficient is the lever arm"
+        )
+    if any(tendon.name == joint for tendon in spec.tendons):
+        raise InputError(
+            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
+        )
+    spec.add_tendon(name=joint).wrap_joint(joint, 1.0)
 
 
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 
@@ -124,31 +124,6 @@ def _product(text: str) -> float:
         return math.prod(float(word) for word in text.split())
     except ValueError:
         return 1.0
-
-
-def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
-    """Give a joint that slides a tendon of its own name, as long as its position.
-
-    ``where`` is the rig's file, for errors.
-
-    Raises:
-        InputError: if there is no such joint, it does not slide, or a tendon has its name.
-    """
-    known = {found.name: found.type for found in spec.joints}
-    if joint not in known:
-        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
-    if known[joint] != mujoco.mjtJoint.mjJNT_SLIDE:
-        raise InputError(
-            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
-            " coefficient is the lever arm"
-        )
-    if any(tendon.name == joint for tendon in spec.tendons):
-        raise InputError(
-            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
-        )
-    tendon = spec.add_tendon()
-    tendon.name = joint
-    tendon.wrap_joint(joint, 1.0)
 
 
 def leave_out_visual_geoms(spec: mujoco.MjSpec) -> None:

@@ -24,6 +24,7 @@ from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import COMMON, to_si
+from pamsim.engine.attach import compile_model
 from pamsim.engine.mjcf import posed, read_spec, read_text, recorded_joints, scalar_joints
 from pamsim.engine.mjcf_fields import native_field, native_value, radii
 from pamsim.engine.rig import load_rig
@@ -107,7 +108,8 @@ def new_rig(
             raise InputError(f"no MJCF at {given}")
         target, source, what = folder / given.name, given.name, f"A rig made from {given.name}"
         text, files = read_text(given), {}
-        model = _compiled(given)
+        model = compile_model(read_spec(given))
+        _require_names(model, given)
         if not (target.is_file() and target.samefile(given)):
             files[target] = text
             if re.search(r"<include\b|\bfile\s*=", text):
@@ -140,17 +142,8 @@ def _template(file: str, **words: str) -> str:
     return text
 
 
-def _compiled(mjcf: Path) -> mujoco.MjModel:
-    """A model, refused with what would make a rig of it."""
-    try:
-        model = read_spec(mjcf).compile()
-    except ValueError as error:
-        raise InputError(f"{mjcf}: {' '.join(str(error).split())}") from None
-    if model.nu:
-        raise InputError(
-            f"{mjcf}: a rig's MJCF holds no actuators of its own; remove <actuator>, each tendon"
-            f" gets a muscle (found {model.actuator(0).name!r})"
-        )
+def _require_names(model: mujoco.MjModel, mjcf: Path) -> None:
+    """Refuse a model without tendons, or with names that ``params.toml`` cannot hold."""
     if not model.ntendon:
         raise InputError(
             f"{mjcf}: no tendon to put a muscle on; add one for each, such as <tendon><fixed"
@@ -162,7 +155,6 @@ def _compiled(mjcf: Path) -> mujoco.MjModel:
                 f"{mjcf}: {name!r} is no name for a tendon or joint of a rig; name each by"
                 " letters, digits, _ and -"
             )
-    return model
 
 
 def _tendons(model: mujoco.MjModel) -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
-from pamsim.engine.attach import attach, compile_model
+from pamsim.engine.attach import compile_model, rig_spec
 from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
@@ -246,19 +246,18 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
         InputError: for a bad file, naming file and key.
         ParameterError: for a value out of range.
     """
-    file = read_rig(rig)
-    where = file.folder / "params.toml"
-    own = (*file.own.laws, *file.own.operators)
-    muscles = {
+    return _compiled(read_rig(rig), scene=scene)
+
+
+def _compiled(
+    file: RigFile, muscles: Mapping[str, Muscle] | None = None, *, scene: bool = False
+) -> Rig:
+    """A rig by what its folder states, with other muscles if some are given."""
+    where, own = file.folder / "params.toml", (*file.own.laws, *file.own.operators)
+    muscles = muscles or {
         name: build_muscle(_merged(file, name), where=f"{where}: {name}", own=own)
         for name in file.tendons
     }
-    return _compiled(file, muscles, scene=scene)
-
-
-def _compiled(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> Rig:
-    """A rig by what its folder states, with some muscles."""
-    where = file.folder / "params.toml"
     model = compile_model(rig_spec(file, muscles, scene=scene))
     compiled = copy.copy(model)
     mjcf_fields.make_friction_stick(model)
@@ -289,38 +288,6 @@ def _compiled(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fal
         muscles=muscles,
         sensor=MeasurementChain(**sensor) if sensor else None,
     )
-
-
-def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
-    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
-
-    Args:
-        file: what its folder states.
-        muscles: name -> muscle.
-        scene: see `load_rig`.
-
-    Raises:
-        InputError: for an MJCF that cannot be read, or has actuators of its own.
-    """
-    path = file.scene if scene and file.scene else file.mjcf
-    if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
-        mjcf.read_text(file.mjcf)
-    spec = mjcf.read_spec(path)
-    if spec.actuators:
-        raise InputError(
-            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
-            " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
-        )
-    if not scene:
-        mjcf.leave_out_visual_geoms(spec)
-    for joint in file.rods:
-        mjcf.put_rod(spec, joint, file.folder / "params.toml")
-    for name, tendon in file.tendons.items():
-        muscle = muscles[name]
-        own = muscle.mounting.length_at_zero
-        attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
-    mjcf_fields.reserve_friction_speed(spec)
-    return spec
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
