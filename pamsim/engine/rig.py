@@ -206,28 +206,30 @@ class Rig:
         known = {name: o.group for name, o in self.file.operators.items() if o.group.usual}
         if law not in known:
             raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
-        if all(isinstance(m.hysteresis, known[law]) for m in self.muscles.values()):
+        group, name_of = known[law], Hysteresis.group
+        if all(isinstance(muscle.hysteresis, group) for muscle in self.muscles.values()):
             return self
-        units = {name: spec.unit for name, spec in specs(known[law])}
-        stated = self.file.muscle.get(Hysteresis.group, {})
-        width = [field for field, _ in specs(Hysteresis)]
-        entries = {name: entry for name, entry in stated.items() if name in width} | {
+        units = {name: spec.unit for name, spec in specs(group)}
+        entries: dict[str, Any] = {
             name: Sourced(value=value, unit=units[name], source="assumed", where=law)
-            for name, value in known[law].usual.items()
+            for name, value in group.usual.items()
         }
+        stated = self.file.muscle.get(name_of, {})
+        entries |= {name: entry for name, entry in stated.items() if name in units}
         file = dataclasses.replace(
             self.file,
-            muscle={**self.file.muscle, Hysteresis.group: {"law": law, **entries}},
+            muscle={**self.file.muscle, name_of: {"law": law, **entries}},
             overrides={
-                muscle: {group: own for group, own in groups.items() if group != Hysteresis.group}
-                for muscle, groups in self.file.overrides.items()
+                muscle: {key: section for key, section in own.items() if key != name_of}
+                for muscle, own in self.file.overrides.items()
             },
         )
+        numbers = {name: entry.si(units[name]) for name, entry in entries.items()}
         muscles = dict(self.muscles)
         for name, muscle in muscles.items():
-            if not isinstance(muscle.hysteresis, known[law]):
-                own = {field: getattr(muscle.hysteresis, field) for field in width}
-                operator = known[law](**{**known[law].usual, **own})
+            if not isinstance(muscle.hysteresis, group):
+                width = {field: getattr(muscle.hysteresis, field) for field, _ in specs(Hysteresis)}
+                operator = group(**{**numbers, **width})
                 muscles[name] = dataclasses.replace(muscle, hysteresis=operator)
         fresh = _compiled(file, muscles)
         mjcf_fields.copy_natives(self.model, fresh.model)

@@ -11,9 +11,6 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.rig_file import shipped_rig_names
 from pamsim.recordings.signals import JOINT_DRIVES, MUSCLE_DRIVES
 
-_MOVES = {"angle": ("torque", "angle"), "position": ("force", "length")}
-"""Kind of a joint's position -> drives from outside."""
-
 
 def rig_cards(name: str | os.PathLike[str] | None = None) -> dict[str, Any]:
     """Describe the shipped rigs, or one rig.
@@ -55,13 +52,11 @@ def parameter_cards(
 
 
 def _card(rig: Rig) -> dict[str, Any]:
-    joints = []
-    for name, kind in rig.joints.items():
-        joint = rig.model.joint(name)
-        joints.append(
-            {"name": name, "kind": kind, "range": joint.range if joint.limited[0] else None}
-        )
-    moves = [drive for kind in dict.fromkeys(rig.joints.values()) for drive in _MOVES[kind]]
+    joints = [
+        {"name": name, "kind": kind, "range": joint.range if joint.limited[0] else None}
+        for name, kind in rig.joints.items()
+        for joint in [rig.model.joint(name)]
+    ]
     return {
         "name": rig.name,
         "purpose": rig.file.purpose,
@@ -79,6 +74,10 @@ def _card(rig: Rig) -> dict[str, Any]:
         "load_body": rig.file.load_body,
         "drives": {
             "muscles": {name: kind.meaning for name, kind in MUSCLE_DRIVES.items()},
-            "joints": {name: JOINT_DRIVES[name].meaning for name in moves},
+            "joints": {
+                name: drive.meaning
+                for name, drive in JOINT_DRIVES.items()
+                if drive.of in rig.joints.values()
+            },
         },
     }
