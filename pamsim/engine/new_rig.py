@@ -6,7 +6,6 @@ an effect that is off, so that a user changes numbers and adds none.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import os
@@ -170,7 +169,9 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
     idle, force = (MUSCLE_ONLY, EffectiveArea) if pushing else (PUSHING_ONLY, IdealMcKibben)
     groups = [group for group in PLAIN_GROUPS if group not in idle]
     assumed = tomllib.loads(_template("assumed.toml"))
-    shared = [_section(group, assumed) for group in (*groups, force, BoucWen)]
+    shared = [
+        _section(f"muscle.{group.group}", group, assumed) for group in (*groups, force, BoucWen)
+    ]
     scene = 'scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else ""
     loads = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load") >= 0
     load = 'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else ""
@@ -188,9 +189,7 @@ mjcf = "{words["MJCF"]}"
 # What all of them share; [muscles.NAME.<group>] holds what differs in one.
 {"".join(shared)}
 [native]  # fields of the MJCF
-{"".join(_natives(model, joints, source))}
-[sensor]
-{"".join(_fields(MeasurementChain, {}))}"""
+{"".join(_natives(model, joints, source))}{_section("sensor", MeasurementChain, {})}"""
 
 
 def _muscle(
@@ -225,26 +224,20 @@ tendon = "{tendon}"
 """
 
 
-def _section(group: type[ParameterGroup], assumed: Mapping[str, Any]) -> str:
-    """Section of a group that all muscles share, if there is anything in it."""
-    fields = "".join(_fields(group, assumed.get(group.group, {})))
-    law = f'law = "{group.law}"\n' if group.law else ""
-    return f"\n[muscle.{group.group}]\n{law}{fields}" if fields else ""
-
-
-def _fields(group: type[ParameterGroup], assumed: Mapping[str, Any]) -> Iterator[str]:
-    """Line of each field of a group but those that each muscle has of its own."""
-    defaults = {field.name: field.default for field in dataclasses.fields(group)}
+def _section(head: str, group: type[ParameterGroup], assumed: Mapping[str, Any]) -> str:
+    """Section of all fields of a group but those that each muscle has of its own, if any."""
+    lines = [f'law = "{group.law}"\n'] if group.law else []
+    stated = assumed.get(group.group, {})
     for name, spec in specs(group):
-        default = defaults[name]
-        if name in assumed:
-            value = to_si(assumed[name]["value"], assumed[name]["unit"], spec.unit, where=name)
-            source, unit = assumed[name]["source"], assumed[name]["unit"]
-        elif isinstance(default, float):
-            value, source, unit = default, "usual" if default else "off", ""
-        else:
-            continue
-        yield f"{_entry(name, value, spec.unit, f'assumed: {source}', unit)}  # {spec.doc}\n"
+        value, unit = getattr(group, name, None), ""
+        source = "usual" if value else "off"
+        if name in stated:
+            unit, source = stated[name]["unit"], stated[name]["source"]
+            value = to_si(stated[name]["value"], unit, spec.unit, where=name)
+        if value is not None:
+            line = _entry(name, value, spec.unit, f"assumed: {source}", unit)
+            lines.append(f"{line}  # {spec.doc}\n")
+    return f"\n[{head}]\n{''.join(lines)}" if lines else ""
 
 
 def _natives(model: mujoco.MjModel, joints: Iterable[str], source: str) -> Iterator[str]:

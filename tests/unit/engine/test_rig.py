@@ -13,7 +13,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.engine.mjcf_fields import set_natives
+from pamsim.engine.mjcf_fields import native_names, native_value, set_natives
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.simulate import whole_steps
 from pamsim.physics.record import slot, unpack
@@ -143,6 +143,18 @@ def test_native_fields_and_elements_are_checked_by_name(rig):
         set_natives(model, {"joint.shaft.colour": 1.0}, rig.compiled)
     with pytest.raises(InputError, match="no body 'amr'"):
         set_natives(model, {"body.amr.mass": 1.0}, rig.compiled)
+
+
+def test_a_spatial_tendon_has_no_radius():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><site name="a"/><body><joint/><geom size="0.1"/>
+        <site name="b" pos="0 0 1"/></body></worldbody>
+        <tendon><spatial name="cord"><site site="a"/><site site="b"/></spatial></tendon></mujoco>"""
+    )
+    assert "tendon.cord.damping" in native_names(model)
+    assert "tendon.cord.coef" not in native_names(model)
+    with pytest.raises(InputError, match=r"tendon\.cord\.coef: the tendon runs over no joint"):
+        native_value(model, "tendon.cord.coef")
 
 
 def test_mass_scales_the_inertia_of_its_body(rig):
