@@ -97,12 +97,7 @@ def attach(
 
 
 def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
-    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
-
-    Args:
-        file: what its folder states.
-        muscles: name -> muscle.
-        scene: see `load_rig`.
+    """A rig's MJCF with each of its muscles, by name, on the declared tendon; to be compiled.
 
     Raises:
         InputError: for an MJCF that cannot be read, or has actuators of its own.

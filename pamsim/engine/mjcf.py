@@ -140,16 +140,10 @@ def leave_out_visual_geoms(spec: mujoco.MjSpec) -> None:
 def recorded_joints(
     model: mujoco.MjModel, named: Iterable[str], tendons: Iterable[str], where: Path
 ) -> dict[str, str]:
-    """Name and kind of the joints that a rig records.
+    """The joints that a rig records -> ``angle`` or ``position``.
 
-    Args:
-        model: compiled.
-        named: joints that the rig's file names; all that the muscles move if there are none.
-        tendons: of the muscles.
-        where: the rig's file, for errors.
-
-    Returns:
-        Joint -> ``angle`` or ``position``.
+    Those that its file names, or if there are none all that change the length of its tendons.
+    ``where`` is the file, for errors.
 
     Raises:
         InputError: if a joint is free or a ball, has no name, or there is none.
@@ -193,9 +187,7 @@ def scalar_joints(model: mujoco.MjModel) -> list[int]:
 def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
     """Yield a model's data, its tendons measured, at places within the ranges of its joints.
 
-    Args:
-        model: compiled.
-        shares: (n, j) of the ranges of `scalar_joints`, 0 to 1; or (n, 1), of all.
+    ``shares`` is (n, j), of the ranges of `scalar_joints`, 0 to 1; or (n, 1), of all.
     """
     data = mujoco.MjData(model)
     joints = scalar_joints(model)

@@ -49,13 +49,10 @@ _ROUNDING = 1e-9
 
 
 def control_range(par: Row) -> tuple[float, float] | None:
-    """Ends of the range of a muscle's control; None for a measured pressure, which has none.
+    """Ends of the range of a muscle's control, by its row of parameters.
 
-    Args:
-        par: parameter row.
-
-    Returns:
-        Gauge pressures [Pa] of a set point, up to the supply's; -1 and 1 of a valve or duty.
+    Gauge pressures [Pa] of a set point, up to the supply's; -1 and 1 of a valve or duty; None for a
+    measured pressure, which has none.
     """
     if par[_COMMAND] == MEASURED:
         return None
@@ -76,12 +73,9 @@ def state_control_ranges(model: mujoco.MjModel) -> None:
 def check_lengths(
     model: mujoco.MjModel, data: mujoco.MjData, pressures: NDArray[np.float64]
 ) -> None:
-    """Check that no muscle is longer than its fibres at the present position.
+    """Check that no muscle is longer than its fibres at a position whose tendons are measured.
 
-    Args:
-        model: a model with pamsim muscles.
-        data: its data, tendons measured.
-        pressures: (m,) gauge pressure of each muscle [Pa], which may stretch the fibres.
+    ``pressures``, (m,) gauge [Pa], may stretch the fibres.
 
     Raises:
         InputError: naming the first one with both lengths.
@@ -131,9 +125,7 @@ def above_supply(
 ) -> tuple[str, ...]:
     """What experiments ask of the supply that it does not have, a sentence for each muscle.
 
-    Args:
-        muscles: of the rig that runs them, in actuator order.
-        experiments: commands in that order; measured pressures ask nothing of the supply.
+    Their commands are in the order of the muscles; measured pressures ask nothing of the supply.
     """
     highest: dict[tuple[str, str], float] = {}
     for experiment in experiments:
@@ -152,11 +144,7 @@ def above_supply(
 
 
 def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -> None:
-    """Refuse an experiment that asks more of the supply than it has.
-
-    Args:
-        muscles: of the rig that runs it, in actuator order.
-        experiment: commands in that order.
+    """Refuse an experiment that asks more of the supply than it has, see `above_supply`.
 
     Raises:
         InputError: naming the first muscle, and what the simulation would have instead.
@@ -166,11 +154,7 @@ def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -
 
 
 def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
-    """Check a model's time step against the fastest dynamics of its muscles.
-
-    Args:
-        model: set up for an experiment.
-        muscles: its muscles, in actuator order.
+    """Check a model's time step against the fastest dynamics of its muscles, in actuator order.
 
     Raises:
         InputError: if a regulator, a chain or friction along the tendons needs a shorter step.
