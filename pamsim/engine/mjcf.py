@@ -134,7 +134,8 @@ def leave_out_visual_geoms(spec: mujoco.MjSpec) -> None:
     bit-identical. Where a fluid or sensors of bodies or sites may depend on geoms all are kept.
     """
     sensing = any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
-    spec.compiler.discardvisual = not (spec.option.density or spec.option.viscosity or sensing)
+    if not (spec.option.density or spec.option.viscosity or sensing):
+        spec.compiler.discardvisual = True
 
 
 def recorded_joints(
