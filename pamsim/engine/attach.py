@@ -1,17 +1,22 @@
-"""Give any MJCF tendon a pneumatic muscle."""
+"""Muscles on the tendons of an MJCF, a user's own or a rig's."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
 
 import mujoco
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
-from pamsim.engine.preflight import check_supply, control_range
+from pamsim.engine.mjcf import leave_out_visual_geoms, read_spec, read_text
+from pamsim.engine.mjcf_fields import reserve_friction_speed
+from pamsim.engine.preflight import check_shared, control_range
 from pamsim.engine.stepping import muscle_ids, refuse_multistage
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import SIZE, pack, slot, state_size
+from pamsim.recordings.rig_file import RigFile
 
 _PARTNER = slot("partner")
 _INSTANCE = "pneumatic muscles"
@@ -60,24 +65,79 @@ def attach(
         raise InputError(f"actuator {name!r} exists already; give another name")
     refuse_multistage(spec.option.integrator)
     if length_at_zero is None:
-        length_at_zero = _nominal_length(muscle) - _initial_length(spec, tendon)
+        model = _compiled(  # of a copy: a model compiles as a whole
+            spec.copy(),
+            f"the length of tendon {tendon!r} is unknown, since the model so far does not compile",
+            "; complete it first, or give length_at_zero",
+        )
+        free = muscle.stroke or muscle.braided  # nothing pulls or presses it
+        length_at_zero = free.nominal_length - float(model.tendon_length0[model.tendon(tendon).id])
     muscle = dataclasses.replace(muscle, mounting=Mounting(length_at_zero=length_at_zero))
+    plugin.register()
+    spec.activate_plugin(plugin.NAME)
+    if all(instance.name != _INSTANCE for instance in spec.plugins):
+        spec.add_plugin(name=_INSTANCE, plugin_name=plugin.NAME, active=True)
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     spec.nuser_actuator = max(spec.nuser_actuator, SIZE)
-    actuator = spec.add_actuator()
-    actuator.name = name
-    actuator.trntype = mujoco.mjtTrn.mjTRN_TENDON
-    actuator.target = tendon
-    actuator.plugin.name = _instance(spec)
-    actuator.plugin.plugin_name = plugin.NAME
+    row = pack(muscle)
+    actuator = spec.add_actuator(
+        name=name,
+        trntype=mujoco.mjtTrn.mjTRN_TENDON,
+        target=tendon,
+        # The plugin overwrites what the engine makes of this. Without a type, the engine would ask
+        # a callback that another library may have set.
+        dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
+        actdim=state_size(muscle),
+        userdata=row,
+        ctrlrange=control_range(row) or (0.0, 0.0),
+    )
+    actuator.plugin.name, actuator.plugin.plugin_name = _INSTANCE, plugin.NAME
     actuator.plugin.active = True
-    # The plugin overwrites what the engine makes of this. Without a type, the engine would ask a
-    # callback that another library may have set.
-    actuator.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
-    actuator.actdim = state_size(muscle)
-    actuator.userdata = row = pack(muscle)
-    actuator.ctrlrange = control_range(row) or (0.0, 0.0)
     return actuator
+
+
+def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
+    """A rig's MJCF with each of its muscles, by name, on the declared tendon; to be compiled.
+
+    Raises:
+        InputError: for an MJCF that cannot be read, or has actuators of its own.
+    """
+    path = file.scene if scene and file.scene else file.mjcf
+    if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
+        read_text(file.mjcf)
+    spec = read_spec(path)
+    if spec.actuators:
+        raise InputError(
+            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; remove"
+            " <actuator>, its muscles come from params.toml, or use pamsim.attach for a mixed model"
+        )
+    if not scene:
+        leave_out_visual_geoms(spec)
+    for joint in file.rods:
+        _put_rod(spec, joint, file.folder / "params.toml")
+    for name, tendon in file.tendons.items():
+        muscle = muscles[name]
+        own = muscle.mounting.length_at_zero
+        attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
+    reserve_friction_speed(spec)
+    return spec
+
+
+def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
+    """Give a joint that slides a tendon of its own name, as long as its position."""
+    known = {found.name: found.type for found in spec.joints}
+    if joint not in known:
+        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
+    if known[joint] != mujoco.mjtJoint.mjJNT_SLIDE:
+        raise InputError(
+            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
+            " coefficient is the lever arm"
+        )
+    if any(tendon.name == joint for tendon in spec.tendons):
+        raise InputError(
+            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
+        )
+    spec.add_tendon(name=joint).wrap_joint(joint, 1.0)
 
 
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
@@ -85,46 +145,20 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
     Raises:
         InputError: with the engine's own words, if the model does not compile; if muscles on one
-            supply state it differently.
+            supply or one chain state it differently.
     """
-    try:
-        with plugin.not_evaluated():
-            model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"the model does not compile: {' '.join(str(error).split())}") from error
+    model = _compiled(spec, "the model does not compile")
     _couple(model)
-    check_supply(model)
+    check_shared(model)
     return model
 
 
-def _nominal_length(muscle: Muscle) -> float:
-    """Length of a muscle, or stroke of a pushing actuator, that nothing pulls or presses [m]."""
-    return muscle.stroke.nominal_length if muscle.stroke else muscle.braided.nominal_length
-
-
-def _initial_length(spec: mujoco.MjSpec, tendon: str) -> float:
-    """Length of a tendon at the initial position [m], of a copy: a model compiles as a whole."""
+def _compiled(spec: mujoco.MjSpec, failed: str, instead: str = "") -> mujoco.MjModel:
     try:
         with plugin.not_evaluated():
-            model = spec.copy().compile()
+            return spec.compile()
     except ValueError as error:
-        raise InputError(
-            f"the length of tendon {tendon!r} is unknown, since the model so far does not compile:"
-            f" {' '.join(str(error).split())}; complete it first, or give length_at_zero"
-        ) from error
-    return float(model.tendon_length0[model.tendon(tendon).id])
-
-
-def _instance(spec: mujoco.MjSpec) -> str:
-    """Name of the plugin instance that a model's muscles share."""
-    plugin.register()
-    spec.activate_plugin(plugin.NAME)
-    if all(instance.name != _INSTANCE for instance in spec.plugins):
-        instance = spec.add_plugin()
-        instance.name = _INSTANCE
-        instance.plugin_name = plugin.NAME
-        instance.active = True
-    return _INSTANCE
+        raise InputError(f"{failed}: {' '.join(str(error).split())}{instead}") from error
 
 
 def _couple(model: mujoco.MjModel) -> None:
@@ -137,8 +171,8 @@ def _couple(model: mujoco.MjModel) -> None:
         tendon = model.actuator_trnid[index, 0]
         first = model.tendon_adr[tendon]
         if model.tendon_num[tendon] == 1 and model.wrap_type[first] == mujoco.mjtWrap.mjWRAP_JOINT:
-            joint = int(model.wrap_objid[first])
-            ends.setdefault(joint, []).append((index, float(model.wrap_prm[first])))
+            radius = float(model.wrap_prm[first])
+            ends.setdefault(int(model.wrap_objid[first]), []).append((index, radius))
     for pulling in ends.values():
         if len(pulling) == 2 and pulling[0][1] * pulling[1][1] < 0.0:
             (first, _), (second, _) = pulling

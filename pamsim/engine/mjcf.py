@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -11,31 +10,27 @@ from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 
 _GENERATING = ("composite", "flexcomp")
-_REPEATING = ("replicate", *_GENERATING)
 _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
 _PLANES = (("width", "height"), ("nrow", "ncol"))
 
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "angle", int(mujoco.mjtJoint.mjJNT_SLIDE): "position"}
+_UNLIMITED = {"angle": 0.5, "position": 0.05}
+"""Half of the range that a joint without limits is taken to have [rad, m]."""
+
 _PLACES = (0.5, 0.31, 0.73)
 """Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
 of a spatial tendon."""
 
-_UNLIMITED = (-0.5, 0.5)
-_MOVE = 1e-4  # rad or m
 _LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
 
-_JOINT_LIKE = (
-    mujoco.mjtObj.mjOBJ_JOINT,
-    mujoco.mjtObj.mjOBJ_TENDON,
-    mujoco.mjtObj.mjOBJ_ACTUATOR,
-)
+_JOINT_LIKE = [getattr(mujoco.mjtObj, f"mjOBJ_{kind}") for kind in ("JOINT", "TENDON", "ACTUATOR")]
 
 
 def read_spec(mjcf: Path) -> mujoco.MjSpec:
@@ -50,69 +45,6 @@ def read_spec(mjcf: Path) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_file(str(mjcf))
     except ValueError as error:
         raise InputError(f"{mjcf}: {' '.join(str(error).split())}") from error
-
-
-def require_size(mjcf: Path) -> None:
-    """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
-
-    A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
-    which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
-
-    Args:
-        mjcf: the file; those that it includes are counted with it.
-
-    Raises:
-        OSError: if it cannot be read.
-        InputError: if it asks for more.
-    """
-    parts = _parts(mjcf, frozenset())
-    if parts > MJCF_PARTS:
-        raise InputError(
-            f"{mjcf} asks for {parts:,.0f} elements, those in replicate, composite and flexcomp"
-            f" repeated; a rig has {MJCF_PARTS:,} at most"
-        )
-
-
-def _parts(mjcf: Path, within: frozenset[Path]) -> float:
-    if mjcf.resolve() in within:  # an endless chain, which MuJoCo refuses
-        return 0.0
-    try:
-        root = ElementTree.fromstring(read_bounded(mjcf, MJCF_BYTES))
-    except ElementTree.ParseError:
-        return 0.0
-    parts, waiting = 0.0, [(root, 1.0)]  # no recursion: elements may be nested deeper than Python's
-    while waiting:
-        element, times = waiting.pop()
-        for what, size, most in _sizes(element):
-            if size > most:
-                raise InputError(
-                    f"{mjcf}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
-                )
-        repeated = element.tag in _REPEATING
-        inside = times * (max(1.0, _product(element.get("count", ""))) if repeated else 1.0)
-        file = mjcf.parent / element.get("file", "")
-        if element.tag in ("include", "model") and file.is_file():
-            parts += times * _parts(file, within | {mjcf.resolve()})
-        parts += inside if element.tag in _GENERATING else times
-        waiting += [(child, inside) for child in element]
-    return parts
-
-
-def _sizes(element: ElementTree.Element) -> Iterator[tuple[str, float, int]]:
-    for key, value in element.attrib.items():
-        if key in _COUNTED or key.startswith("nuser_"):
-            yield f"{key}={value!r}", _product(value), MJCF_NUMBERS
-    for one, other in _PLANES:
-        size = _product(f"{element.get(one, '')} {element.get(other, '')}")
-        yield f"{one} times {other}", size, MJCF_PIXELS
-
-
-def _product(text: str) -> float:
-    """Product of the numbers in a text; 1 where there are none."""
-    try:
-        return math.prod(float(word) for word in text.split())
-    except ValueError:
-        return 1.0
 
 
 def read_text(mjcf: Path) -> str:
@@ -133,90 +65,86 @@ def read_text(mjcf: Path) -> str:
         raise InputError(f"{mjcf}: line {number} is not UTF-8; save the file in UTF-8") from None
 
 
-def put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
-    """Give a joint that slides a tendon of its own name, as long as its position.
+def require_size(mjcf: Path) -> None:
+    """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
+
+    A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
+    which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
 
     Args:
-        spec: changed in place.
-        joint: name of the joint.
-        where: the rig's file, for errors.
+        mjcf: the file; those that it includes are counted with it.
 
     Raises:
-        InputError: if there is no such joint, it does not slide, or a tendon has its name.
+        OSError: if it cannot be read.
+        InputError: if it asks for more.
     """
-    known = {found.name: found for found in spec.joints}
-    if joint not in known:
-        raise InputError(f"{where}: no joint {joint!r} in the MJCF; {nearest(joint, known)}")
-    if known[joint].type != mujoco.mjtJoint.mjJNT_SLIDE:
+    parts, waiting = 0.0, [(element, 1.0, (mjcf,)) for element in _root(mjcf)]
+    while waiting:
+        element, times, files = waiting.pop()
+        asked = [
+            (f"{key}={value!r}", value, MJCF_NUMBERS)
+            for key, value in element.items()
+            if key in _COUNTED or key.startswith("nuser_")
+        ]
+        for one, other in _PLANES:
+            text = f"{element.get(one, '')} {element.get(other, '')}"
+            asked.append((f"{one} times {other}", text, MJCF_PIXELS))
+        for what, text, most in asked:
+            if (size := _product(text)) > most:
+                raise InputError(
+                    f"{files[-1]}: <{element.tag}> {what} is {size:,.0f}; {most:,} is the most"
+                )
+        inside = times
+        if element.tag in ("replicate", *_GENERATING):
+            inside *= max(1.0, _product(element.get("count", "")))
+        parts += inside if element.tag in _GENERATING else times
+        waiting += [(child, inside, files) for child in element]
+        file = files[-1].parent / element.get("file", "")
+        including = element.tag in ("include", "model") and file.is_file()
+        # An endless chain is left to MuJoCo, which refuses it.
+        if including and file.resolve() not in [path.resolve() for path in files]:
+            waiting += [(root, times, (*files, file)) for root in _root(file)]
+    if parts > MJCF_PARTS:
         raise InputError(
-            f"{where}: joint {joint!r} does not slide; put the actuator on a fixed tendon, whose"
-            " coefficient is the lever arm"
+            f"{mjcf} asks for {parts:,.0f} elements, those in replicate, composite and flexcomp"
+            f" repeated; a rig has {MJCF_PARTS:,} at most"
         )
-    if any(tendon.name == joint for tendon in spec.tendons):
-        raise InputError(
-            f"{where}: the MJCF has a tendon {joint!r}; name it in place of the joint, or rename it"
-        )
-    tendon = spec.add_tendon()
-    tendon.name = joint
-    tendon.wrap_joint(joint, 1.0)
 
 
-def remove_visual_geoms(spec: mujoco.MjSpec) -> None:
-    """Remove the geoms of a specification that no force and no sensor can depend on.
+def _root(mjcf: Path) -> list[ElementTree.Element]:
+    try:
+        return [ElementTree.fromstring(read_bounded(mjcf, MJCF_BYTES))]
+    except ElementTree.ParseError:
+        return []
+
+
+def _product(text: str) -> float:
+    """Product of the numbers in a text; 1 where there are none."""
+    try:
+        return math.prod(float(word) for word in text.split())
+    except ValueError:
+        return 1.0
+
+
+def leave_out_visual_geoms(spec: mujoco.MjSpec) -> None:
+    """Let a specification compile without the geoms that are only seen.
 
     They cost a third of every step: MuJoCo places each geom, whether it collides, has mass, or is a
-    screw on the housing.
-    Where something in the model might depend on geoms (spatial tendons, contact pairs, a fluid,
-    sensors of bodies or sites) all are kept.
-
-    Args:
-        spec: changed in place; its dynamics are bit-identical.
+    screw on the housing. Bodies keep the inertia that follows from them, and the dynamics stay
+    bit-identical. Where a fluid or sensors of bodies or sites may depend on geoms all are kept.
     """
-    if _geoms_matter(spec):
-        return
-    for geom in list(spec.geoms):
-        body = geom.parent
-        if not geom.contype and not geom.conaffinity and (body.explicitinertial or _fixed(body)):
-            spec.delete(geom)
-
-
-def _geoms_matter(spec: mujoco.MjSpec) -> bool:
-    option = spec.option
-    return bool(
-        spec.pairs
-        or option.density
-        or option.viscosity
-        or any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
-        or any(
-            wrap.type != mujoco.mjtWrap.mjWRAP_JOINT
-            for tendon in spec.tendons
-            for wrap in tendon.path
-        )
-    )
-
-
-def _fixed(body: mujoco.MjsBody) -> bool:
-    """Whether a body never moves, so that its mass has no effect."""
-    while body.parent is not None:
-        if body.joints:
-            return False
-        body = body.parent
-    return True
+    sensing = any(sensor.objtype not in _JOINT_LIKE for sensor in spec.sensors)
+    if not (spec.option.density or spec.option.viscosity or sensing):
+        spec.compiler.discardvisual = True
 
 
 def recorded_joints(
     model: mujoco.MjModel, named: Iterable[str], tendons: Iterable[str], where: Path
 ) -> dict[str, str]:
-    """Name and kind of the joints that a rig records.
+    """The joints that a rig records -> ``angle`` or ``position``.
 
-    Args:
-        model: compiled.
-        named: joints that the rig's file names; all that the muscles move if there are none.
-        tendons: of the muscles.
-        where: the rig's file, for errors.
-
-    Returns:
-        Joint -> ``angle`` or ``position``.
+    Those that its file names, or if there are none all that change the length of its tendons.
+    ``where`` is the file, for errors.
 
     Raises:
         InputError: if a joint is free or a ball, has no name, or there is none.
@@ -242,29 +170,38 @@ def recorded_joints(
 def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
     """Numbers of the joints that change the length of a muscle's tendon."""
     wanted = [model.tendon(name).id for name in tendons]
-    scalar = [joint for joint in range(model.njnt) if int(model.jnt_type[joint]) in _KINDS]
+    arms = np.zeros(model.nv)
+    for data in posed(model, [[place] for place in _PLACES]):
+        matrix = np.zeros((model.ntendon, model.nv))
+        mujoco.mju_sparse2dense(
+            matrix, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
+        )
+        arms = np.maximum(arms, np.abs(matrix[wanted]).max(axis=0, initial=0.0))
+    return [joint for joint in scalar_joints(model) if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+
+
+def scalar_joints(model: mujoco.MjModel) -> list[int]:
+    """Numbers of the joints that turn about one axis or slide along one."""
+    return np.flatnonzero(np.isin(model.jnt_type, list(_KINDS))).tolist()
+
+
+def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
+    """Yield a model's data, its tendons measured, at places within the ranges of its joints.
+
+    ``shares`` is (n, j), of the ranges of `scalar_joints`, 0 to 1; or (n, 1), of all.
+    """
     data = mujoco.MjData(model)
-    start = data.qpos.copy()
-    moved: list[int] = []
-    for joint in scalar:
-        for place in _PLACES:
-            data.qpos[:] = start
-            for other in scalar:
-                low, high = model.jnt_range[other] if model.jnt_limited[other] else _UNLIMITED
-                data.qpos[model.jnt_qposadr[other]] = low + place * (high - low)
-            before = _lengths(model, data)[wanted].copy()
-            data.qpos[model.jnt_qposadr[joint]] += _MOVE
-            if np.any(np.abs(_lengths(model, data)[wanted] - before) > _LEAST_ARM * _MOVE):
-                moved.append(joint)
-                break
-    return moved
-
-
-def _lengths(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    return data.ten_length
+    joints = scalar_joints(model)
+    places = model.jnt_qposadr[joints]
+    half = np.array([_UNLIMITED[_KINDS[int(kind)]] for kind in model.jnt_type[joints]])
+    unlimited = model.qpos0[places] + np.array([-half, half])
+    low, high = np.where(model.jnt_limited[joints], model.jnt_range[joints].T, unlimited)
+    for share in np.asarray(shares):
+        data.qpos[places] = low + share * (high - low)
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_tendon(model, data)
+        yield data
 
 
 def may_collide(model: mujoco.MjModel) -> bool:
@@ -289,18 +226,13 @@ def contacts(
     for row in positions:
         data.qpos[list(addresses)] = row
         mujoco.mj_fwdPosition(model, data)
-        touching = zip(data.contact.geom.tolist(), data.contact.flex.tolist(), strict=True)
-        pairs = itertools.compress(touching, data.contact.exclude == 0)
-        found.update(
-            {
-                (_name(model, geoms[0], flexes[0]), _name(model, geoms[1], flexes[1]))
-                for geoms, flexes in pairs
-            }
-        )
+        touching = [contact for contact in data.contact if contact.exclude == 0]
+        found.update({(_name(model, one, 0), _name(model, one, 1)) for one in touching})
     return dict(found)
 
 
-def _name(model: mujoco.MjModel, geom: int, flex: int) -> str:
+def _name(model: mujoco.MjModel, contact: mujoco.MjContact, side: int) -> str:
+    geom, flex = int(contact.geom[side]), int(contact.flex[side])
     if geom < 0:
         return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
     body = model.body(model.geom_bodyid[geom]).name

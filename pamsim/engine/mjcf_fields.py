@@ -19,32 +19,15 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
 from pamsim.engine.mjcf import may_collide
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Field:
-    """A kind of native parameter.
-
-    Attributes:
-        array: of the model, whose numbers it is.
-        spec: unit and range.
-        slide_unit: unit at a joint that slides; empty if it is the same.
-    """
-
-    array: str
-    spec: FieldSpec
-    slide_unit: str = ""
-
 
 # Field, array of the model, unit, unit at a joint that slides, range, meaning.
 _TABLE = (
@@ -61,36 +44,24 @@ _TABLE = (
     ("tendon.frictionloss", "tendon_frictionloss", "N", "", 0, 1e5,
      "dry friction along the tendon"),
 )  # fmt: skip
-
 _FIELDS = {
-    name: _Field(
-        array=array,
-        spec=FieldSpec(
+    name: (
+        array,
+        # A tendon on a pulley without radius moves nothing.
+        FieldSpec(
             unit=unit,
             low=float(low),
             high=float(high),
-            low_open=array == "wrap_prm",  # a tendon on a pulley without radius moves nothing
+            low_open=array == "wrap_prm",
             doc=doc,
         ),
-        slide_unit=slide_unit,
+        slide_unit,
     )
     for name, array, unit, slide_unit, low, high, doc in _TABLE
 }
-"""``element.field`` -> what it is."""
+"""``element.field`` -> array, unit and range, unit at a joint that slides or empty."""
 
-_ELEMENTS = {
-    "joint": mujoco.mjtObj.mjOBJ_JOINT,
-    "body": mujoco.mjtObj.mjOBJ_BODY,
-    "tendon": mujoco.mjtObj.mjOBJ_TENDON,
-}
-
-_ARRAYS = (
-    *(field.array for field in _FIELDS.values()),
-    "body_inertia",
-    "dof_solref",
-    "dof_solimp",
-)
-"""Arrays of a compiled model that native parameters change."""
+_COUNTS = {"joint": "njnt", "body": "nbody", "tendon": "ntendon"}
 
 _FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
 """Fields from which the engine derives no constant of a model."""
@@ -104,24 +75,16 @@ _IMPROVEMENT = 1e-12  # of a pass, below which it is the last
 
 def is_native(name: str) -> bool:
     """Whether a name is that of a native parameter; the model need not have the element."""
-    parts = name.split(".")
-    return len(parts) == 3 and _kind(parts) in _FIELDS
+    return _kind(name)[0] in _FIELDS
 
 
 def native_field(model: mujoco.MjModel, name: str, *, where: str = "") -> FieldSpec:
-    """Unit and range of a native parameter, at a joint that turns or slides, a body or a tendon.
-
-    Args:
-        model: compiled.
-        name: ``element.name.field``.
-        where: what states it, for errors.
+    """Unit and range of a native parameter of a compiled model; ``where`` states it, for errors.
 
     Raises:
         InputError: if the field or the element is unknown.
     """
-    field, index = _find(model, name, where or name)
-    slides = field.slide_unit and int(model.jnt_type[index]) == mujoco.mjtJoint.mjJNT_SLIDE
-    return dataclasses.replace(field.spec, unit=field.slide_unit) if slides else field.spec
+    return _find(model, name, where)[1]
 
 
 def native_value(model: mujoco.MjModel, name: str) -> float:
@@ -130,11 +93,11 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
     Raises:
         InputError: if the field or the element is unknown.
     """
-    field, index = _find(model, name, name)
-    if field.array == "body_quat":
-        return 2.0 * math.atan2(model.body_quat[index, 1], model.body_quat[index, 0])
-    first = float(np.ravel(_numbers(model, name, field, index))[0])
-    return abs(first) if field.array == "wrap_prm" else first
+    array, _, rows = _find(model, name)
+    numbers = np.ravel(getattr(model, array)[rows])
+    if array == "body_quat":
+        return 2.0 * math.atan2(numbers[1], numbers[0])
+    return abs(float(numbers[0])) if array == "wrap_prm" else float(numbers[0])
 
 
 def native_names(model: mujoco.MjModel) -> Iterator[str]:
@@ -145,158 +108,123 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
     """
     for kind in _FIELDS:
         element, field = kind.split(".")
-        for index in range(_count(model, element)):
-            own = mujoco.mj_id2name(model, _ELEMENTS[element], index)
-            name = f"{element}.{own}.{field}"
-            if not own or (element == "body" and not _is_of_body(model, index, field)):
-                continue
-            if field != "coef":
-                yield name
-            elif model.wrap_type[model.tendon_adr[index]] == mujoco.mjtWrap.mjWRAP_JOINT:
-                try:
-                    _pulleys(model, name, index)
-                except InputError:
-                    first = int(model.tendon_adr[index])
-                    for wrap in range(first, first + int(model.tendon_num[index])):
-                        yield f"{name}_{model.joint(int(model.wrap_objid[wrap])).name}"
-                else:
-                    yield name
+        for index in range(getattr(model, _COUNTS[element])):
+            own, endings = getattr(model, element)(index).name, [""]
+            if kind == "tendon.coef":
+                over = radii(model, index)
+                same = len({abs(model.wrap_prm[at]) for at in over.values()}) == 1
+                endings = [""] if same else [f"_{joint}" for joint in over]
+            elif element == "body":
+                heavy = model.body_weldid[index] and model.body_mass[index] > 0.0
+                still = index > 0 and not model.body_weldid[index]
+                endings = [""] if (heavy if field == "mass" else still) else []
+            yield from (f"{element}.{own}.{field}{ending}" for ending in endings if own)
 
 
-def _is_of_body(model: mujoco.MjModel, index: int, field: str) -> bool:
-    if model.body_weldid[index]:
-        return field == "mass" and model.body_mass[index] > 0.0
-    return field == "tilt" and index > 0
-
-
-def changes_constants(name: str) -> bool:
-    """Whether ``mj_setConst`` is due after a native parameter is set."""
-    return name.rpartition(".")[2] not in _FORCES
-
-
-def set_native(model: mujoco.MjModel, name: str, value: float, compiled: mujoco.MjModel) -> None:
-    """Set a native parameter of a compiled model.
-
-    Call ``mj_setConst`` after the last one that `changes_constants`.
+def set_natives(
+    model: mujoco.MjModel,
+    values: Mapping[str, float],
+    compiled: mujoco.MjModel,
+    *,
+    data: mujoco.MjData | None = None,
+    where: str = "",
+) -> None:
+    """Set native parameters of a compiled model, with the constants that follow from them.
 
     Args:
         model: changed in place.
-        name: ``element.name.field``.
-        value: in SI.
+        values: ``element.name.field`` -> value in SI. The inertia of a body follows its mass: it
+            keeps its shape.
         compiled: the model as its MJCF has it, which gives the inertia of a kilogram of a body:
             a mass of 0 leaves none in ``model``.
+        data: of the model, overwritten; saves making one.
+        where: what sets them, for errors.
 
     Raises:
-        InputError: if the field or the element is unknown, or a body without mass is given one.
-        ParameterError: if the value is out of range.
+        InputError: if a field or element is unknown, or a body without mass is given one.
+        ParameterError: if a value is out of range.
     """
-    field, index = _find(model, name, name)
-    check_value(name, value, field.spec)
-    if field.array == "body_mass":
-        set_mass(model, index, value, compiled, where=name)
-        return
-    numbers = _numbers(model, name, field, index)
-    if field.array == "wrap_prm":
-        numbers[:] = np.copysign(value, numbers)
-    elif field.array == "body_quat":
-        numbers[:] = (math.cos(value / 2), math.sin(value / 2), 0.0, 0.0)
-    else:
-        numbers[:] = value
-
-
-def set_mass(
-    model: mujoco.MjModel, body: int, mass: float, compiled: mujoco.MjModel, *, where: str
-) -> None:
-    """Set the mass of a body, with its inertia in proportion: it keeps its shape.
-
-    Args:
-        model: changed in place.
-        body: its number.
-        mass: [kg].
-        compiled: see `set_native`.
-        where: what sets it, for errors.
-
-    Raises:
-        InputError: if the MJCF gives the body no mass.
-    """
-    own = float(compiled.body_mass[body])
-    if own == 0.0 and mass > 0.0:
-        raise InputError(
-            f"{where}: the MJCF gives this body no mass, so that its inertia is unknown; give it"
-            " one there"
-        )
-    model.body_inertia[body] = compiled.body_inertia[body] * (mass / own if own else 0.0)
-    model.body_mass[body] = mass
+    for name, value in values.items():
+        array, spec, rows = _find(model, name)
+        numbers: Any = check_value(name, value, spec)
+        if array == "wrap_prm":
+            numbers = np.copysign(value, model.wrap_prm[rows])
+        elif array == "body_quat":
+            numbers = math.cos(value / 2), math.sin(value / 2), 0.0, 0.0
+        elif array == "body_mass":
+            own = float(compiled.body_mass[rows])
+            if own == 0.0 and value > 0.0:
+                raise InputError(
+                    f"{where or name}: the MJCF gives this body no mass, so that its inertia is"
+                    " unknown; give it one there"
+                )
+            model.body_inertia[rows] = compiled.body_inertia[rows] * (value / own if own else 0.0)
+        getattr(model, array)[rows] = numbers
+    if any(_kind(name)[0].partition(".")[2] not in _FORCES for name in values):
+        mujoco.mj_setConst(model, data or mujoco.MjData(model))
+    apply_friction_speed(model)
 
 
 def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
-    """Give a model the native parameters and the time step of another of the same MJCF.
-
-    Args:
-        source: read.
-        target: changed in place.
-    """
-    for name in _ARRAYS:
+    """Give a model the native parameters and the time step of another of the same MJCF."""
+    arrays = {array for array, *_ in _FIELDS.values()}
+    for name in arrays | {"body_inertia", "dof_solref", "dof_solimp"}:
         getattr(target, name)[:] = getattr(source, name)
     target.opt.timestep = source.opt.timestep
     mujoco.mj_setConst(target, mujoco.MjData(target))
 
 
-def _count(model: mujoco.MjModel, element: str) -> int:
-    return {"joint": model.njnt, "body": model.nbody, "tendon": model.ntendon}[element]
+def _kind(name: str) -> tuple[str, str, str]:
+    """``element.field`` of a parameter, its element's name, and the joint of a radius or empty."""
+    element, _, rest = name.partition(".")
+    own, _, field = rest.rpartition(".")
+    joint = field.removeprefix("coef_") if field.startswith("coef_") else ""
+    return f"{element}.{'coef' if joint else field}", own, joint
 
 
-def _kind(parts: Sequence[str]) -> str:
-    """Element and field of a name's parts, without the joint of a radius."""
-    field = "coef" if parts[-1].startswith("coef_") else parts[-1]
-    return f"{parts[0]}.{field}"
-
-
-def _find(model: mujoco.MjModel, name: str, where: str) -> tuple[_Field, int]:
-    """Field and element's number that a name stands for."""
-    parts = name.split(".")
-    kind = _kind(parts)
-    if len(parts) != 3 or kind not in _FIELDS:
+def _find(model: mujoco.MjModel, name: str, where: str = "") -> tuple[str, FieldSpec, Any]:
+    """Array of a parameter, its unit and range, and where in the array it lies."""
+    kind, own, joint = _kind(name)
+    if kind not in _FIELDS:
         raise InputError(
-            f"{where}: {name!r} is no native parameter; write element.name.field with one of"
-            f" element.field: {nearest(kind, _FIELDS)}"
+            f"{where or name}: {name!r} is no native parameter; write element.name.field with one"
+            f" of element.field: {nearest(kind, _FIELDS)}"
         )
-    element, target, _ = parts
-    index = mujoco.mj_name2id(model, _ELEMENTS[element], target)
-    if index < 0:
-        raise InputError(f"{name}: the model has no {element} {target!r}")
-    return _FIELDS[kind], index
-
-
-def _numbers(model: mujoco.MjModel, name: str, field: _Field, index: int) -> NDArray[np.float64]:
-    """The numbers of a parameter, as a view of the model's array."""
-    array = getattr(model, field.array)
-    if field.array == "wrap_prm":
-        return array[_pulleys(model, name, index)]
-    if field.array == "jnt_user":
+    element = kind.partition(".")[0]
+    try:
+        index = int(getattr(model, element)(own).id)
+    except KeyError:
+        raise InputError(f"{name}: the model has no {element} {own!r}") from None
+    array, spec, slide_unit = _FIELDS[kind]
+    if slide_unit and model.jnt_type[index] == mujoco.mjtJoint.mjJNT_SLIDE:
+        spec = dataclasses.replace(spec, unit=slide_unit)
+    if array.startswith("dof_"):
+        return array, spec, model.dof_jntid == index
+    if array == "jnt_user":
         if not model.nuser_jnt:
             raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
-        return array[index, -1:]
-    if field.array.startswith("dof_"):
-        dofs = np.flatnonzero(model.dof_jntid == index)
-        return array[dofs[0] : dofs[-1] + 1]
-    return array[index] if array.ndim > 1 else array[index : index + 1]
-
-
-def _pulleys(model: mujoco.MjModel, name: str, tendon: int) -> slice:
-    """Where a fixed tendon's radii lie in ``model.wrap_prm``: at one joint, or the same at all."""
-    first = int(model.tendon_adr[tendon])
-    wraps = range(first, first + int(model.tendon_num[tendon]))
-    joints = {model.joint(int(model.wrap_objid[wrap])).name: wrap for wrap in wraps}
-    joint = name.rpartition(".")[2].partition("_")[2]
-    if joint:
-        if joint not in joints:
-            raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, joints)}")
-        return slice(joints[joint], joints[joint] + 1)
-    if len(set(np.abs(model.wrap_prm[wraps]).tolist())) > 1:
-        fields = " and ".join(f"coef_{joint}" for joint in joints)
+        return array, spec, (index, -1)
+    if array != "wrap_prm":
+        return array, spec, index
+    over = radii(model, index)
+    if joint and joint not in over:
+        raise InputError(f"{name}: the tendon does not run over it; {nearest(joint, over)}")
+    places = [over[joint]] if joint else list(over.values())
+    if not places:
+        raise InputError(f"{name}: the tendon runs over no joint, so it has no radius")
+    if len(set(np.abs(model.wrap_prm[places]).tolist())) > 1:
+        fields = " and ".join(f"coef_{joint}" for joint in over)
         raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
-    return slice(wraps.start, wraps.stop)
+    return array, spec, places
+
+
+def radii(model: mujoco.MjModel, tendon: int) -> dict[str, int]:
+    """Joint -> place in ``model.wrap_prm`` of the radius at which a fixed tendon runs over it."""
+    first, joints = int(model.tendon_adr[tendon]), {}
+    for place in range(first, first + int(model.tendon_num[tendon])):
+        if model.wrap_type[place] == mujoco.mjtWrap.mjWRAP_JOINT:
+            joints[model.joint(int(model.wrap_objid[place])).name] = place
+    return joints
 
 
 def make_friction_stick(model: mujoco.MjModel) -> None:
@@ -304,15 +232,15 @@ def make_friction_stick(model: mujoco.MjModel) -> None:
 
     Settings that the MJCF states itself are kept. In a model with contacts the pass without
     softness is left to its MJCF, because it would change the friction of the contacts too.
-
-    Args:
-        model: changed in place; without dry friction its dynamics are the same.
     """
+    default = mujoco.MjSpec().default.joint
     for reference, impedance in (
         (model.dof_solref, model.dof_solimp),
         (model.tendon_solref_fri, model.tendon_solimp_fri),
     ):
-        _harden(reference, impedance)
+        stated = (reference != default.solref_friction).any(axis=1)
+        stated |= (impedance != default.solimp_friction).any(axis=1)
+        reference[~stated], impedance[~stated] = _REFERENCE, _IMPEDANCE
     _hold_still(model)
 
 
@@ -333,9 +261,6 @@ def apply_friction_speed(model: mujoco.MjModel) -> None:
     """Set the softness of the dry friction of joints to their friction speeds.
 
     It depends on the time step, the friction and the inertia: call it after any of them changes.
-
-    Args:
-        model: of a rig; changed in place.
     """
     step, smooth = float(model.opt.timestep), False
     for joint, speed in enumerate(model.jnt_user[:, -1].tolist() if model.nuser_jnt else ()):
@@ -354,12 +279,3 @@ def apply_friction_speed(model: mujoco.MjModel) -> None:
             _hold_still(model)
     if smooth:
         model.opt.noslip_iterations = 0  # the pass takes all softness away
-
-
-def _harden(reference: NDArray[np.float64], impedance: NDArray[np.float64]) -> None:
-    """Replace the settings that are the engine's defaults."""
-    default = mujoco.MjSpec().default.joint
-    stated = (reference != default.solref_friction).any(axis=1)
-    stated |= (impedance != default.solimp_friction).any(axis=1)
-    reference[~stated] = _REFERENCE
-    impedance[~stated] = _IMPEDANCE

@@ -6,29 +6,31 @@ an effect that is off, so that a user changes numbers and adds none.
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.parameters import FieldSpec, ParameterGroup, specs
+from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.core.units import COMMON, to_si
-from pamsim.engine.mjcf import read_text, recorded_joints
-from pamsim.engine.mjcf_fields import native_field
+from pamsim.engine.attach import compile_model
+from pamsim.engine.mjcf import posed, read_spec, read_text, recorded_joints, scalar_joints
+from pamsim.engine.mjcf_fields import native_field, native_value, radii
 from pamsim.engine.rig import load_rig
 from pamsim.physics.force_laws.effective_area import EffectiveArea
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.muscle import MUSCLE_GROUPS, MUSCLE_ONLY, PLAIN_GROUPS
+from pamsim.physics.muscle import MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY
 from pamsim.recordings.rig_file import SCHEMA
 from pamsim.recordings.sensors import MeasurementChain
 
@@ -52,33 +54,7 @@ _STOPS_WITHIN = 0.15
 ship."""
 
 _POSES = 400
-_UNLIMITED = {mujoco.mjtJoint.mjJNT_HINGE: 0.5, mujoco.mjtJoint.mjJNT_SLIDE: 0.05}
-"""Half of the range that a joint without limits is taken to have [rad, m]."""
-
-_OF_MAS20 = "of the order of a 20 mm fluidic muscle, see models/mas20_arm"
-_ASSUMED: Mapping[str, tuple[float, str, str]] = {
-    "braid.diameter": (20, "mm", "the muscle's inner diameter, from its data sheet"),
-    "braid.fibre_angle": (25, "deg", "usual for braided muscles, 20 to 30 deg"),
-    "passive.stiffness": (9000, "N", _OF_MAS20),
-    "passive.softening": (30, "1", _OF_MAS20),
-    "passive.locking": (25, "1", _OF_MAS20),
-    "chamber.polytropic_index": (1.2, "1", "between isothermal and adiabatic"),
-    "chamber.temperature": (293.15, "K", "room temperature"),
-    "chamber.dead_volume": (10, "cm^3", "fittings and half a metre of 4 mm tube"),
-    "valve.conductance_fill": (0.05, "dm^3/(s*bar)", "a small valve; data sheet, ISO 6358"),
-    "valve.conductance_exhaust": (0.05, "dm^3/(s*bar)", "as to fill"),
-    "valve.critical_ratio": (0.3, "1", "typical of small valves, ISO 6358"),
-    "valve.supply_pressure": (600, "kPa", "usual in labs"),
-    "hysteresis.yield_contraction": (0.5, "percent", "loops turn over within a few millimetres"),
-    "stroke.damping": (20, "N*s/m", "of the order of a printed bellows, see models/equimus_leg"),
-    "force.area": (
-        4,
-        "cm^2",
-        "effective area, from a data sheet or a force at a known pressure",
-    ),
-    "force.stiffness": (1000, "N/m", "models/equimus_leg at a fifth of its length; 0: a piston"),
-}
-"""Field without a neutral value, or with one at which nothing can be fitted -> value, unit, why."""
+_NAME = r"\w[\w-]*"
 
 
 def new_rig(
@@ -108,55 +84,51 @@ def new_rig(
     Raises:
         InputError: for a name, kind or MJCF that makes no rig, or a file that is there already.
     """
-    if not re.fullmatch(r"\w[\w-]*", name):
+    if not re.fullmatch(_NAME, name):
         raise InputError(f"{name!r} is no name for a rig; use letters, digits, _ and -")
     if (mjcf is None) == (not kind):
         raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`")
     if kind and pushing:
         raise InputError("`pushing` goes with an `mjcf`; a kind that pushes is bellows")
     folder = Path(out or name)
-    pushing = pushing or kind == "bellows"
     if mjcf is None:
         if kind not in KINDS:
             raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
+        target, source, what = folder / f"{name}.xml", "assumed", KINDS[kind]
         text = _template(f"{kind}.xml", NAME=name)
-        target, source = folder / f"{name}.xml", "assumed"
-        model = _compiled(lambda: mujoco.MjModel.from_xml_string(text), str(target))
+        files = {
+            target: text,
+            folder / "scene.xml": _template("scene.xml", NAME=name, MJCF=target.name),
+        }
+        model = mujoco.MjModel.from_xml_string(text)
     else:
         given = Path(mjcf)
-        target, source = folder / given.name, given.name
         if not given.is_file():
             raise InputError(f"no MJCF at {given}")
-        text = read_text(given)
-        model = _compiled(lambda: mujoco.MjModel.from_xml_path(str(given)), str(given))
-        in_place = target.is_file() and target.samefile(given)
-        if not in_place and re.search(r"<include\b|\bfile\s*=", text):
-            raise InputError(
-                f"{given} refers to other files, so it cannot be copied alone; give its own folder"
-                " as `out`"
-            )
-        text = "" if in_place else text
-    what = KINDS.get(kind, f"A rig made from {source}")
-    scene = "" if mjcf else _template("scene.xml", NAME=name, MJCF=target.name)
-    files = {
-        target: text,
-        folder / "scene.xml": scene,
-        folder / "params.toml": _params(
-            name, what, target, model, source, scene=bool(scene), pushing=pushing
-        ),
-        folder / "README.md": _template("README.md", NAME=name, MJCF=target.name, WHAT=what),
-    }
-    wanted = {path: content for path, content in files.items() if content}
-    for path in wanted:
+        target, source, what = folder / given.name, given.name, f"A rig made from {given.name}"
+        text, files = read_text(given), {}
+        model = compile_model(read_spec(given))
+        _require_names(model, given)
+        if not (target.is_file() and target.samefile(given)):
+            files[target] = text
+            if re.search(r"<include\b|\bfile\s*=", text):
+                raise InputError(
+                    f"{given} refers to other files, so it cannot be copied alone; give its own"
+                    " folder as `out`"
+                )
+    words = {"NAME": name, "MJCF": target.name, "WHAT": what}
+    files[folder / "params.toml"] = _params(words, model, source, pushing or kind == "bellows")
+    files[folder / "README.md"] = _template("README.md", **words)
+    for path in files:
         refuse_existing(path, force)
-    there = {path for path in wanted if path.exists()}
-    for path, content in wanted.items():
+    fresh = [path for path in files if not path.exists()]
+    for path, content in files.items():
         with complete_file(path) as part:
             part.write_text(content, encoding="utf-8")
     try:
         load_rig(folder)
     except PamsimError:
-        for path in set(wanted) - there:
+        for path in fresh:
             path.unlink()
         raise
     return folder
@@ -169,89 +141,63 @@ def _template(file: str, **words: str) -> str:
     return text
 
 
-def _compiled(load: Callable[[], mujoco.MjModel], where: str) -> mujoco.MjModel:
-    """A model, refused with what would make a rig of it."""
-    try:
-        model = load()
-    except ValueError as error:
-        raise InputError(f"{where}: {' '.join(str(error).split())}") from None
-    if model.nu:
-        raise InputError(
-            f"{where}: a rig's MJCF holds no actuators of its own; remove <actuator>, each tendon"
-            f" gets a muscle (found {model.actuator(0).name!r})"
-        )
+def _require_names(model: mujoco.MjModel, mjcf: Path) -> None:
+    """Refuse a model without tendons, or with names that ``params.toml`` cannot hold."""
     if not model.ntendon:
         raise InputError(
-            f"{where}: no tendon to put a muscle on; add one for each, such as <tendon><fixed"
+            f"{mjcf}: no tendon to put a muscle on; add one for each, such as <tendon><fixed"
             ' name="flexor"><joint joint="knee" coef="-0.02"/></fixed></tendon>'
         )
-    names = [model.tendon(i).name for i in range(model.ntendon)]
-    names += [model.joint(i).name for i in range(model.njnt)]
-    for name in names:
-        if not re.fullmatch(r"\w[\w-]*", name):
+    for name in (*_tendons(model), *(model.joint(i).name for i in range(model.njnt))):
+        if not re.fullmatch(_NAME, name):
             raise InputError(
-                f"{where}: {name!r} is no name for a tendon or joint of a rig; name each by"
+                f"{mjcf}: {name!r} is no name for a tendon or joint of a rig; name each by"
                 " letters, digits, _ and -"
             )
-    return model
 
 
-def _params(
-    name: str,
-    what: str,
-    mjcf: Path,
-    model: mujoco.MjModel,
-    source: str,
-    *,
-    scene: bool,
-    pushing: bool,
-) -> str:
+def _tendons(model: mujoco.MjModel) -> list[str]:
+    return [model.tendon(index).name for index in range(model.ntendon)]
+
+
+def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushing: bool) -> str:
     """Text of ``params.toml``."""
-    tendons = {_muscle(model.tendon(i).name): i for i in range(model.ntendon)}
-    joints = recorded_joints(model, (), [model.tendon(i).name for i in tendons.values()], mjcf)
-    loads = [model.body(i).name for i in range(model.nbody) if model.body(i).name == "load"]
-    lines = [
-        "# Every number has value, unit and source. Replace what is assumed by data sheets and",
-        "# measurements, or let `pamsim calibrate` fit it. A value of 0 is an effect that is off.",
-        f'schema = "{SCHEMA}"',
-        "",
-        "[rig]",
-        f'name = "{name}"',
-        f"purpose = {json.dumps(what)}",
-        f'mjcf = "{mjcf.name}"',
-        *(['scene = "scene.xml"  # with light, for pictures'] if scene else []),
-        f"joints = {json.dumps(list(joints))}  # whose positions are recorded",
-        *(f'load_body = "{body}"  # of 1 kg in the MJCF; load_kg of a trial' for body in loads),
+    tendons = _tendons(model)
+    joints = recorded_joints(model, (), tendons, Path(words["MJCF"]))
+    spans = zip(tendons, *_spans(model), strict=True)
+    muscles = "".join(_muscle(model, *span, pushing=pushing) for span in spans)
+    idle, force = (MUSCLE_ONLY, EffectiveArea) if pushing else (PUSHING_ONLY, IdealMcKibben)
+    groups = [group for group in PLAIN_GROUPS if group not in idle]
+    assumed = tomllib.loads(_template("assumed.toml"))
+    shared = [
+        _section(f"muscle.{group.group}", group, assumed) for group in (*groups, force, BoucWen)
     ]
-    spans = _tendon_spans(model)
-    for muscle, index in tendons.items():
-        lines += [
-            "",
-            f"[muscles.{muscle}]",
-            f'tendon = "{model.tendon(index).name}"',
-            *_lengths(muscle, model, index, spans[index], pushing=pushing),
-        ]
-    lines += ["", "# What all of them share; [muscles.NAME.<group>] holds what differs in one."]
-    groups = (*MUSCLE_GROUPS, IdealMcKibben, BoucWen)
-    if pushing:
-        kept = (group for group in PLAIN_GROUPS if group not in MUSCLE_ONLY)
-        groups = (*kept, EffectiveArea, BoucWen)
-    for group in groups:
-        if fields := list(_fields(group)):
-            law = [f'law = "{group.law}"'] if group.law else []
-            lines += ["", f"[muscle.{group.group}]", *law, *fields]
-    lines += ["", "[native]  # fields of the MJCF", *_natives(model, joints, source)]
-    lines += ["", "[sensor]", *_fields(MeasurementChain)]
-    return "\n".join(lines) + "\n"
+    scene = 'scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else ""
+    loads = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load") >= 0
+    load = 'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else ""
+    return f"""\
+# Every number has value, unit and source. Replace what is assumed by data sheets and
+# measurements, or let `pamsim calibrate` fit it. A value of 0 is an effect that is off.
+schema = "{SCHEMA}"
+
+[rig]
+name = "{words["NAME"]}"
+purpose = {json.dumps(words["WHAT"])}
+mjcf = "{words["MJCF"]}"
+{scene}joints = {json.dumps(list(joints))}  # whose positions are recorded
+{load}{muscles}
+# What all of them share; [muscles.NAME.<group>] holds what differs in one.
+{"".join(shared)}
+[native]  # fields of the MJCF
+{"".join(_natives(model, joints, source))}{_section("sensor", MeasurementChain, {})}"""
 
 
-def _lengths(
-    name: str, model: mujoco.MjModel, tendon: int, span: tuple[float, float], *, pushing: bool
-) -> list[str]:
-    """Lines on the length of a muscle, or the stroke of a bellows, on a tendon."""
-    shortest, longest = span
+def _muscle(
+    model: mujoco.MjModel, tendon: str, shortest: float, longest: float, *, pushing: bool
+) -> str:
+    """Sections of a muscle, or a bellows, on a tendon of least and greatest lengths [m]."""
     middle = 0.5 * (shortest + longest)
-    fixed = model.wrap_type[model.tendon_adr[tendon]] == mujoco.mjtWrap.mjWRAP_JOINT
+    fixed = bool(radii(model, model.tendon(tendon).id))
     if not pushing:
         wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
         nominal = max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
@@ -267,70 +213,50 @@ def _lengths(
     else:
         nominal, at_zero = middle, 0.0
         why, size = "the length from pin to pin", "free in the middle of its way"
-    return [
-        f"[muscles.{name}.mounting]",
-        _entry("length_at_zero", at_zero, "mm", "m", f"assumed: {why}"),
-        f"[muscles.{name}.{'stroke' if pushing else 'braid'}]",
-        _entry("nominal_length", nominal, "mm", "m", f"assumed: {size}"),
-    ]
+    name = f"muscles.{re.sub(r'_(cable|tendon)$', '', tendon)}"
+    return f"""
+[{name}]
+tendon = "{tendon}"
+[{name}.mounting]
+{_entry("length_at_zero", at_zero, "m", f"assumed: {why}")}
+[{name}.{"stroke" if pushing else "braid"}]
+{_entry("nominal_length", nominal, "m", f"assumed: {size}")}
+"""
 
 
-def _muscle(tendon: str) -> str:
-    """Name of the muscle on a tendon."""
-    return re.sub(r"_(cable|tendon)$", "", tendon)
-
-
-def _fields(group: type[ParameterGroup]) -> Iterator[str]:
-    """Line of each field of a group but those that each muscle has of its own."""
-    defaults = {field.name: field.default for field in dataclasses.fields(group)}
+def _section(head: str, group: type[ParameterGroup], assumed: Mapping[str, Any]) -> str:
+    """Section of all fields of a group but those that each muscle has of its own, if any."""
+    lines = [f'law = "{group.law}"\n'] if group.law else []
+    stated = assumed.get(group.group, {})
     for name, spec in specs(group):
-        if f"{group.group}.{name}" in _ASSUMED:
-            value, unit, why = _ASSUMED[f"{group.group}.{name}"]
-            value, source = to_si(value, unit, spec.unit, where=name), f"assumed: {why}"
-        elif isinstance(default := defaults[name], float):
-            value, unit = default, COMMON.get(spec.unit, spec.unit)
-            source = "assumed: off" if value == 0.0 else "assumed: usual"
-        else:
-            continue
-        yield f"{_entry(name, value, unit, spec.unit, source)}  # {spec.doc}"
+        value, unit = getattr(group, name, None), ""
+        source = "usual" if value else "off"
+        if name in stated:
+            unit, source = stated[name]["unit"], stated[name]["source"]
+            value = to_si(stated[name]["value"], unit, spec.unit, where=name)
+        if value is not None:
+            line = _entry(name, value, spec.unit, f"assumed: {source}", unit)
+            lines.append(f"{line}  # {spec.doc}\n")
+    return f"\n[{head}]\n{''.join(lines)}" if lines else ""
 
 
 def _natives(model: mujoco.MjModel, joints: Iterable[str], source: str) -> Iterator[str]:
     """Lines of the MJCF's numbers that effects and calibrations change."""
-
-    def line(name: str, value: float, why: str) -> str:
-        spec: FieldSpec = native_field(model, name)
-        unit = COMMON.get(spec.unit, spec.unit)
-        return f"{_entry(json.dumps(name), value, unit, spec.unit, why)}  # {spec.doc}"
-
-    for joint in joints:
-        view = model.joint(joint)
-        damping = float(view.damping[0])
-        if damping > 0.0:
-            yield line(f"joint.{joint}.damping", damping, source)
-        else:
-            inertia = float(f"{float(model.dof_M0[int(view.dofadr[0])]) / _STOPS_WITHIN:.2g}")
-            yield line(
-                f"joint.{joint}.damping",
-                inertia,
-                f"assumed: motion stops within some {_STOPS_WITHIN:g} s",
-            )
-        for field, value in (
-            ("frictionloss", view.frictionloss[0]),
-            ("armature", view.armature[0]),
-            ("stiffness", view.stiffness[0]),
-        ):
-            yield line(f"joint.{joint}.{field}", float(value), source)
-    for tendon in range(model.ntendon):
-        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-        for wrap in range(first, first + count):
-            if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT:
-                own = f"_{model.joint(int(model.wrap_objid[wrap])).name}" if count > 1 else ""
-                name = f"tendon.{model.tendon(tendon).name}.coef{own}"
-                yield line(name, abs(float(model.wrap_prm[wrap])), source)
-    tilted = _tilted(model, next(iter(joints)))
-    if tilted:
-        yield line(f"body.{tilted}.tilt", 0.0, source)
+    fields = ("damping", "frictionloss", "armature", "stiffness")
+    names = [f"joint.{joint}.{field}" for joint in joints for field in fields]
+    for index, tendon in enumerate(_tendons(model)):
+        over = radii(model, index)
+        own = [f"_{joint}" for joint in over] if len(over) > 1 else [""] * len(over)
+        names += [f"tendon.{tendon}.coef{ending}" for ending in own]
+    if tilted := _tilted(model, next(iter(joints))):
+        names.append(f"body.{tilted}.tilt")
+    for name in names:
+        spec, value, why = native_field(model, name), native_value(model, name), source
+        if name.endswith(".damping") and value == 0.0:
+            dof = int(model.joint(name.split(".")[1]).dofadr[0])
+            value = float(f"{float(model.dof_M0[dof]) / _STOPS_WITHIN:.2g}")
+            why = f"assumed: motion stops within some {_STOPS_WITHIN:g} s"
+        yield f"{_entry(json.dumps(name), value, spec.unit, why)}  # {spec.doc}\n"
 
 
 def _tilted(model: mujoco.MjModel, joint: str) -> str:
@@ -342,35 +268,16 @@ def _tilted(model: mujoco.MjModel, joint: str) -> str:
     return model.body(body).name if upright else ""
 
 
-def _tendon_spans(model: mujoco.MjModel) -> list[tuple[float, float]]:
+def _spans(model: mujoco.MjModel) -> tuple[list[float], list[float]]:
     """Least and greatest length of each tendon over the ranges of the joints [m]."""
-    rng = np.random.default_rng(0)
-    data = mujoco.MjData(model)
-    start = data.qpos.copy()
-    ends: dict[int, tuple[float, float]] = {}
-    for joint in range(model.njnt):
-        half = _UNLIMITED.get(mujoco.mjtJoint(int(model.jnt_type[joint])))
-        if half is not None:
-            address = int(model.jnt_qposadr[joint])
-            limited = bool(model.jnt_limited[joint])
-            low, high = model.jnt_range[joint] if limited else start[address] + (-half, half)
-            ends[address] = (float(low), float(high))
-    lengths = []
-    for _ in range(_POSES):
-        data.qpos[:] = start
-        for address, (low, high) in ends.items():
-            # The ends as often as all that lies between: there most tendons are longest.
-            share = min(max(rng.uniform(-1.0, 2.0), 0.0), 1.0)
-            data.qpos[address] = low + share * (high - low)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
-        lengths.append(data.ten_length.copy())
-    table = np.array(lengths)
-    return list(zip(table.min(axis=0).tolist(), table.max(axis=0).tolist(), strict=True))
+    # The ends as often as all that lies between: there most tendons are longest.
+    shares = np.random.default_rng(0).uniform(-1.0, 2.0, (_POSES, len(scalar_joints(model))))
+    lengths = [data.ten_length.copy() for data in posed(model, shares.clip(0.0, 1.0))]
+    return np.min(lengths, axis=0).tolist(), np.max(lengths, axis=0).tolist()
 
 
-def _entry(key: str, value: float, unit: str, si_unit: str, source: str) -> str:
+def _entry(key: str, value: float, si_unit: str, source: str, unit: str = "") -> str:
     """A line of ``params.toml``, the value given in SI."""
+    unit = unit or COMMON.get(si_unit, si_unit)
     shown = value / to_si(1.0, unit, si_unit, where=key)
     return f'{key} = {{ value = {shown:.6g}, unit = "{unit}", source = "{source}" }}'

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
+from pamsim.core.encoding import INLINE, json_property
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
-from pamsim.core.units import to_si
 from pamsim.engine.mjcf_fields import is_native, native_field, native_names, native_value
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.record import has_parameter, slot
+from pamsim.physics.record import has_parameter
 from pamsim.recordings.sensors import MeasurementChain
 
 if TYPE_CHECKING:
     from pamsim.engine.rig import Rig
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ParameterName:
     """A parameter's name, taken apart.
 
@@ -27,44 +27,38 @@ class ParameterName:
         owner: ``native`` for ``element.name.field`` of the MJCF, ``sensor`` for ``sensor.field``,
             else ``muscle``.
         muscle: the one that it is of, in ``muscle:group.field``; empty for all.
-        parameter: ``group.field``.
+        group: of a parameter of muscles or sensors.
+        field: of the group.
         operator: hysteresis operator that it chooses, in ``hysteresis.operator.field``, or empty.
     """
 
     text: str
     owner: Literal["native", "sensor", "muscle"]
-    parameter: str
-    muscle: str = ""
-    operator: str = ""
+    muscle: str
+    group: str
+    field: str
+    operator: str
 
     @classmethod
     def parse(cls, text: str) -> ParameterName:
         """Take a name apart; whether a rig has such a parameter is not looked up."""
-        if is_native(text):
-            return cls(text=text, owner="native", parameter=text)
-        if text.startswith(f"{MeasurementChain.group}."):
-            return cls(text=text, owner="sensor", parameter=text)
-        muscle, _, parameter = text.rpartition(":")
-        operator, parts = "", parameter.split(".")
-        if len(parts) == 3 and parts[0] == Hysteresis.group:
-            operator, parameter = parts[1], f"{parts[0]}.{parts[2]}"
-        return cls(text=text, owner="muscle", parameter=parameter, muscle=muscle, operator=operator)
+        native = is_native(text)
+        muscle, _, parameter = ("", "", text) if native else text.rpartition(":")
+        group, _, part = parameter.partition(".")
+        owner = "sensor" if text.startswith(f"{MeasurementChain.group}.") else "muscle"
+        operator = ""
+        if group == Hysteresis.group and part.count(".") == 1:
+            operator, _, part = part.partition(".")
+        return cls(text, "native" if native else owner, muscle, group, part, operator)
 
     @property
-    def group(self) -> str:
-        """Group of a parameter of muscles or sensors."""
-        return self.parameter.partition(".")[0]
-
-    @property
-    def field(self) -> str:
-        """Field of its group."""
-        return self.parameter.partition(".")[2]
+    def parameter(self) -> str:
+        """``group.field``, or the native name."""
+        return f"{self.group}.{self.field}"
 
     @property
     def without_operator(self) -> str:
         """The name in a rig that has the operator already."""
-        if not self.operator:
-            return self.text
         return f"{self.muscle}:{self.parameter}" if self.muscle else self.parameter
 
 
@@ -77,41 +71,62 @@ class RigParameter:
             ``sensor.field`` or a native name.
         value: of the first muscle it belongs to, or of the MJCF field [SI].
         spec: its unit and range.
+        source: what ``params.toml`` states, else ``default`` or the name of the MJCF.
         stated: its entry in ``params.toml``, or None where the value is a default or the MJCF's.
     """
 
     name: str
     value: float
-    spec: FieldSpec
+    spec: FieldSpec = field(metadata=INLINE)
+    source: str
     stated: Sourced | None
+
+    @json_property
+    def range(self) -> str:
+        """The allowed range, such as ``(0, 1] m``."""
+        return self.spec.range_text()
 
     @property
     def interval95(self) -> tuple[float, float] | None:
         """The 95 % interval that ``params.toml`` states [SI], or None."""
         if self.stated is None or self.stated.interval95 is None:
             return None
-        low, high = (
-            to_si(end, self.stated.unit, self.spec.unit, where=self.stated.where)
-            for end in self.stated.interval95
-        )
-        return low, high
+        low, high = (replace(self.stated, value=end) for end in self.stated.interval95)
+        return low.si(self.spec.unit), high.si(self.spec.unit)
 
 
 def sensor_spec(field: str, where: str = "") -> FieldSpec:
-    """Unit and range of a field of the measurement chain.
-
-    Args:
-        field: its name.
-        where: the file that states it, for errors.
+    """Unit and range of a field of the measurement chain; ``where`` states it, for errors.
 
     Raises:
         InputError: if there is no such field, with the nearest one.
     """
     fields = dict(specs(MeasurementChain))
     if field not in fields:
-        what = f"{where}: unknown sensor.{field}" if where else f"no parameter 'sensor.{field}'"
-        raise InputError(f"{what}; {nearest(field, fields)}")
+        what = f"{where}: unknown sensor." if where else "no parameter sensor."
+        raise InputError(f"{what}{field}; {nearest(field, fields)}")
     return fields[field]
+
+
+def muscles_with(rig: Rig, name: ParameterName) -> list[tuple[int, str]]:
+    """Number and name of the muscle that a parameter is of, or of all that have it.
+
+    A parameter without a muscle passes over those without it: bellows beside muscles have no braid.
+
+    Raises:
+        InputError: if there is no such muscle or parameter, with the nearest one.
+    """
+    only = name.muscle
+    if only and only not in rig.muscles:
+        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
+    asked = [(at, one) for at, one in enumerate(rig.muscles) if only in ("", one)]
+    found = [one for one in asked if has_parameter(rig.muscles[one[1]], name.parameter)]
+    if not found:
+        groups = {type(group) for _, one in asked for group in rig.muscles[one].groups}
+        known = [f"{group.group}.{part}" for group in groups for part, _ in specs(group)]
+        near = nearest(name.text, [*known, *rig.file.native])
+        raise InputError(f"no parameter {name.text!r}; {near}")
+    return found
 
 
 def rig_parameter(rig: Rig, name: str) -> RigParameter:
@@ -121,43 +136,25 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         InputError: if the rig has none of that name, with the nearest one.
     """
     parsed = ParameterName.parse(name)
+    group, part, stated, source = parsed.group, parsed.field, None, "default"
     if parsed.operator:
         other = rig.with_operator(parsed.operator)
         return replace(rig_parameter(other, parsed.without_operator), name=name)
-    if parsed.owner == "muscle":
-        return _of_muscle(rig, parsed)
     if parsed.owner == "native":
         value, spec = native_value(rig.model, name), native_field(rig.model, name)
-        return RigParameter(name=name, value=value, spec=spec, stated=rig.file.native.get(name))
-    spec = sensor_spec(parsed.field)
-    value = float(getattr(rig.sensor or MeasurementChain(), parsed.field))
-    return RigParameter(name=name, value=value, spec=spec, stated=rig.file.sensor.get(parsed.field))
-
-
-def _of_muscle(rig: Rig, name: ParameterName) -> RigParameter:
-    """A parameter of the first muscle that has it."""
-    only, parameter = name.muscle, name.parameter
-    if only and only not in rig.muscles:
-        raise InputError(f"no muscle {only!r}; {nearest(only, rig.muscles)}")
-    places = [(i, muscle) for i, muscle in enumerate(rig.muscles) if only in ("", muscle)]
-    having = (place for place in places if has_parameter(rig.muscles[place[1]], parameter))
-    index, muscle = next(having, places[0])
-    groups = rig.muscles[muscle].groups
-    fields = {f"{one.group}.{field}": spec for one in groups for field, spec in specs(type(one))}
-    if parameter not in fields:
-        raise InputError(
-            f"no parameter {name.text!r}; {nearest(name.text, [*fields, *rig.file.native])}"
-        )
-    place = slot(parameter, rig.muscles[muscle])
-    shared = rig.file.muscle.get(name.group, {}).get(name.field)
-    own = rig.file.overrides[muscle].get(name.group, {}).get(name.field) if only else None
-    stated = own or shared
-    return RigParameter(
-        name=name.text,
-        value=float(rig.model.actuator_user[index, place]),
-        spec=fields[parameter],
-        stated=stated if isinstance(stated, Sourced) else None,
-    )
+        stated, source = rig.file.native.get(name), rig.file.mjcf.name
+    elif parsed.owner == "sensor":
+        spec, stated = sensor_spec(part), rig.file.sensor.get(part)
+        value = float(getattr(rig.sensor or MeasurementChain(), part))
+    else:
+        muscle = muscles_with(rig, parsed)[0][1]
+        numbers = getattr(rig.muscles[muscle], group)
+        value, spec = float(getattr(numbers, part)), dict(specs(type(numbers)))[part]
+        shared, own = rig.file.muscle.get(group, {}), rig.file.overrides[muscle].get(group, {})
+        entry = (own if parsed.muscle else {}).get(part) or shared.get(part)
+        stated = entry if isinstance(entry, Sourced) else None
+    source = stated.source if stated else source
+    return RigParameter(name=name, value=value, spec=spec, source=source, stated=stated)
 
 
 def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
@@ -167,15 +164,15 @@ def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
     one is named for each, ``muscle:group.field``.
     """
     owners: dict[str, list[RigParameter]] = {}
-    for muscle, groups in ((name, one.groups) for name, one in rig.muscles.items()):
-        for group in groups:
-            for field, _ in specs(type(group)):
-                name = f"{group.group}.{field}"
+    for muscle, one in rig.muscles.items():
+        for group in one.groups:
+            for part, _ in specs(type(group)):
+                name = f"{group.group}.{part}"
                 owners.setdefault(name, []).append(rig_parameter(rig, f"{muscle}:{name}"))
     for name, found in owners.items():
         same = all(one.value == found[0].value for one in found)
         yield from [replace(found[0], name=name)] if same else found
-    names = [f"{MeasurementChain.group}.{field}" for field, _ in specs(MeasurementChain)]
+    names = [f"{MeasurementChain.group}.{part}" for part, _ in specs(MeasurementChain)]
     rods = tuple(f"tendon.{rod}." for rod in rig.file.rods)  # not in the MJCF
     names += [name for name in native_names(rig.model) if not name.startswith(rods)]
     yield from (rig_parameter(rig, name) for name in names)

@@ -30,27 +30,29 @@ from pamsim.recordings.experiment import Experiment
 
 _COMMAND, _PARTNER = slot("command"), slot("partner")
 _SUPPLY, _LINE = slot("valve.supply_pressure"), slot("valve.supply_line")
-_FALL = [slot("valve.supply_resistance"), slot("valve.supply_square")]
-_SHARED = (
+_FALL = ("valve.supply_resistance", "valve.supply_square")
+_SUPPLIED = (
+    *_FALL,
     "valve.supply_pressure",
-    "valve.supply_resistance",
-    "valve.supply_square",
     "valve.supply_volume",
     "chamber.temperature",
     "chamber.atmosphere",
 )
+_SHARED = {
+    "supply": (_FALL, _SUPPLIED, ", or each its own valve.supply_line"),
+    "chain": (("chain.backlash",), ("chain.backlash", "chain.seating_damping"), ""),
+}
+"""What muscles share -> fields with which it matters, fields to be equal, what else they can do."""
+
 _MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
 _ROUNDING = 1e-9
 
 
 def control_range(par: Row) -> tuple[float, float] | None:
-    """Ends of the range of a muscle's control; None for a measured pressure, which has none.
+    """Ends of the range of a muscle's control, by its row of parameters.
 
-    Args:
-        par: parameter row.
-
-    Returns:
-        Gauge pressures [Pa] of a set point, up to the supply's; -1 and 1 of a valve or duty.
+    Gauge pressures [Pa] of a set point, up to the supply's; -1 and 1 of a valve or duty; None for a
+    measured pressure, which has none.
     """
     if par[_COMMAND] == MEASURED:
         return None
@@ -71,12 +73,9 @@ def state_control_ranges(model: mujoco.MjModel) -> None:
 def check_lengths(
     model: mujoco.MjModel, data: mujoco.MjData, pressures: NDArray[np.float64]
 ) -> None:
-    """Check that no muscle is longer than its fibres at the present position.
+    """Check that no muscle is longer than its fibres at a position whose tendons are measured.
 
-    Args:
-        model: a model with pamsim muscles.
-        data: its data, tendons measured.
-        pressures: (m,) gauge pressure of each muscle [Pa], which may stretch the fibres.
+    ``pressures``, (m,) gauge [Pa], may stretch the fibres.
 
     Raises:
         InputError: naming the first one with both lengths.
@@ -98,28 +97,27 @@ def check_lengths(
             )
 
 
-def check_backlash(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
-    """Check that both muscles of a chain state the same backlash: the chain shifts as a whole.
-
-    Args:
-        model: set up for an experiment.
-        muscles: its muscles, in actuator order.
+def check_shared(model: mujoco.MjModel) -> None:
+    """Check that muscles on one supply with resistance, or one chain with play, state the same.
 
     Raises:
-        InputError: if they differ in backlash, or in the damping of the chain within it.
+        InputError: naming the first two that differ, and in what.
     """
-    named = dict(zip(muscle_ids(model), muscles, strict=True))
-    for index, name in named.items():
-        partner = named.get(int(model.actuator_user[index, _PARTNER]) - 1)
-        if partner is None:
-            continue
-        first, second = muscles[name].chain, muscles[partner].chain
-        if first.backlash != second.backlash:
-            raise InputError(f"{name} and {partner} share a chain: give both one chain.backlash")
-        if first.backlash > 0.0 and first.seating_damping != second.seating_damping:
-            raise InputError(
-                f"{name} and {partner} share a chain: give both one chain.seating_damping"
-            )
+    rows, first = model.actuator_user, {}
+    for index in muscle_ids(model):
+        partner = int(rows[index, _PARTNER]) - 1
+        others = {
+            "supply": first.setdefault(float(rows[index, _LINE]), index),
+            "chain": partner if 0 <= partner < index else index,
+        }
+        for what, (mattering, equal, instead) in _SHARED.items():
+            pair = rows[[others[what], index]]
+            if not pair[:, [slot(name) for name in mattering]].any():
+                continue
+            for name in equal:
+                if np.ptp(pair[:, slot(name)]):
+                    both = f"{model.actuator(others[what]).name} and {model.actuator(index).name}"
+                    raise InputError(f"{both} share a {what}: give both one {name}{instead}")
 
 
 def above_supply(
@@ -127,9 +125,7 @@ def above_supply(
 ) -> tuple[str, ...]:
     """What experiments ask of the supply that it does not have, a sentence for each muscle.
 
-    Args:
-        muscles: of the rig that runs them, in actuator order.
-        experiments: commands in that order; measured pressures ask nothing of the supply.
+    Their commands are in the order of the muscles; measured pressures ask nothing of the supply.
     """
     highest: dict[tuple[str, str], float] = {}
     for experiment in experiments:
@@ -148,11 +144,7 @@ def above_supply(
 
 
 def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -> None:
-    """Refuse an experiment that asks more of the supply than it has.
-
-    Args:
-        muscles: of the rig that runs it, in actuator order.
-        experiment: commands in that order.
+    """Refuse an experiment that asks more of the supply than it has, see `above_supply`.
 
     Raises:
         InputError: naming the first muscle, and what the simulation would have instead.
@@ -161,96 +153,55 @@ def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -
         raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
 
 
-def check_supply(model: mujoco.MjModel) -> None:
-    """Check that muscles on one supply with resistance state the same supply.
-
-    Raises:
-        InputError: naming the first two that differ, and in what.
-    """
-    first: dict[float, int] = {}
-    rows = model.actuator_user
-    for index in muscle_ids(model):
-        other = first.setdefault(float(rows[index, _LINE]), index)
-        if not np.any(rows[[[index], [other]], _FALL]):
-            continue
-        for name in _SHARED:
-            if rows[index, slot(name)] != rows[other, slot(name)]:
-                raise InputError(
-                    f"{model.actuator(other).name} and {model.actuator(index).name} share a supply:"
-                    f" give both one {name}, or each its own valve.supply_line"
-                )
-
-
 def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
-    """Check a model's time step against the fastest dynamics of its muscles.
-
-    Args:
-        model: set up for an experiment.
-        muscles: its muscles, in actuator order.
+    """Check a model's time step against the fastest dynamics of its muscles, in actuator order.
 
     Raises:
         InputError: if a regulator, a chain or friction along the tendons needs a shorter step.
     """
-    step = model.opt.timestep
-    # The regulators hold the start pressures in every experiment, whatever its command.
-    for name, muscle in muscles.items():
-        limit = regulator_time_constant(muscle)
-        if step > limit:
+
+    def require(limit: float, why: str) -> None:
+        if (step := model.opt.timestep) > limit:
             raise InputError(
-                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms in"
-                f" which the pressure regulator of {name} settles; take a shorter step, a larger"
-                " valve.tube_volume behind a tube, or a wider valve.regulator_band"
+                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms {why}"
             )
+
+    # Sums over the tendons of what acts times inverse inertia: a trace, so no less than any
+    # eigenvalue. Damping, stiffness of the bristles, and that times twice their damping time.
+    braking = bending = creeping = 0.0
     for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
-        start = float(model.actuator_length0[index])
-        limit = chain_step_limit(muscle, start, muscle.valve.supply_pressure)
-        if step > limit:
-            raise InputError(
-                f"a time step of {step * 1e3:g} ms is longer than the {limit * 1e3:.2g} ms above"
-                f" which the chain of {name} becomes unstable; take a shorter step, a longer"
-                " chain.relaxation_time or, with backlash, a larger chain.seating_damping"
-            )
-    braking = _braking_rate(model, muscles)
-    if step * braking > 1.0:
-        raise InputError(
-            f"a time step of {step * 1e3:g} ms is longer than the {1e3 / braking:.2g} ms in which"
-            " friction stops the arm; take a shorter step, a smaller friction.stribeck_force or"
-            " braid.friction or stroke.damping, or a larger friction.stribeck_velocity"
+        start, supply = float(model.actuator_length0[index]), muscle.valve.supply_pressure
+        require(
+            # They hold the start pressures in every experiment, whatever its command.
+            regulator_time_constant(muscle),
+            f"in which the pressure regulator of {name} settles; take a shorter step, a larger"
+            " valve.tube_volume behind a tube, or a wider valve.regulator_band",
         )
-    bending = _bending(model, muscles, step)
-    if bending > _MOST_BENDING:
-        raise InputError(
-            f"a time step of {step * 1e3:g} ms is too long for the bristles of the dry friction;"
-            " take a shorter step, a smaller friction.bristle_time or a larger friction.presliding"
+        require(
+            chain_step_limit(muscle, start, supply),
+            f"above which the chain of {name} becomes unstable; take a shorter step, a longer"
+            " chain.relaxation_time or, with backlash, a larger chain.seating_damping",
         )
-
-
-def _bending(model: mujoco.MjModel, muscles: Mapping[str, Muscle], step: float) -> float:
-    """Bound on w^2 (h^2 + 2 t h) of the arm on the bristles, with their damping time t [-].
-
-    With the frequency w of the arm on its bristles and the step h; it is stable up to 4.
-    """
-    total = 0.0
-    for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
-        start = float(model.actuator_length0[index])
-        stiffness = bristle_stiffness(muscle, start, muscle.valve.supply_pressure)
-        weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
-        total += stiffness * weight * step * (step + 2.0 * muscle.friction.bristle_time)
-    return total
-
-
-def _braking_rate(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> float:
-    """Bound on the rate at which friction stops any motion from the initial position [1/s].
-
-    The sum over tendons of slope times inverse inertia is a trace: no less than any eigenvalue.
-    """
-    total = 0.0
-    for index, muscle in zip(muscle_ids(model), muscles.values(), strict=True):
         slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
         if muscle.braid is not None:
-            braid = muscle.braid
-            slope += braid.friction * muscle.valve.supply_pressure / braid.nominal_length
+            slope += muscle.braid.friction * supply / muscle.braid.nominal_length
         if muscle.stroke is not None:
             slope += muscle.stroke.damping
-        total += slope * float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
-    return total
+        weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
+        bristles = weight * bristle_stiffness(muscle, start, supply)
+        braking += weight * slope
+        bending += bristles
+        creeping += 2.0 * bristles * muscle.friction.bristle_time
+    require(
+        1.0 / braking if braking else math.inf,
+        "in which friction stops the arm; take a shorter step, a smaller friction.stribeck_force"
+        " or braid.friction or stroke.damping, or a larger friction.stribeck_velocity",
+    )
+    # An arm of frequency w on bristles with the damping time t is stable in steps h while
+    # w^2 (h^2 + 2 t h) is below 4.
+    rate = (creeping + math.sqrt(creeping**2 + 4.0 * _MOST_BENDING * bending)) / 2.0
+    require(
+        _MOST_BENDING / rate if rate else math.inf,
+        "above which the bristles of the dry friction become unstable; take a shorter step, a"
+        " smaller friction.bristle_time or a larger friction.presliding",
+    )

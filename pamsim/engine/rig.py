@@ -13,41 +13,18 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
-from pamsim.engine.attach import attach, compile_model
-from pamsim.engine.mjcf import (
-    put_rod,
-    read_spec,
-    read_text,
-    recorded_joints,
-    remove_visual_geoms,
-)
-from pamsim.engine.mjcf_fields import (
-    apply_friction_speed,
-    changes_constants,
-    copy_natives,
-    make_friction_stick,
-    native_field,
-    reserve_friction_speed,
-    set_mass,
-    set_native,
-)
-from pamsim.engine.parameters import ParameterName, sensor_spec
+from pamsim.engine import mjcf, mjcf_fields
+from pamsim.engine.attach import compile_model, rig_spec
+from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.build import build_muscle, idle_groups
 from pamsim.physics.commands import COMMANDS
-from pamsim.physics.hysteresis.group import COMMON_FIELDS
+from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.record import (
-    SIZE,
-    has_parameter,
-    slot,
-    unpack,
-    with_row,
-)
+from pamsim.physics.record import slot, with_row
 from pamsim.recordings.rig_file import RigFile, read_rig
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
@@ -112,23 +89,13 @@ class Rig:
 
     @property
     def angle_address(self) -> int:
-        """Index of the only joint's angle in ``data.qpos``.
-
-        Raises:
-            InputError: if there are several.
-        """
-        _ = self.only_joint
-        return self.position_addresses[0]
+        """Index of the position of `only_joint` in ``data.qpos``."""
+        return int(self.model.joint(self.only_joint).qposadr[0])
 
     @property
     def velocity_address(self) -> int:
-        """Index of the only joint's rate in ``data.qvel``.
-
-        Raises:
-            InputError: if there are several.
-        """
-        _ = self.only_joint
-        return self.velocity_addresses[0]
+        """Index of the rate of `only_joint` in ``data.qvel``."""
+        return int(self.model.joint(self.only_joint).dofadr[0])
 
     @property
     def takes_load(self) -> bool:
@@ -169,19 +136,13 @@ class Rig:
             set_integrator(model, integrator)
         if timestep is not None:
             model.opt.timestep = check_value("time step", timestep, _TIMESTEP)
-        self._put_load(model, load, data)
-        apply_friction_speed(model)
-        return model
-
-    def _put_load(self, model: mujoco.MjModel, load: float, data: mujoco.MjData | None) -> None:
         body = self.file.load_body
-        if body is None:
-            if load:
-                raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
-            return
+        if load and body is None:
+            raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
+        masses = {} if body is None else {f"body.{body}.mass": load}
         where = f"rig.load_body = {body!r} of {self.name!r}"
-        set_mass(model, model.body(body).id, load, self.compiled, where=where)
-        mujoco.mj_setConst(model, data or mujoco.MjData(model))
+        mjcf_fields.set_natives(model, masses, self.compiled, data=data, where=where)
+        return model
 
     def with_parameters(
         self, values: Mapping[str, float], *, data: mujoco.MjData | None = None
@@ -200,7 +161,8 @@ class Rig:
             InputError: for an unknown name, or several operators.
             ParameterError: for a value out of range.
         """
-        names = [ParameterName.parse(name) for name in values]
+        # Parameters of one muscle come after those of all.
+        names = sorted(map(ParameterName.parse, values), key=lambda name: bool(name.muscle))
         operators = sorted({name.operator for name in names if name.operator})
         if len(operators) > 1:
             raise InputError(f"a muscle has one operator, not {', '.join(operators)}")
@@ -210,42 +172,25 @@ class Rig:
         sensing = {name.field: values[name.text] for name in names if name.owner == "sensor"}
         for field in sensing:
             sensor_spec(field)
-        # Nothing in the model depends on its sensors.
-        model = self.model if len(sensing) == len(names) else copy.copy(self.model)
-        # Parameters of one muscle come after those of all.
-        for name in sorted(names, key=lambda name: bool(name.muscle)):
-            if name.owner == "native":
-                set_native(model, name.text, values[name.text], self.compiled)
-            elif name.owner == "muscle":
-                self._set_of_muscles(model, name, values[name.text])
-        natives = [name.text for name in names if name.owner == "native"]
-        if any(map(changes_constants, natives)):
-            mujoco.mj_setConst(model, data or mujoco.MjData(model))
-        if natives:
-            apply_friction_speed(model)
-        muscles = self.muscles
-        if model is not self.model:
-            state_control_ranges(model)
-            rows, before = model.actuator_user, self.model.actuator_user
-            muscles = {
-                name: with_row(muscle, rows[index], before[index])
-                for index, (name, muscle) in enumerate(self.muscles.items())
-            }
         sensor = self.sensor
         if sensing:
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
+        if len(sensing) == len(names):  # nothing in the model depends on its sensors
+            return dataclasses.replace(self, sensor=sensor)
+        model = copy.copy(self.model)
+        natives = {name.text: values[name.text] for name in names if name.owner == "native"}
+        mjcf_fields.set_natives(model, natives, self.compiled, data=data)
+        rows, before = model.actuator_user, self.model.actuator_user
+        for name in names:
+            if name.owner == "muscle":
+                for index, muscle in muscles_with(self, name):
+                    rows[index, slot(name.parameter, self.muscles[muscle])] = values[name.text]
+        state_control_ranges(model)
+        muscles = {
+            name: with_row(muscle, rows[index], before[index])
+            for index, (name, muscle) in enumerate(self.muscles.items())
+        }
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
-
-    def _set_of_muscles(self, model: mujoco.MjModel, name: ParameterName, value: float) -> None:
-        only, parameter = name.muscle, name.parameter
-        if only and only not in self.muscles:
-            raise InputError(f"no muscle {only!r}; {nearest(only, self.muscles)}")
-        shared = not only and any(has_parameter(m, parameter) for m in self.muscles.values())
-        for index, (muscle_name, muscle) in enumerate(self.muscles.items()):
-            if shared and not has_parameter(muscle, parameter):
-                continue  # a bellows beside muscles has no braid
-            if only in ("", muscle_name):
-                model.actuator_user[index, slot(parameter, muscle)] = value
 
     def with_operator(self, law: str) -> Rig:
         """The rig with another hysteresis operator in every muscle, as wide as each one's own.
@@ -261,29 +206,34 @@ class Rig:
         known = {name: o.group for name, o in self.file.operators.items() if o.group.usual}
         if law not in known:
             raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
-        if all(isinstance(m.hysteresis, known[law]) for m in self.muscles.values()):
+        group, name_of = known[law], Hysteresis.group
+        if all(isinstance(muscle.hysteresis, group) for muscle in self.muscles.values()):
             return self
-        units = {name: spec.unit for name, spec in specs(known[law])}
-        fields = {
+        units = {name: spec.unit for name, spec in specs(group)}
+        entries: dict[str, Any] = {
             name: Sourced(value=value, unit=units[name], source="assumed", where=law)
-            for name, value in known[law].usual.items()
+            for name, value in group.usual.items()
         }
-        own = self.file.muscle.get("hysteresis", {})
-        fields |= {n: e for n, e in own.items() if n in units and isinstance(e, Sourced)}
-        overrides = {
-            muscle: {group: entries for group, entries in own.items() if group != "hysteresis"}
-            for muscle, own in self.file.overrides.items()
-        }
-        sections = {**self.file.muscle, "hysteresis": {"law": law, **fields}}
-        fresh = _compiled(dataclasses.replace(self.file, muscle=sections, overrides=overrides))
-        code = slot("hysteresis.law")
-        replaced = {code, *range(code + 1 + COMMON_FIELDS, code + 1 + MOST_PARAMETERS)}
-        kept = [index for index in range(SIZE) if index not in replaced]
-        fresh.model.actuator_user[:, kept] = self.model.actuator_user[:, kept]
-        copy_natives(self.model, fresh.model)
-        state_control_ranges(fresh.model)
-        muscles = {n: unpack(fresh.model.actuator_user[i]) for i, n in enumerate(self.muscles)}
-        return dataclasses.replace(fresh, muscles=muscles, sensor=self.sensor)
+        stated = self.file.muscle.get(name_of, {})
+        entries |= {name: entry for name, entry in stated.items() if name in units}
+        file = dataclasses.replace(
+            self.file,
+            muscle={**self.file.muscle, name_of: {"law": law, **entries}},
+            overrides={
+                muscle: {key: section for key, section in own.items() if key != name_of}
+                for muscle, own in self.file.overrides.items()
+            },
+        )
+        numbers = {name: entry.si(units[name]) for name, entry in entries.items()}
+        muscles = dict(self.muscles)
+        for name, muscle in muscles.items():
+            if not isinstance(muscle.hysteresis, group):
+                width = {field: getattr(muscle.hysteresis, field) for field, _ in specs(Hysteresis)}
+                operator = group(**{**numbers, **width})
+                muscles[name] = dataclasses.replace(muscle, hysteresis=operator)
+        fresh = _compiled(file, muscles)
+        mjcf_fields.copy_natives(self.model, fresh.model)
+        return dataclasses.replace(fresh, sensor=self.sensor)
 
 
 def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
@@ -301,81 +251,52 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
     return _compiled(read_rig(rig), scene=scene)
 
 
-def _compiled(file: RigFile, *, scene: bool = False) -> Rig:
-    """A rig by what its folder states; see `load_rig`."""
-    own = (*file.own.laws, *file.own.operators)
-    muscles = {
-        name: build_muscle(
-            _merged(file, name), where=f"{file.folder / 'params.toml'}: {name}", own=own
-        )
+def _compiled(
+    file: RigFile, muscles: Mapping[str, Muscle] | None = None, *, scene: bool = False
+) -> Rig:
+    """A rig by what its folder states, with other muscles if some are given."""
+    where, own = file.folder / "params.toml", (*file.own.laws, *file.own.operators)
+    muscles = muscles or {
+        name: build_muscle(_merged(file, name), where=f"{where}: {name}", own=own)
         for name in file.tendons
     }
-    spec = rig_spec(file, muscles, scene=scene)
-    model = compile_model(spec)
+    model = compile_model(rig_spec(file, muscles, scene=scene))
     compiled = copy.copy(model)
-    make_friction_stick(model)
-    for name, entry in file.native.items():
-        unit = native_field(model, name, where=entry.where).unit
-        set_native(model, name, entry.si(unit), compiled)
-    mujoco.mj_setConst(model, mujoco.MjData(model))
-    apply_friction_speed(model)
-    for joint in file.joints:
-        _require(model, mujoco.mjtObj.mjOBJ_JOINT, "rig.joints", joint, file)
+    mjcf_fields.make_friction_stick(model)
+    natives = {
+        name: entry.si(mjcf_fields.native_field(model, name, where=entry.where).unit)
+        for name, entry in file.native.items()
+    }
+    mjcf_fields.set_natives(model, natives, compiled)
+    wanted = [("joints", mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in file.joints]
     if file.load_body:
-        _require(model, mujoco.mjtObj.mjOBJ_BODY, "rig.load_body", file.load_body, file)
-    joints = recorded_joints(model, file.joints, file.tendons.values(), file.folder / "params.toml")
-    rig = Rig(
+        wanted.append(("load_body", mujoco.mjtObj.mjOBJ_BODY, file.load_body))
+    for key, kind, name in wanted:
+        if mujoco.mj_name2id(model, kind, name) < 0:
+            raise InputError(f"{where}: rig.{key} = {name!r} is not in {file.mjcf}")
+    joints = mjcf.recorded_joints(model, file.joints, file.tendons.values(), where)
+    sensor = {
+        name: entry.si(sensor_spec(name, str(where)).unit) for name, entry in file.sensor.items()
+    }
+    try:
+        SignalNames(joints=joints, muscles=tuple(muscles))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return Rig(
         file=file,
         model=model,
         compiled=compiled,
         joints=joints,
         muscles=muscles,
-        sensor=_sensor(file),
+        sensor=MeasurementChain(**sensor) if sensor else None,
     )
-    try:
-        _ = rig.names
-    except InputError as error:
-        raise InputError(f"{file.folder / 'params.toml'}: {error}") from None
-    return rig
-
-
-def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = False) -> mujoco.MjSpec:
-    """A rig's MJCF with a muscle on each declared tendon, to be compiled.
-
-    Args:
-        file: what its folder states.
-        muscles: name -> muscle.
-        scene: see `load_rig`.
-
-    Raises:
-        InputError: for an MJCF that cannot be read, or has actuators of its own.
-    """
-    path = file.scene if scene and file.scene else file.mjcf
-    if path != file.mjcf:  # a scene includes the rig's own MJCF, which errors should name
-        read_text(file.mjcf)
-    spec = read_spec(path)
-    if spec.actuators:
-        raise InputError(
-            f"{path}: a rig's MJCF may not have actuators, as {spec.actuators[0].name!r}; its"
-            " muscles come from params.toml. Remove it, or use pamsim.attach for a mixed model"
-        )
-    if not scene:
-        remove_visual_geoms(spec)
-    for joint in file.rods:
-        put_rod(spec, joint, file.folder / "params.toml")
-    for name, tendon in file.tendons.items():
-        muscle = muscles[name]
-        own = muscle.mounting.length_at_zero
-        attach(spec, tendon=tendon, muscle=muscle, name=name, length_at_zero=own)
-    reserve_friction_speed(spec)
-    return spec
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
-    """Set what the control of the muscles means.
+    """Set what the control of the muscles of a rig's model means.
 
     Args:
-        model: of a rig; changed in place.
+        model: changed in place.
         command: of all muscles, or one per muscle in actuator order: ``valve``, ``pulse``,
             ``pressure_set``, ``measured``, or ``sealed``, a valve whose control is to stay 0.
 
@@ -404,19 +325,6 @@ def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:
         if any(group not in idle for idle in others):
             merged.pop(group, None)
     return merged
-
-
-def _sensor(file: RigFile) -> MeasurementChain | None:
-    if not file.sensor:
-        return None
-    where = str(file.folder / "params.toml")
-    fields = {name: entry.si(sensor_spec(name, where).unit) for name, entry in file.sensor.items()}
-    return MeasurementChain(**fields)
-
-
-def _require(model: mujoco.MjModel, kind: Any, key: str, name: str, file: RigFile) -> None:
-    if mujoco.mj_name2id(model, kind, name) < 0:
-        raise InputError(f"{file.folder / 'params.toml'}: {key} = {name!r} is not in {file.mjcf}")
 
 
 def rig_digest(rig: Rig) -> str:

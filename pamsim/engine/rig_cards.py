@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from typing import Any
 
-from pamsim.core.encoding import fields_to_dict, to_dict
-from pamsim.engine.parameters import RigParameter, rig_parameter, rig_parameters
+from pamsim.core.encoding import to_dict
+from pamsim.engine.parameters import rig_parameter, rig_parameters
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.rig_file import shipped_rig_names
 from pamsim.recordings.signals import JOINT_DRIVES, MUSCLE_DRIVES
-
-_MOVES: Mapping[str, tuple[str, ...]] = {
-    "angle": ("torque", "angle"),
-    "position": ("force", "length"),
-}
-"""Kind of a joint's position -> drives from outside."""
 
 
 def rig_cards(name: str | os.PathLike[str] | None = None) -> dict[str, Any]:
@@ -55,28 +48,20 @@ def parameter_cards(
     """
     loaded = load_rig(rig)
     found = rig_parameters(loaded) if name is None else [rig_parameter(loaded, name)]
-    return to_dict(
-        {
-            "schema": "pamsim-params/1",
-            "rig": loaded.name,
-            "parameters": [_parameter(loaded, one) for one in found],
-        }
-    )
+    return to_dict({"schema": "pamsim-params/1", "rig": loaded.name, "parameters": list(found)})
 
 
 def _card(rig: Rig) -> dict[str, Any]:
-    ranges = {
-        name: rig.model.joint(name).range if rig.model.joint(name).limited[0] else None
-        for name in rig.joints
-    }
-    moves = [drive for kind in dict.fromkeys(rig.joints.values()) for drive in _MOVES[kind]]
+    joints = [
+        {"name": name, "kind": kind, "range": joint.range if joint.limited[0] else None}
+        for name, kind in rig.joints.items()
+        for joint in [rig.model.joint(name)]
+    ]
     return {
         "name": rig.name,
         "purpose": rig.file.purpose,
         "folder": rig.file.folder,
-        "joints": [
-            {"name": name, "kind": kind, "range": ranges[name]} for name, kind in rig.joints.items()
-        ],
+        "joints": joints,
         "muscles": [
             {
                 "name": name,
@@ -89,18 +74,10 @@ def _card(rig: Rig) -> dict[str, Any]:
         "load_body": rig.file.load_body,
         "drives": {
             "muscles": {name: kind.meaning for name, kind in MUSCLE_DRIVES.items()},
-            "joints": {name: JOINT_DRIVES[name].meaning for name in moves},
+            "joints": {
+                name: drive.meaning
+                for name, drive in JOINT_DRIVES.items()
+                if drive.of in rig.joints.values()
+            },
         },
-    }
-
-
-def _parameter(rig: Rig, one: RigParameter) -> dict[str, Any]:
-    unstated = rig.file.mjcf.name if one.name.count(".") == 2 else "default"
-    return {
-        "name": one.name,
-        "value": one.value,
-        **fields_to_dict(one.spec),
-        "range": one.spec.range_text(),
-        "source": one.stated.source if one.stated else unstated,
-        "stated": one.stated,
     }

@@ -18,12 +18,7 @@ from pamsim.engine.command_plan import Plan, command_plan
 from pamsim.engine.external import External, act, as_driven, check_range, external, set_off
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.mjcf import may_collide
-from pamsim.engine.preflight import (
-    check_backlash,
-    check_supply,
-    check_timestep,
-    refuse_above_supply,
-)
+from pamsim.engine.preflight import check_shared, check_timestep, refuse_above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.sampling import (
     compiled_loop,
@@ -178,8 +173,7 @@ def prepare(
         )
     on = external(model, drives)
     check_timestep(as_driven(model, on), rig.muscles)
-    check_backlash(model, rig.muscles)
-    check_supply(model)
+    check_shared(model)
     check_range(model, drives, experiment.command_value)
     return Run(
         rig=rig,

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.engine.rig import Rig, rig_spec
+from pamsim.engine.attach import rig_spec
+from pamsim.engine.rig import Rig
 
 _INTEGRATORS = (
     mujoco.mjtIntegrator.mjINT_EULER,

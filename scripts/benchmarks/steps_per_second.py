@@ -32,7 +32,7 @@ from numba import types
 
 import pamsim
 from pamsim.engine import plugin
-from pamsim.engine.mjcf import remove_visual_geoms
+from pamsim.engine.mjcf import leave_out_visual_geoms
 from pamsim.engine.rig import Rig
 
 RUNS = 3
@@ -44,7 +44,7 @@ EMPTY = "pamsim, empty law"
 def builtin_arm(rig: Rig) -> mujoco.MjModel:
     """The rig's MJCF with MuJoCo's built-in muscle on each tendon."""
     spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
-    remove_visual_geoms(spec)  # as in the rig's own model
+    leave_out_visual_geoms(spec)  # as in the rig's own model
     for name, tendon in rig.file.tendons.items():
         actuator = spec.add_actuator()
         actuator.name = name

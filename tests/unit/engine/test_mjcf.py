@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.engine.mjcf import contacts, may_collide, remove_visual_geoms
+from pamsim.engine.mjcf import contacts, leave_out_visual_geoms, may_collide
 
 ARM = """<mujoco><worldbody>
 <geom name="bench" size="1 1 .1" type="box" contype="0" conaffinity="0"/>
@@ -21,12 +21,16 @@ ARM = """<mujoco><worldbody>
 
 def left(more=""):
     spec = mujoco.MjSpec.from_string(ARM.format(more=more))
-    remove_visual_geoms(spec)
-    return [geom.name for geom in spec.geoms]
+    leave_out_visual_geoms(spec)
+    model = spec.compile()
+    assert model.body("lead").mass[0] > 0.0
+    return [model.geom(i).name for i in range(model.ngeom)]
 
 
-def test_what_collides_or_weighs_stays():
-    assert left() == ["bumper", "weight"]
+def test_what_collides_or_is_named_elsewhere_stays():
+    assert left() == ["bumper"]
+    pair = '<contact><pair geom1="screw" geom2="bench"/></contact>'
+    assert left(pair) == ["bench", "screw", "bumper"]
 
 
 @pytest.mark.parametrize(
@@ -34,7 +38,6 @@ def test_what_collides_or_weighs_stays():
     [
         '<option density="1.2"/>',
         '<sensor><framepos objtype="geom" objname="screw"/></sensor>',
-        '<contact><pair geom1="screw" geom2="bench"/></contact>',
     ],
 )
 def test_all_stay_where_something_may_look_at_them(more):

@@ -13,7 +13,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.engine.mjcf_fields import set_native
+from pamsim.engine.mjcf_fields import native_names, native_value, set_natives
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.simulate import whole_steps
 from pamsim.physics.record import slot, unpack
@@ -140,16 +140,28 @@ def test_load_adds_its_mass_and_its_inertia(rig):
 def test_native_fields_and_elements_are_checked_by_name(rig):
     model = rig.model_for()
     with pytest.raises(InputError, match="no native parameter"):
-        set_native(model, "joint.shaft.colour", 1.0, rig.compiled)
+        set_natives(model, {"joint.shaft.colour": 1.0}, rig.compiled)
     with pytest.raises(InputError, match="no body 'amr'"):
-        set_native(model, "body.amr.mass", 1.0, rig.compiled)
+        set_natives(model, {"body.amr.mass": 1.0}, rig.compiled)
+
+
+def test_a_spatial_tendon_has_no_radius():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><site name="a"/><body><joint/><geom size="0.1"/>
+        <site name="b" pos="0 0 1"/></body></worldbody>
+        <tendon><spatial name="cord"><site site="a"/><site site="b"/></spatial></tendon></mujoco>"""
+    )
+    assert "tendon.cord.damping" in native_names(model)
+    assert "tendon.cord.coef" not in native_names(model)
+    with pytest.raises(InputError, match=r"tendon\.cord\.coef: the tendon runs over no joint"):
+        native_value(model, "tendon.cord.coef")
 
 
 def test_mass_scales_the_inertia_of_its_body(rig):
     model = rig.model_for()
     arm = model.body("arm").id
     before = model.body_inertia[arm].copy()
-    set_native(model, "body.arm.mass", 2.0 * model.body_mass[arm], rig.compiled)
+    set_natives(model, {"body.arm.mass": 2.0 * model.body_mass[arm]}, rig.compiled)
     np.testing.assert_allclose(model.body_inertia[arm], 2.0 * before)
 
 
