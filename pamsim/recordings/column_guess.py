@@ -15,8 +15,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, to_si
 from pamsim.recordings.columns import Columns
+from pamsim.recordings.log_columns import ATMOSPHERE
 from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
-from pamsim.recordings.trial_columns import ATMOSPHERE
 
 _WORDS: Mapping[str, frozenset[str]] = {
     kind: frozenset(words.split())

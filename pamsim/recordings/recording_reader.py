@@ -8,13 +8,15 @@ rig with one joint that turns also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_
 ``torque_nm``: muscles by number. Pressures are gauge.
 
 A log in a lab's own columns and units is read as it is if ``recording.toml`` says what they are,
-see `pamsim.recordings.trial_columns`.
+see `pamsim.recordings.log_columns`.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,21 +27,37 @@ from pamsim.core.files import is_file
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.recordings import recording_checks, segments
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.log_columns import in_own_format, log_columns
 from pamsim.recordings.recording import SCHEMA
-from pamsim.recordings.signals import MUSCLE_DRIVES, Drive
+from pamsim.recordings.signals import (
+    EFFORTS,
+    JOINT_KINDS,
+    KINDS,
+    MUSCLE_COLUMNS,
+    MUSCLE_DRIVES,
+    Drive,
+    DriveLike,
+    column_of,
+    command_columns,
+    muscle_channels,
+    muscle_columns,
+)
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
-from pamsim.recordings.trial_columns import (
-    TrialColumns,
-    in_own_format,
-    log_columns,
-    trial_columns,
-)
 
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = ("schema", "rig", "columns", "trial")
 _TRIAL = ("file", "protocol", "drive", "load_kg", *segments.KEYS)
+
+_NUMBERED = (
+    "time_s",
+    "angle_deg",
+    "torque_nm",
+    *dict.fromkeys(n for n, _ in MUSCLE_COLUMNS.values()),
+)
+_BY_NUMBER = re.compile(r"u\d+|p\d+(_set)?_kpa")
 
 
 def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
@@ -62,32 +80,34 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     """
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
-    entries: list[Mapping[str, Any]] = table["trial"]
     log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
-    tables: list[TrialColumns] = []
-    for one in entries:
-        columns = read_columns(index.parent / one["file"])
-        own = columns if log is None else in_own_format(columns, log)
-        tables.append(trial_columns(own, one["drive"]))
-        tables[-1].columns.require("time_s")
-    notes: list[str] = []
+    files: list[_TrialFile] = []
     trials: list[Trial] = []
-    for number, (one, own) in enumerate(zip(entries, tables, strict=True), start=1):
-        where = f"{index}: trial {number}"
-        trials += segments.trials_of(_trial(one, own, notes), one, where)
+    for number, one in enumerate(table["trial"], start=1):
+        columns = read_columns(index.parent / one["file"])
+        found = _trial_file(one, columns if log is None else in_own_format(columns, log))
+        files.append(found)
+        trials += segments.trials_of(found.trial, one, f"{index}: trial {number}")
     if log is None:  # a log states its units itself, and bellows work at a few kPa
-        recording_checks.units_of_all([t.columns for t in tables])
-    for own in tables:
-        if _muscles(own) != _muscles(tables[0]):
+        recording_checks.units_of_all([found.columns for found in files])
+    first = files[0]
+    for found in files:
+        if found.muscles != first.muscles:
             raise InputError(
-                f"{own.columns.path}: commands {_muscles(own)}, {tables[0].columns.path.name}"
-                f" {_muscles(tables[0])}; a recording is of one rig"
+                f"{found.columns.path}: commands {found.muscles}, {first.columns.path.name}"
+                f" {first.muscles}; a recording is of one rig"
             )
-    return TrialSet(
-        rig=_rig(index.parent, table["rig"]),
-        trials=tuple(trials),
-        notes=(*_not_measured(trials, tables), *notes),
-    )
+    notes: list[str] = []
+    for channel in dict.fromkeys(channel for found in files for channel in found.channels):
+        missing = [trial.name for trial in trials if channel not in trial.measured]
+        if missing:
+            where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
+            notes.append(f"{channel} was not measured in {where}")
+    notes += (note for found in files for note in found.notes)
+    # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
+    beside = index.parent / table["rig"]
+    rig = str(beside) if is_file(beside / "params.toml") else table["rig"]
+    return TrialSet(rig=rig, trials=tuple(trials), notes=tuple(notes))
 
 
 def _index(path: Path) -> Mapping[str, Any]:
@@ -141,50 +161,89 @@ def _check_entry(where: str, table: Mapping[str, Any]) -> None:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
 
 
-def _trial(table: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
+@dataclass(frozen=True)
+class _TrialFile:
+    """A trial, its columns, the channels that it may have measured, and notes."""
+
+    trial: Trial
+    columns: Columns
+    channels: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def muscles(self) -> str:
+        """The muscles commanded, for an error."""
+        return ", ".join(sorted(self.trial.muscle_names)) or f"{self.trial.muscles} muscles"
+
+
+def _trial_file(table: Mapping[str, Any], columns: Columns) -> _TrialFile:
+    """The trial of an entry of the index, from the columns of its file."""
+    drive: DriveLike = table["drive"]
+    muscles = _muscles(columns, drive)
+    if not muscles:
+        columns = columns.select(_NUMBERED)
+    # A muscle whose pressure was measured must be commanded, too.
+    count = len(muscles) or max([1, *map(int, re.findall(r"\d+", " ".join(columns.cells)))])
+    drives = Drive.of(drive, count if isinstance(drive, str) else len(drive))
+    command = command_columns(drives, muscles)
+    joints = _joints(columns, drives) if muscles else ("angle", *["torque"][: len(drives.joints)])
+    pressures, forces = (
+        muscle_channels(kind, muscles, len(drives.muscles)) for kind in ("pressure", "force")
+    )
+    channels = {column_of(channel): channel for channel in (*pressures, *joints, *forces)}
+    if muscles:
+        known = (name for q in MUSCLE_COLUMNS for name in muscle_columns(q, muscles, count))
+        columns = columns.select(("time_s", *filter(None, command), *channels, *known))
+    columns.require("time_s")
+    driven = [(column, k) for column, k in zip(command, drives.kinds, strict=True) if column]
+    for column, kind in driven:
+        why = f", which drive = {kind!r} needs: what drives the simulation must be recorded"
+        columns.require(column, why, "no command column")
+        if kind in EFFORTS.values():  # from outside, which is no measurement of the rig
+            channels.pop(column, None)
     name = Path(table["file"]).with_suffix("").as_posix()
-    columns = found.columns
     jitter = recording_checks.clock(columns)
-    recording_checks.units(columns, list(zip(found.command, found.drives.kinds, strict=True)))
-    notes += [f"{name}: {jitter}"] if jitter else []
-    used = {"time_s", *found.command, *found.channels}
+    recording_checks.units(columns, driven)
+    used = {"time_s", *command, *channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
-    notes += [f"{name}: column {column!r} is not used" for column in unused]
+    notes = [*([jitter] if jitter else []), *(f"column {c!r} is not used" for c in unused)]
     time = columns.values["time_s"]
-    return Trial(
+    trial = Trial(
         name=name,
         protocol=table["protocol"],
-        drive=table["drive"],
+        drive=drive,
         load=float(table.get("load_kg", 0.0)),
         time=time - time[0],
-        command=np.column_stack(
-            [columns.si(column) if column else np.zeros(time.size) for column in found.command]
-        ),
-        measured={
-            channel: columns.si(column)
-            for column, channel in found.channels.items()
-            if column in columns.cells
-        },
-        muscle_names=found.muscles,
+        command=np.column_stack([columns.si(c) if c else np.zeros(time.size) for c in command]),
+        measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
+        muscle_names=muscles,
+    )
+    return _TrialFile(
+        trial, columns, tuple(channels.values()), tuple(f"{name}: {n}" for n in notes)
     )
 
 
-def _muscles(table: TrialColumns) -> str:
-    return ", ".join(sorted(table.muscles)) or f"{len(table.drives.muscles)} muscles"
+def _muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
+    """Names of the muscles: those of the drive, or of columns that hold it; none if by number."""
+    if not isinstance(drive, str):
+        names = tuple(name for name, kind in drive.items() if kind in MUSCLE_DRIVES)
+    else:
+        named = MUSCLE_COLUMNS[MUSCLE_DRIVES[drive].quantity or "pressure"][1]
+        found = [re.fullmatch(named.replace("{}", "(.+?)"), name) for name in columns.cells]
+        names = tuple(match[1] for match in found if match and not match[1].endswith("_set"))
+    by_name = any(cell.startswith(f"{muscle}_") for muscle in names for cell in columns.cells)
+    return names if by_name and not any(map(_BY_NUMBER.fullmatch, columns.cells)) else ()
 
 
-def _rig(folder: Path, rig: str) -> str:
-    """The rig as `pamsim.load_rig` finds it from anywhere: a path is relative to the recording."""
-    beside = folder / rig
-    return str(beside) if is_file(beside / "params.toml") else rig
-
-
-def _not_measured(trials: Sequence[Trial], tables: Sequence[TrialColumns]) -> list[str]:
-    every = dict.fromkeys(channel for table in tables for channel in table.channels.values())
-    notes: list[str] = []
-    for channel in every:
-        missing = [trial.name for trial in trials if channel not in trial.measured]
-        if missing:
-            where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
-            notes.append(f"{channel} was not measured in {where}")
-    return notes
+def _joints(columns: Columns, drives: Drive) -> tuple[str, ...]:
+    """Channels of joints by name: of those that turn or slide, and of what acts on them."""
+    ends = {kind: f"_{KINDS[kind].suffix}" for kind in (*JOINT_KINDS, "torque")}
+    return (
+        *(
+            f"{name.removesuffix(end)}.{kind}"
+            for kind, end in ends.items()
+            for name in columns.cells
+            if name.endswith(end)
+        ),
+        *(f"{joint}.force" for joint in drives.joints),
+    )

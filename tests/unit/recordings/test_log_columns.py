@@ -8,8 +8,8 @@ import scipy.io
 
 import pamsim
 from pamsim.core.errors import InputError
+from pamsim.recordings.log_columns import ATMOSPHERE, in_own_format, log_columns
 from pamsim.recordings.table_reader import read_columns
-from pamsim.recordings.trial_columns import ATMOSPHERE, in_own_format, log_columns
 
 NUMBERS = np.column_stack([np.arange(9) * 0.5, np.linspace(-1.25, 2.0, 9)])
 INDEX = """schema = "pamsim-recording/2"
