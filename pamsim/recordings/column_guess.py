@@ -6,6 +6,7 @@ states what it rests on.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -36,7 +37,6 @@ _SET = {"set", "setpoint", "sp", "cmd", "command", "commanded"}
 _SET |= {"ref", "reference", "des", "desired", "target", "soll"}
 _RATE = {"vel", "velocity", "speed", "rate", "dot", "omega", "acc", "accel"}
 _PULSE = {"pwm", "duty"}
-_LEAST_PREFIX = 2  # letters by which a word may stand for a longer one
 
 _SPELLINGS = {
     "time": "s ms us min sec=s seconds=s msec=ms µs=us",
@@ -59,18 +59,18 @@ _CHUNK = re.compile(r"[_\s.:-]+")
 _BRACKET = re.compile(r"\s*[\[(]\s*([^\])]*?)\s*[\])]\s*$|\s*/\s*([^/]*?)\s*$")
 _WORD = re.compile(r"[A-Z]?[a-zµ°%]+|[A-Z]+(?![a-z])|\d+")
 
-_BY_VALUE: Mapping[str, tuple[str, ...]] = {
-    "time": ("s", "ms", "us"),
-    "pressure": ("kPa", "bar", "psi", "MPa", "Pa", "mbar"),
-    "angle": ("rad", "deg"),
-    "position": ("m", "mm"),
-    "force": ("N",),
-    "torque": ("N*m",),
-    "valve": ("1", "percent"),
+_BY_SIZE: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "time": dict.fromkeys(("s", "ms", "us"), (1e-4, 0.25)),
+    "pressure": dict.fromkeys(("kPa", "bar", "psi", "MPa", "Pa", "mbar"), (0.08, 1.3)),
+    "angle": {"rad": (-1.0, 7.0), "deg": (1.0, math.inf)},
+    "position": {"m": (-1.0, 1.0), "mm": (0.5, math.inf)},
+    "force": {"N": (-1.0, math.inf)},
+    "torque": {"N*m": (-1.0, math.inf)},
+    "valve": {"1": (-1.0, 1.0), "percent": (1.0, 100.0)},
 }
-_STEPS = (1e-4, 0.25)  # usual steps of a log's clock [s]
+"""Kind -> unit -> what its size lies above, and not above: of the steps of a clock [s], of the
+highest pressure as a share of the supply's, of the greatest number as written of all else."""
 _NEAR_ATMOSPHERE = 0.06  # relative
-_TURN = 7.0  # rad that no joint of such rigs turns by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,23 +93,11 @@ class Guess:
     absolute: bool = False
     warnings: tuple[str, ...] = ()
 
-
-@dataclass(frozen=True, kw_only=True)
-class _Column:
-    """What a column is by its name, or as stated; the warning may be empty.
-
-    Attributes:
-        words: of its name, in lower case, without the unit.
-        unit: as the name or the line of units writes it, in lower case; empty if none is known.
-    """
-
-    quantity: str
-    kind: str
-    name: str
-    words: tuple[str, ...]
-    unit: str
-    values: FloatArray
-    warning: str = ""
+    @property
+    def kind(self) -> str:
+        """Kind of its quantity, such as ``pressure`` of ``flexor.pressure_set``."""
+        kind = self.quantity.rpartition(".")[2]
+        return {"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind)
 
 
 def guess_columns(
@@ -129,22 +117,14 @@ def guess_columns(
     Raises:
         InputError: if a stated column is not there, or a quantity is stated twice.
     """
-    found: dict[str, _Column] = {}
+    found: dict[str, Guess] = {}
     unused: dict[str, str] = {}
     for one in stated:
         columns.require(one.column, f" for {one.quantity}")
         if one.quantity in found:
             raise InputError(f"{one.quantity} is stated twice, as {one.column!r} the second time")
-        kind = one.quantity.rpartition(".")[2]
         words, unit, _ = _parts(one.column, columns.units.get(one.column, ""))
-        found[one.quantity] = _Column(
-            quantity=one.quantity,
-            kind={"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind),
-            name=one.column,
-            words=words,
-            unit=unit,
-            values=columns.numbers(one.column),
-        )
+        found[one.quantity] = one if one.unit else _with_unit(one, words, unit)
     for name in columns.cells:
         if any(name == one.column for one in stated):
             continue
@@ -152,12 +132,28 @@ def guess_columns(
         if isinstance(one, str):
             unused[name] = one
         elif one.quantity in found:
-            unused[name] = f"would be {one.quantity}, which {found[one.quantity].name!r} is"
+            unused[name] = f"would be {one.quantity}, which {found[one.quantity].column!r} is"
         else:
             found[one.quantity] = one
-    order = sorted(found.values(), key=lambda one: list(columns.cells).index(one.name))
-    by_quantity = {one.quantity: one for one in stated}
-    return tuple(_guess(one, order, supply, by_quantity.get(one.quantity)) for one in order), unused
+    # Columns of one kind that state no unit share theirs.
+    by_size: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for kind in {one.kind for one in found.values() if not one.unit}:
+        same = [columns.numbers(o.column) for o in found.values() if o.kind == kind and not o.unit]
+        by_size[kind] = _unit_by_size(kind, np.concatenate(same), supply)
+    order = list(columns.cells)
+    guesses: list[Guess] = []
+    for one in sorted(found.values(), key=lambda one: order.index(one.column)):
+        if not one.unit:
+            unit, warnings = by_size[one.kind]
+            one = replace(one, unit=unit, warnings=(*one.warnings, *warnings))
+        gauge = one.quantity.endswith(".pressure") and not one.absolute
+        if gauge and all(one.column != own.column for own in stated):
+            lowest = to_si(float(columns.numbers(one.column).min()), one.unit, "Pa", where="")
+            if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
+                never = "never below the atmosphere's pressure: absolute, or never vented"
+                one = replace(one, warnings=(*one.warnings, never))
+        guesses.append(one)
+    return tuple(guesses), unused
 
 
 def unit_in_name(column: str, stated: str) -> str:
@@ -185,11 +181,11 @@ def unit_of(text: str) -> tuple[str, bool]:
     return _UNITS.get(lower, (text.strip(), ""))[0], lower in _ABSOLUTE
 
 
-def _by_name(columns: Columns, name: str, names: SignalNames) -> _Column | str:
+def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
     """What one column is by its name, or why it is not used."""
     words, unit, unknown = _parts(name, columns.units.get(name, ""))
     try:
-        values = columns.numbers(name)
+        columns.numbers(name)
     except InputError:
         return "not all of its cells are numbers"
     kinds = _kinds(words, unit)
@@ -197,30 +193,27 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> _Column | str:
         return f"unit {unknown!r} is not known" if unknown else "name not known"
     if _RATE & set(words):
         return "a rate; rates follow from positions"
-    is_set = bool(_SET & set(words))
     for kind in kinds:
         quantity, warning = "time", ""
         if kind != "time":
             owner, warning = _owner(words, _owners(kind, words, names))
             if not owner:
                 continue
-            if kind in JOINT_KINDS and is_set:
+            if _SET & set(words) and kind in JOINT_KINDS:
                 return f"a reference for {owner}, which drives no muscle by itself"
-            own = "pressure_set" if kind == "pressure" and is_set else kind
-            own = "pulse" if kind == "valve" and _PULSE & set(words) else own
-            quantity = f"{owner}.{own}"
+            own = "pressure_set" if kind == "pressure" and _SET & set(words) else kind
+            quantity = f"{owner}.{'pulse' if kind == 'valve' and _PULSE & set(words) else own}"
         if unknown:
             return f"would be {quantity}, but its unit {unknown!r} is not known"
-        return _Column(
-            quantity=quantity,
-            kind=kind,
-            name=name,
-            words=words,
-            unit=unit,
-            values=values,
-            warning=warning,
-        )
+        warnings = (warning,) if warning else ()
+        one = Guess(quantity=quantity, column=name, unit="", warnings=warnings)
+        return _with_unit(one, words, unit)
     return f"{kinds[0]} of no joint or muscle that its name states"
+
+
+def _with_unit(one: Guess, words: Sequence[str], unit: str) -> Guess:
+    known, absolute = unit_of(unit)
+    return replace(one, unit=known, absolute=absolute or "abs" in words)
 
 
 def _owners(kind: str, words: Sequence[str], names: SignalNames) -> Sequence[str]:
@@ -246,8 +239,7 @@ def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:
         return _words(chunks), stated.lower() if known else "", "" if known else stated
     if len(chunks) > 1 and (last := chunks[-1].lower()) in _UNITS:
         words = _words(chunks[:-1])
-        by_word = _by_word(words)
-        if not by_word or _UNITS[last][1] in by_word:
+        if _kinds(words, last) == [_UNITS[last][1]]:
             return words, last, ""
     return _words(chunks), "", ""
 
@@ -256,17 +248,13 @@ def _words(chunks: Sequence[str]) -> tuple[str, ...]:
     return tuple(word.lower() for chunk in chunks for word in _WORD.findall(chunk))
 
 
-def _by_word(words: Sequence[str]) -> list[str]:
-    return [
+def _kinds(words: Sequence[str], unit: str) -> list[str]:
+    """Kinds of quantity that a name may mean, the likeliest first."""
+    by_word = [
         kind
         for kind, own in _WORDS.items()
         if own & set(words) and not (kind == "time" and any(word.isdigit() for word in words))
     ]
-
-
-def _kinds(words: Sequence[str], unit: str) -> list[str]:
-    """Kinds of quantity that a name may mean, the likeliest first."""
-    by_word = _by_word(words)
     own = [_UNITS[unit][1]] if unit else by_word
     return own if not by_word or own[0] in by_word else by_word
 
@@ -275,11 +263,13 @@ def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
     """Joint or muscle that a name means, and the warning about it."""
     if len(owners) == 1:
         return owners[0], ""
-    parts = {owner: [w.lower() for w in _WORD.findall(owner)] for owner in owners}
+    parts = {owner: _words([owner]) for owner in owners}
+    # A word of two letters or more may stand for a longer one.
     shared = {
-        owner: sum(any(_means(word, part) for word in words) for part in own)
+        owner: sum(any(w == part or (len(w) > 1 and part.startswith(w)) for w in words)
+                   for part in own)
         for owner, own in parts.items()
-    }
+    }  # fmt: skip
     best = [owner for owner in owners if shared[owner] == max(shared.values())]
     if len(best) == 1:
         common = set.intersection(*map(set, parts.values()))
@@ -293,59 +283,18 @@ def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
     return "", ""
 
 
-def _means(word: str, part: str) -> bool:
-    """Whether a word is part of a name, or an abbreviation of it."""
-    return word == part or (len(word) >= _LEAST_PREFIX and part.startswith(word))
+def _unit_by_size(kind: str, values: FloatArray, supply: float) -> tuple[str, tuple[str, ...]]:
+    """Unit that numbers of a kind may be in, and the warning about it."""
+    size = float(np.median(np.diff(values)) if kind == "time" else np.abs(values).max())
 
+    def fits(unit: str, above: float, most: float) -> bool:
+        si_unit, scale = {"time": ("s", 1.0), "pressure": ("Pa", supply)}.get(kind, (unit, 1.0))
+        return above < to_si(size, unit, si_unit, where=unit) / scale <= most
 
-def _guess(one: _Column, others: Sequence[_Column], supply: float, stated: Guess | None) -> Guess:
-    """A column with its unit; columns of one kind that state none share theirs."""
-    if stated is not None and stated.unit:
-        return stated
-    by_size: list[str] = []
-    if one.unit:
-        unit = _UNITS[one.unit][0]
-    else:
-        shared = np.concatenate([o.values for o in others if o.kind == one.kind and not o.unit])
-        usual = _BY_VALUE[one.kind]
-        fitting = [unit for unit in usual if _plausible(shared, unit, one.kind, supply)]
-        unit = (fitting or usual)[0]
-        if len(fitting) > 1:
-            by_size = [f"unit {unit} by its size, or {' or '.join(fitting[1:])}"]
-        elif one.kind not in ("valve", "time") or not fitting:
-            by_size = [f"unit {unit} by its size"]
-    absolute = one.unit in _ABSOLUTE or "abs" in one.words
-    if stated is not None:
-        return replace(stated, unit=unit, absolute=absolute, warnings=tuple(by_size))
-    warnings = [*([one.warning] if one.warning else []), *by_size]
-    if one.quantity.endswith(".pressure") and not absolute:
-        lowest = to_si(float(one.values.min()), unit, "Pa", where=one.name)
-        if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
-            warnings.append("never below the atmosphere's pressure: absolute, or never vented")
-    return Guess(
-        quantity=one.quantity,
-        column=one.name,
-        unit=unit,
-        absolute=absolute,
-        warnings=tuple(warnings),
-    )
-
-
-def _plausible(values: FloatArray, unit: str, kind: str, supply: float) -> bool:
-    """Whether numbers may be in a unit."""
-    if kind == "time":
-        step = to_si(float(np.median(np.diff(values))), unit, "s", where=unit)
-        return _STEPS[0] <= step <= _STEPS[1]
-    top = float(np.abs(values).max())
-    match kind:
-        case "pressure":
-            # The set points of a rig are some part of its supply; more, and muscles would not fill.
-            return 0.08 * supply <= to_si(top, unit, "Pa", where=unit) <= 1.3 * supply
-        case "angle":
-            return top <= _TURN if unit == "rad" else top > 1.0
-        case "position":
-            return top <= 1.0 if unit == "m" else top > 0.5
-        case "valve":
-            return top <= 1.0 if unit == "1" else 1.0 < top <= 100.0
-        case _:
-            return True
+    usual = _BY_SIZE[kind]
+    fitting = [unit for unit, bounds in usual.items() if fits(unit, *bounds)]
+    unit = (fitting or list(usual))[0]
+    if len(fitting) > 1:
+        return unit, (f"unit {unit} by its size, or {' or '.join(fitting[1:])}",)
+    certain = kind in ("valve", "time") and fitting
+    return unit, () if certain else (f"unit {unit} by its size",)
