@@ -17,6 +17,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
@@ -40,13 +41,7 @@ _SI = {kind.suffix: 1.0 / kind.scale for kind in KINDS.values()}
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells of one column, as numbers and as they are written.
-
-    Attributes:
-        numbers: (n,) of all cells; None if a cell is none.
-        count: of the cells.
-        written: row -> text.
-    """
+    """The cells of one column: (n,) numbers, None if a cell is none, and row -> text as written."""
 
     numbers: FloatArray | None
     count: int
@@ -140,16 +135,7 @@ class Columns:
         return replace(self, cells=cells, ignored=(*self.ignored, *ignored), units={})
 
     def require(self, name: str, why: str = "", missing: str = "no column") -> None:
-        """Check that a column is there.
-
-        Args:
-            name: of the column.
-            why: it must be, for the error.
-            missing: what it is, for the error.
-
-        Raises:
-            InputError: if it is not, with the names that are.
-        """
+        """Refuse a file without a column, with why it must be there and the columns that are."""
         if name not in self.cells:
             have = ", ".join((*self.cells, *self.ignored))
             raise InputError(f"{self.path}: {missing} {name!r}{why} (there are: {have})")
@@ -157,31 +143,20 @@ class Columns:
     def require_range(
         self, name: str, low: float, high: float, below: str, above: str = ""
     ) -> None:
-        """Check that the numbers of a column lie in a range, in its unit.
-
-        Args:
-            name: of the column.
-            low: least number.
-            high: greatest number.
-            below: what is wrong with the lowest number, if that is too low, for the error.
-            above: with the highest, if that is too high; the same if left out.
-
-        Raises:
-            InputError: if one does not.
-        """
+        """Refuse numbers of a column that are too low or too high, with what is wrong with each."""
         values = self.values[name]
-        least, most = int(np.argmin(values)), int(np.argmax(values))
-        if values[most] > high:
-            raise InputError(f"{self.where(name, most)} {above or below}")
-        if values[least] < low:
-            raise InputError(f"{self.where(name, least)} {below}")
+        if values.max() > high:
+            raise InputError(f"{self.where(name, int(np.argmax(values)))} {above or below}")
+        if values.min() < low:
+            raise InputError(f"{self.where(name, int(np.argmin(values)))} {below}")
+
+    def refuse(self, rows: NDArray[np.bool_], why: Callable[[int], str]) -> None:
+        """Refuse the first of the rows marked, with what is wrong with it."""
+        for row in np.flatnonzero(rows).tolist():
+            raise InputError(f"{self.path}: line {self.lines[row]}: {why(row)}")
 
     def refuse_twice(self, names: Sequence[str]) -> None:
-        """Refuse names of columns of which one is there twice.
-
-        Raises:
-            InputError: naming it.
-        """
+        """Refuse names of columns of which one is there twice."""
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"{self.place(name)} is there twice; keep one")

@@ -52,11 +52,7 @@ class LogColumn:
 
 
 def log_columns(table: object, where: str) -> tuple[LogColumn, ...]:
-    """Read a table ``[columns]``.
-
-    Args:
-        table: quantity -> column, unit, and as needed sign, offset, absolute.
-        where: file and table, for errors.
+    """Read a table ``[columns]``: quantity -> column, unit, and as needed sign, offset, absolute.
 
     Raises:
         InputError: for an unknown quantity, key or unit, a sign other than 1 and -1, no clock.
@@ -142,14 +138,18 @@ def in_own_format(columns: Columns, log: tuple[LogColumn, ...]) -> Columns:
         columns.require(one.column, f" for {one.quantity}")
         found[one.name] = columns.numbers(one.column) * one.scale + one.offset
         if one.wraps > 0.0:
-            time = found[one.name]
-            row = int(np.argmax(time >= one.wraps))
-            if time[row] >= one.wraps:
-                raise InputError(
-                    f"{columns.path}: line {columns.lines[row]}: {one.column}: the clock is at"
-                    f" {time[row]:g} s, but should begin again after {one.wraps:g} s"
-                )
-            found[one.name] = time + one.wraps * np.cumsum(np.diff(time, prepend=time[0]) < 0.0)
+            found[one.name] = _running_on(found[one.name], one, columns)
     named = {one.column for one in log}
     ignored = tuple(name for name in columns.cells if name not in named)
     return replace(columns, cells=cells_of(found), ignored=ignored, units={})
+
+
+def _running_on(time: FloatArray, clock: LogColumn, columns: Columns) -> FloatArray:
+    columns.refuse(
+        time >= clock.wraps,
+        lambda i: (
+            f"{clock.column}: the clock is at {time[i]:g} s, but should begin again after"
+            f" {clock.wraps:g} s"
+        ),
+    )
+    return time + clock.wraps * np.cumsum(np.diff(time, prepend=time[0]) < 0.0)

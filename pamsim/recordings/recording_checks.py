@@ -37,10 +37,7 @@ _MEANT = (
 
 
 def clock(columns: Columns) -> str:
-    """Check the clock of a trial.
-
-    Returns:
-        A note if the clock is not uniform, otherwise nothing.
+    """Check the clock of a trial; a note if it is not uniform, otherwise nothing.
 
     Raises:
         InputError: too few rows, time that does not increase, a gap, milliseconds for seconds.
@@ -51,20 +48,22 @@ def clock(columns: Columns) -> str:
             f"{path}: {time.size} rows are too few to compare with anything; a trial needs"
             f" {FEWEST_ROWS} or more"
         )
-    steps = np.diff(time)
-    row = int(np.argmax(steps <= 0.0))
-    if steps[row] <= 0.0:
-        raise InputError(
-            f"{columns.where('time_s', row + 1)} does not come after {time[row]:g} in line"
-            f" {lines[row]}; sort the rows and drop repeated times"
-        )
-    median, row = float(np.median(steps)), int(np.argmax(steps))
-    if steps[row] > LONGEST_GAP * median:
-        raise InputError(
-            f"{path}: line {lines[row + 1]}: the clock jumps from {time[row]:g} to"
-            f" {time[row + 1]:g} s, {steps[row] / median:.3g} times its usual step; split the"
-            " trial there into two files"
-        )
+    steps = np.diff(time, prepend=-np.inf)
+    columns.refuse(
+        steps <= 0.0,
+        lambda i: (
+            f"time_s = {time[i]:g} does not come after {time[i - 1]:g} in line {lines[i - 1]};"
+            " sort the rows and drop repeated times"
+        ),
+    )
+    steps[0] = median = float(np.median(steps[1:]))
+    columns.refuse(
+        steps > LONGEST_GAP * median,
+        lambda i: (
+            f"the clock jumps from {time[i - 1]:g} to {time[i]:g} s, {steps[i] / median:.3g} times"
+            " its usual step; split the trial there into two files"
+        ),
+    )
     if median >= 0.5 and time[-1] - time[0] > 1e3:
         raise InputError(
             f"{path}: time_s steps by {median:g} and runs to {time[-1]:g}: no muscle can be seen"
@@ -72,15 +71,11 @@ def clock(columns: Columns) -> str:
         )
     if np.max(np.abs(steps - median)) <= _JITTER * median:
         return ""
-    return f"steps of the clock are not uniform: {steps.min():.4g} to {steps[row]:.4g} s"
+    return f"steps of the clock are not uniform: {steps.min():.4g} to {steps.max():.4g} s"
 
 
 def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
-    """Check that commands lie in their range, and pressures and angles in that of their unit.
-
-    Args:
-        columns: of the trial.
-        drives: command column and kind of its drive.
+    """Check commands, (column, kind of drive) each, and pressures and angles by their range.
 
     Raises:
         InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
