@@ -15,8 +15,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -50,13 +50,7 @@ INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = ("schema", "rig", "columns", "trial")
 _TRIAL = ("file", "protocol", "drive", "load_kg", *segments.KEYS)
-
-_NUMBERED = (
-    "time_s",
-    "angle_deg",
-    "torque_nm",
-    *dict.fromkeys(n for n, _ in MUSCLE_COLUMNS.values()),
-)
+_NUMBERED = ("time_s", "angle_deg", "torque_nm", *dict(MUSCLE_COLUMNS.values()))
 _BY_NUMBER = re.compile(r"u\d+|p\d+(_set)?_kpa")
 
 
@@ -81,33 +75,36 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
     log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
-    files: list[_TrialFile] = []
+    read: list[tuple[Trial, Columns, Collection[str]]] = []
     trials: list[Trial] = []
+    notes: list[str] = []
     for number, one in enumerate(table["trial"], start=1):
         columns = read_columns(index.parent / one["file"])
-        found = _trial_file(one, columns if log is None else in_own_format(columns, log))
-        files.append(found)
-        trials += segments.trials_of(found.trial, one, f"{index}: trial {number}")
+        read.append(_trial(one, columns if log is None else in_own_format(columns, log), notes))
+        trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
     if log is None:  # a log states its units itself, and bellows work at a few kPa
-        recording_checks.units_of_all([found.columns for found in files])
-    first = files[0]
-    for found in files:
-        if found.muscles != first.muscles:
+        recording_checks.units_of_all([columns for _, columns, _ in read])
+    first, of_first = _muscles(read[0][0]), read[0][1].path.name
+    for trial, columns, _ in read:
+        if _muscles(trial) != first:
             raise InputError(
-                f"{found.columns.path}: commands {found.muscles}, {first.columns.path.name}"
-                f" {first.muscles}; a recording is of one rig"
+                f"{columns.path}: commands {_muscles(trial)}, {of_first} {first}; a recording is"
+                " of one rig"
             )
-    notes: list[str] = []
-    for channel in dict.fromkeys(channel for found in files for channel in found.channels):
+    lacking: list[str] = []
+    for channel in dict.fromkeys(channel for _, _, channels in read for channel in channels):
         missing = [trial.name for trial in trials if channel not in trial.measured]
         if missing:
             where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
-            notes.append(f"{channel} was not measured in {where}")
-    notes += (note for found in files for note in found.notes)
+            lacking.append(f"{channel} was not measured in {where}")
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
     rig = str(beside) if is_file(beside / "params.toml") else table["rig"]
-    return TrialSet(rig=rig, trials=tuple(trials), notes=tuple(notes))
+    return TrialSet(rig=rig, trials=tuple(trials), notes=(*lacking, *notes))
+
+
+def _muscles(trial: Trial) -> str:
+    return ", ".join(sorted(trial.muscle_names)) or f"{trial.muscles} muscles"
 
 
 def _index(path: Path) -> Mapping[str, Any]:
@@ -130,15 +127,14 @@ def _index(path: Path) -> Mapping[str, Any]:
     if not entries or not all(isinstance(one, Mapping) for one in entries):
         raise InputError(needs)
     for number, one in enumerate(entries, start=1):
-        _check_entry(f"{path}: trial {number}", one)
-    files = [one["file"] for one in entries]
-    for file in files:
-        if files.count(file) > 1:
+        _check_entry(one, f"{path}: trial {number}")
+    for file, count in Counter(one["file"] for one in entries).items():
+        if count > 1:
             raise InputError(f"{path}: file {file!r} is two trials; name each file once")
     return table
 
 
-def _check_entry(where: str, table: Mapping[str, Any]) -> None:
+def _check_entry(table: Mapping[str, Any], where: str) -> None:
     check_keys(table, _TRIAL, where)
     for key in ("file", "protocol"):
         entry(table, key, str, f'{where} needs {key} = "..."')
@@ -161,25 +157,12 @@ def _check_entry(where: str, table: Mapping[str, Any]) -> None:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
 
 
-@dataclass(frozen=True)
-class _TrialFile:
-    """A trial, its columns, the channels that it may have measured, and notes."""
-
-    trial: Trial
-    columns: Columns
-    channels: tuple[str, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def muscles(self) -> str:
-        """The muscles commanded, for an error."""
-        return ", ".join(sorted(self.trial.muscle_names)) or f"{self.trial.muscles} muscles"
-
-
-def _trial_file(table: Mapping[str, Any], columns: Columns) -> _TrialFile:
-    """The trial of an entry of the index, from the columns of its file."""
+def _trial(
+    table: Mapping[str, Any], columns: Columns, notes: list[str]
+) -> tuple[Trial, Columns, Collection[str]]:
+    """The trial of an entry, those of its file's columns that are known, and its channels."""
     drive: DriveLike = table["drive"]
-    muscles = _muscles(columns, drive)
+    muscles = _named_muscles(columns, drive)
     if not muscles:
         columns = columns.select(_NUMBERED)
     # A muscle whose pressure was measured must be commanded, too.
@@ -206,7 +189,8 @@ def _trial_file(table: Mapping[str, Any], columns: Columns) -> _TrialFile:
     recording_checks.units(columns, driven)
     used = {"time_s", *command, *channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
-    notes = [*([jitter] if jitter else []), *(f"column {c!r} is not used" for c in unused)]
+    notes += [f"{name}: {jitter}"] if jitter else []
+    notes += [f"{name}: column {column!r} is not used" for column in unused]
     time = columns.values["time_s"]
     trial = Trial(
         name=name,
@@ -218,12 +202,10 @@ def _trial_file(table: Mapping[str, Any], columns: Columns) -> _TrialFile:
         measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
         muscle_names=muscles,
     )
-    return _TrialFile(
-        trial, columns, tuple(channels.values()), tuple(f"{name}: {n}" for n in notes)
-    )
+    return trial, columns, channels.values()
 
 
-def _muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
+def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
     """Names of the muscles: those of the drive, or of columns that hold it; none if by number."""
     if not isinstance(drive, str):
         names = tuple(name for name, kind in drive.items() if kind in MUSCLE_DRIVES)
