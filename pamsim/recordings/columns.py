@@ -122,7 +122,8 @@ class Columns:
             InputError: for a known quantity in another unit, and for a name so close to a known one
                 that it must be meant.
         """
-        parts = (r"[1-9]\d*".join(map(re.escape, name.split("{}"))) for name in names)
+        # Of more muscles than a table has columns, a reader would have no end.
+        parts = (r"[1-9]\d{0,3}".join(map(re.escape, name.split("{}"))) for name in names)
         fixed = re.compile("|".join(parts))
         known = {
             name: same for name in self.cells if fixed.fullmatch(same := _SAME.get(name, name))

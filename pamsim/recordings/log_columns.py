@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,42 +30,30 @@ ATMOSPHERE = 101325.0
 """Standard atmosphere [Pa], ISO 2533: what an absolute pressure is taken to be above."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class LogColumn:
-    """One column of a log.
+def in_own_format(columns: Columns, table: object, where: str) -> Columns:
+    """A log's table with pamsim's own names and units; columns that are not named are left out.
 
-    Attributes:
-        quantity: such as ``knee.angle``.
-        name: in pamsim's own format, such as ``knee_deg``.
-        column: in the log.
-        scale: of a number in the log in the unit of ``name``, sign included.
-        offset: in the unit of ``name``.
-        wraps: time after which a clock begins again at 0 [s]; 0 if it runs on.
-    """
-
-    quantity: str
-    name: str
-    column: str
-    scale: float
-    offset: float
-    wraps: float = 0.0
-
-
-def log_columns(table: object, where: str) -> tuple[LogColumn, ...]:
-    """Read a table ``[columns]``: quantity -> column, unit, and as needed sign, offset, absolute.
+    Args:
+        columns: of the log.
+        table: quantity -> column, unit, and as needed sign, offset, absolute, wraps.
+        where: file and table, for errors.
 
     Raises:
-        InputError: for an unknown quantity, key or unit, a sign other than 1 and -1, no clock.
+        InputError: for an unknown quantity, key or unit, a sign other than 1 and -1, no clock or
+            one that begins again too late, a column that is not there, a cell that is no number.
     """
     if not isinstance(table, Mapping) or not table:
         raise InputError(f'{where}: write quantity = {{ column = "...", unit = "..." }}')
-    found = tuple(_log_column(str(q), one, f"{where}: {q}") for q, one in table.items())
-    if all(one.quantity != "time" for one in found):
+    if "time" not in table:
         raise InputError(f'{where}: no clock; write time = {{ column = "...", unit = "s" }}')
-    return found
+    found = dict(_quantity(columns, str(q), one, f"{where}: {q}") for q, one in table.items())
+    named = {one["column"] for one in table.values()}
+    ignored = tuple(name for name in columns.cells if name not in named)
+    return replace(columns, cells=cells_of(found), ignored=ignored, units={})
 
 
-def _log_column(quantity: str, table: object, where: str) -> LogColumn:
+def _quantity(columns: Columns, quantity: str, table: object, where: str) -> tuple[str, FloatArray]:
+    """Own name and numbers of a quantity."""
     name, si_unit, shown = _own_name(quantity, where)
     if not isinstance(table, Mapping):
         raise InputError(f'{where}: write {{ column = "...", unit = "..." }}')
@@ -92,14 +80,17 @@ def _log_column(quantity: str, table: object, where: str) -> LogColumn:
         if wrong:
             raise InputError(f"{where}: {why}")
     per_unit = to_si(1.0, unit, si_unit, where=where) * shown
-    return LogColumn(
-        quantity=quantity,
-        name=name,
-        column=column,
-        scale=sign * per_unit,
-        offset=offset * per_unit - (ATMOSPHERE * shown if absolute else 0.0),
-        wraps=wraps * per_unit,
-    )
+    columns.require(column, f" for {quantity}")
+    zero = offset * per_unit - (ATMOSPHERE * shown if absolute else 0.0)
+    values = columns.numbers(column) * (sign * per_unit) + zero
+    if wraps > 0.0:
+        end = wraps * per_unit
+        late = f"but should begin again after {end:g} s"
+        columns.refuse(
+            values >= end, lambda i: f"{column}: the clock is at {values[i]:g} s, {late}"
+        )
+        return name, values + end * np.cumsum(np.diff(values, prepend=values[0]) < 0.0)
+    return name, values
 
 
 def _own_name(quantity: str, where: str) -> tuple[str, str, float]:
@@ -124,32 +115,3 @@ def _own_name(quantity: str, where: str) -> tuple[str, str, float]:
         )
     own = KINDS.get(kind.removesuffix("_set"))
     return (name, own.unit, own.scale) if own else (name, "1", 1.0)
-
-
-def in_own_format(columns: Columns, log: tuple[LogColumn, ...]) -> Columns:
-    """A log's table with pamsim's own names and units; columns that are not named are left out.
-
-    Raises:
-        InputError: if a column is not there, a cell is no finite number, or a clock that begins
-            again does so too late.
-    """
-    found: dict[str, FloatArray] = {}
-    for one in log:
-        columns.require(one.column, f" for {one.quantity}")
-        found[one.name] = columns.numbers(one.column) * one.scale + one.offset
-        if one.wraps > 0.0:
-            found[one.name] = _running_on(found[one.name], one, columns)
-    named = {one.column for one in log}
-    ignored = tuple(name for name in columns.cells if name not in named)
-    return replace(columns, cells=cells_of(found), ignored=ignored, units={})
-
-
-def _running_on(time: FloatArray, clock: LogColumn, columns: Columns) -> FloatArray:
-    columns.refuse(
-        time >= clock.wraps,
-        lambda i: (
-            f"{clock.column}: the clock is at {time[i]:g} s, but should begin again after"
-            f" {clock.wraps:g} s"
-        ),
-    )
-    return time + clock.wraps * np.cumsum(np.diff(time, prepend=time[0]) < 0.0)

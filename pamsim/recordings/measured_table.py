@@ -37,6 +37,9 @@ _QUANTITIES: Mapping[str, tuple[str, str, str]] = {
     "displacement": ("displacement", "m", "displacement_mm"),
     "time": ("time", "s", "time_s"),
 }
+_NAME = re.compile(
+    f"(?:{'|'.join(f'(?P<{q}>{stem})' for q, (stem, _, _) in _QUANTITIES.items())})(?:_.*)?"
+)
 _PURE = {"": "1", "ratio": "1", "percent": "percent"}
 # Files write units in lower case, the unit library does not.
 _SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
@@ -162,17 +165,29 @@ class _Table:
         self.words: dict[str, list[str]] = {}
         self.notes: tuple[str, ...] = ()
         for name, cells in columns.cells.items():
-            quantity, unit = _quantity(name, columns.place(name))
+            place = columns.place(name)
+            match = _NAME.fullmatch(name.lower())
             if name.lower() in _WORDS:
                 self.words[name.lower()] = [cell.lower() for cell in cells]
-            elif not quantity:
+                continue
+            if match is None or match.lastgroup is None:
                 self.notes += (f"column {name!r} is not used",)
-            elif quantity in self.found:
+                continue
+            quantity = match.lastgroup
+            unit = name.lower()[match.end(quantity) + 1 :]
+            if quantity in self.found:
                 there, _ = self.found[quantity]
-                raise InputError(f"{columns.place(name)}: there is {there!r} already; keep one")
-            else:
-                where = f"{columns.path}: column {name!r}"
-                self.found[quantity] = name, to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
+                raise InputError(f"{place}: there is {there!r} already; keep one")
+            if quantity == "contraction":
+                if unit not in _PURE:
+                    raise InputError(f"{place}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
+                unit = _PURE[unit]
+            elif not unit:
+                example = _QUANTITIES[quantity][2]
+                raise InputError(f"{place} has no unit; write it in the name: {example!r}")
+            where = f"{columns.path}: column {name!r}"
+            scale = to_si(1.0, _SPELLED.get(unit, unit), _QUANTITIES[quantity][1], where=where)
+            self.found[quantity] = name, scale
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
@@ -187,23 +202,6 @@ class _Table:
             f"{self.columns.path}: no column for {quantity}; name one such as"
             f" {_QUANTITIES[quantity][2]!r} (there are: {', '.join(self.columns.cells)})"
         )
-
-
-def _quantity(name: str, where: str) -> tuple[str, str]:
-    """Quantity and unit of a column name; empty if the name begins like no quantity."""
-    for quantity, (stem, _, example) in _QUANTITIES.items():
-        match = re.fullmatch(rf"(?:{stem})(?:_(.*))?", name.lower())
-        if not match:
-            continue
-        unit = match[1] or ""
-        if quantity == "contraction":
-            if unit not in _PURE:
-                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
-            return quantity, _PURE[unit]
-        if not unit:
-            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
-        return quantity, _SPELLED.get(unit, unit)
-    return "", ""
 
 
 def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
         InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
             be in the unit that its column names, with the unit that was probably meant.
     """
-    vacuum = "is negative; set points are gauge, and a muscle has no vacuum"
+    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
     for name, kind in drives:
         if kind in ("valve", "pulse"):
             percent = np.abs(columns.values[name]).max() > 2.0
@@ -122,12 +123,8 @@ def units_of_all(trials: Sequence[Columns]) -> None:
         for name, value in columns.values.items()
         if name.endswith("_kpa")
     ]
-    top, name, path = max(tops, key=lambda entry: entry[0], default=(0.0, "", ""))
-    if 0.0 < top < LEAST_KPA:
-        raise InputError(
-            f"{path}: no pressure of any trial is above {name} = {top:g}, too little for a muscle;"
-            " if the columns hold bar, multiply them by 100, if MPa by 1000"
-        )
+    if tops:
+        require_muscle_pressure(*max(tops, key=lambda entry: entry[0]))
     # A held arm that is pulled at barely turns: then there are forces to see.
     turned = [columns for columns in trials if "angle_deg" in columns.values]
     if not turned or any(name.startswith("force") for c in trials for name in c.values):
@@ -145,6 +142,15 @@ def units_of_all(trials: Sequence[Columns]) -> None:
             f"{turned[0].path}: angle_deg never moves by more than {most:.3g}, though the"
             f" pressures move {widest:.0f} kPa apart; if the columns hold rad, multiply them by"
             " 57.29578"
+        )
+
+
+def require_muscle_pressure(top: float, name: str, path: Path) -> None:
+    """Refuse the highest pressure of a file [kPa] if only one in another unit is so low."""
+    if 0.0 < top < LEAST_KPA:
+        raise InputError(
+            f"{path}: no pressure is above {name} = {top:g}, too little for a muscle; if the"
+            " columns hold bar, multiply them by 100, if MPa by 1000"
         )
 
 

@@ -28,7 +28,7 @@ from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.recordings import recording_checks, segments
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.log_columns import in_own_format, log_columns
+from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.recording import SCHEMA
 from pamsim.recordings.signals import (
     EFFORTS,
@@ -74,15 +74,16 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     """
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
-    log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
     read: list[tuple[Trial, Columns, Collection[str]]] = []
     trials: list[Trial] = []
     notes: list[str] = []
     for number, one in enumerate(table["trial"], start=1):
         columns = read_columns(index.parent / one["file"])
-        read.append(_trial(one, columns if log is None else in_own_format(columns, log), notes))
+        if "columns" in table:
+            columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
+        read.append(_trial(one, columns, notes))
         trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
-    if log is None:  # a log states its units itself, and bellows work at a few kPa
+    if "columns" not in table:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([columns for _, columns, _ in read])
     first, of_first = _muscles(read[0][0]), read[0][1].path.name
     for trial, columns, _ in read:

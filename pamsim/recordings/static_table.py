@@ -17,9 +17,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.units import FloatArray
-from pamsim.recordings.columns import Columns
+from pamsim.recordings import recording_checks
 from pamsim.recordings.printed import distinct_steps
-from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
 
 PRINTED = "mas20"
@@ -76,7 +75,13 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
     pressures = [f"p{i}_kpa" for i in range(1, count + 1)]
     for column in (*pressures, "angle_deg"):
         columns.require(column, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
-    _check_static(columns)
+    held = {name: v for name, v in columns.values.items() if name.endswith("_kpa")}
+    recording_checks.units(columns, [(name, "pressure_set") for name in held])
+    if loaded := "load_kg" in given:
+        grams = "is no load for an arm; write kg, not g"
+        columns.require_range("load_kg", 0.0, HEAVIEST_LOAD, "is negative", grams)
+    top, highest = max((float(values.max()), name) for name, values in held.items())
+    recording_checks.require_muscle_pressure(top, highest, columns.path)
     starts = [f"start_{column}" for column in pressures]
     there = [column for column in starts if column in given]
     if there and there != starts:
@@ -84,7 +89,6 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
             f"{columns.path}: {', '.join(there)} alone: give all of {', '.join(starts)}"
         )
     notes = [f"{name}: column {column!r} is not used" for column in columns.ignored]
-    loaded = "load_kg" in given
     notes += [] if loaded else [f"{name}: no column load_kg, so no load"]
     return StaticTable(
         name=columns.path.stem,
@@ -95,24 +99,3 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
         start=np.column_stack([columns.si(column) for column in starts]) if there else None,
         notes=tuple(notes),
     )
-
-
-def _check_static(columns: Columns) -> None:
-    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
-    pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
-    counts = "is more than a turn; the column must hold deg"
-    grams = "is no load for an arm; write kg, not g"
-    top = 0.0
-    for name, values in columns.values.items():
-        if name == "angle_deg":
-            columns.require_range(name, -360.0, 360.0, counts)
-        elif name == "load_kg":
-            columns.require_range(name, 0.0, HEAVIEST_LOAD, "is negative", grams)
-        else:
-            columns.require_range(name, 0.0, HIGHEST_KPA, vacuum, pascal)
-            top = max(top, float(values.max()))
-    if 0.0 < top < LEAST_KPA:
-        raise InputError(
-            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
-            " hold bar, multiply them by 100"
-        )

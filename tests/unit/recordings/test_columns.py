@@ -47,6 +47,7 @@ def test_a_format_selects_its_columns_under_their_own_names(columns):
     [
         ("P1_kPa", "convert it if need be and name it 'p1_kpa'"),
         ("p3_set_bar", "name it 'p3_set_kpa'"),
+        ("p1000000000_kpa", "is not of this format"),
         ("t_ms", "name it 'time_s'"),
         ("tmie_s", "did you mean 'time_s'"),
     ],
