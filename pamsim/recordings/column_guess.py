@@ -73,7 +73,7 @@ highest pressure as a share of the supply's, of the greatest number as written o
 _NEAR_ATMOSPHERE = 0.06  # relative
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Guess:
     """What a column is taken for.
 
@@ -125,9 +125,8 @@ def guess_columns(
             raise InputError(f"{one.quantity} is stated twice, as {one.column!r} the second time")
         words, unit, _ = _parts(one.column, columns.units.get(one.column, ""))
         found[one.quantity] = one if one.unit else _with_unit(one, words, unit)
-    for name in columns.cells:
-        if any(name == one.column for one in stated):
-            continue
+    taken = {one.column for one in stated}
+    for name in (name for name in columns.cells if name not in taken):
         one = _by_name(columns, name, names)
         if isinstance(one, str):
             unused[name] = one
@@ -140,14 +139,13 @@ def guess_columns(
     for kind in {one.kind for one in found.values() if not one.unit}:
         same = [columns.numbers(o.column) for o in found.values() if o.kind == kind and not o.unit]
         by_size[kind] = _unit_by_size(kind, np.concatenate(same), supply)
-    order = list(columns.cells)
     guesses: list[Guess] = []
-    for one in sorted(found.values(), key=lambda one: order.index(one.column)):
+    for one in sorted(found.values(), key=lambda one: list(columns.cells).index(one.column)):
         if not one.unit:
             unit, warnings = by_size[one.kind]
             one = replace(one, unit=unit, warnings=(*one.warnings, *warnings))
         gauge = one.quantity.endswith(".pressure") and not one.absolute
-        if gauge and all(one.column != own.column for own in stated):
+        if gauge and one.column not in taken:
             lowest = to_si(float(columns.numbers(one.column).min()), one.unit, "Pa", where="")
             if abs(lowest - ATMOSPHERE) < _NEAR_ATMOSPHERE * ATMOSPHERE:
                 never = "never below the atmosphere's pressure: absolute, or never vented"
@@ -157,14 +155,11 @@ def guess_columns(
 
 
 def unit_in_name(column: str, stated: str) -> str:
-    """Unit of a column as its file writes it.
+    """Unit of a column as its file writes it; empty if none is known.
 
     Args:
         column: name, such as ``p1_kpa``, ``Power (W)``, ``phi [deg]`` or ``p / bar``.
         stated: in a line of units, which counts first; empty if there is none.
-
-    Returns:
-        The unit; empty if there is none, or if a name ends in no unit that is known.
     """
     _, unit, unknown = _parts(column, stated)
     return unknown or unit
@@ -206,8 +201,7 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
         if unknown:
             return f"would be {quantity}, but its unit {unknown!r} is not known"
         warnings = (warning,) if warning else ()
-        one = Guess(quantity=quantity, column=name, unit="", warnings=warnings)
-        return _with_unit(one, words, unit)
+        return _with_unit(Guess(quantity, name, "", warnings=warnings), words, unit)
     return f"{kinds[0]} of no joint or muscle that its name states"
 
 
@@ -234,18 +228,15 @@ def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:
     stem = column[: bracket.start()] if bracket else column
     stated = unit or (next(g for g in bracket.groups() if g is not None) if bracket else "")
     chunks = [chunk for chunk in _CHUNK.split(stem) if chunk]
-    if stated:
-        known = stated.lower() in _UNITS
-        return _words(chunks), stated.lower() if known else "", "" if known else stated
-    if len(chunks) > 1 and (last := chunks[-1].lower()) in _UNITS:
-        words = _words(chunks[:-1])
-        if _kinds(words, last) == [_UNITS[last][1]]:
-            return words, last, ""
-    return _words(chunks), "", ""
+    last = "" if stated or len(chunks) < 2 else chunks[-1].lower()
+    if last in _UNITS and _kinds(_words(chunks[:-1]), last) == [_UNITS[last][1]]:
+        stated = chunks.pop()
+    known = stated.lower() in _UNITS
+    return _words(chunks), stated.lower() if known else "", "" if known else stated
 
 
 def _words(chunks: Sequence[str]) -> tuple[str, ...]:
-    return tuple(word.lower() for chunk in chunks for word in _WORD.findall(chunk))
+    return tuple(word.lower() for word in _WORD.findall(" ".join(chunks)))
 
 
 def _kinds(words: Sequence[str], unit: str) -> list[str]:
@@ -264,12 +255,12 @@ def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
     if len(owners) == 1:
         return owners[0], ""
     parts = {owner: _words([owner]) for owner in owners}
-    # A word of two letters or more may stand for a longer one.
-    shared = {
-        owner: sum(any(w == part or (len(w) > 1 and part.startswith(w)) for w in words)
-                   for part in own)
-        for owner, own in parts.items()
-    }  # fmt: skip
+
+    def fits(part: str) -> bool:
+        # A word of two letters or more may stand for a longer one.
+        return any(w == part or (len(w) > 1 and part.startswith(w)) for w in words)
+
+    shared = {owner: sum(map(fits, own)) for owner, own in parts.items()}
     best = [owner for owner in owners if shared[owner] == max(shared.values())]
     if len(best) == 1:
         common = set.intersection(*map(set, parts.values()))
@@ -293,8 +284,8 @@ def _unit_by_size(kind: str, values: FloatArray, supply: float) -> tuple[str, tu
 
     usual = _BY_SIZE[kind]
     fitting = [unit for unit, bounds in usual.items() if fits(unit, *bounds)]
-    unit = (fitting or list(usual))[0]
+    unit, *others = fitting or list(usual)
     if len(fitting) > 1:
-        return unit, (f"unit {unit} by its size, or {' or '.join(fitting[1:])}",)
+        return unit, (f"unit {unit} by its size, or {' or '.join(others)}",)
     certain = kind in ("valve", "time") and fitting
     return unit, () if certain else (f"unit {unit} by its size",)
