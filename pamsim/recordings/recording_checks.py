@@ -82,18 +82,17 @@ def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
         InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
             be in the unit that its column names, with the unit that was probably meant.
     """
-    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
     for name, kind in drives:
+        measured = f"{name.removesuffix('_set_kpa')}_kpa"
         if kind in ("valve", "pulse"):
             percent = np.abs(columns.values[name]).max() > 2.0
             hint = "; if it is percent, divide the column by 100" if percent else ""
             columns.require_range(name, -1.0, 1.0, f"is outside [-1, 1]{hint}")
         elif kind == "pressure_set":
+            vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
             columns.require_range(name, 0.0, np.inf, vacuum)
-    for name, kind in drives:
-        measured = f"{name.removesuffix('_set_kpa')}_kpa"
-        if kind == "pressure_set" and measured in columns.values:
-            _against_set_point(columns, name, measured)
+            if measured in columns.values:
+                _against_set_point(columns, name, measured)
     below = "lies far below the atmosphere; pressures are gauge: correct the sensor's zero"
     counts = "is more than a turn; the column must hold deg, not counts of an encoder"
     for name, value in columns.values.items():

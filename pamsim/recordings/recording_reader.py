@@ -92,16 +92,16 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
                 f"{columns.path}: commands {_muscles(trial)}, {of_first} {first}; a recording is"
                 " of one rig"
             )
-    lacking: list[str] = []
+    unmeasured: list[str] = []
     for channel in dict.fromkeys(channel for _, _, channels in read for channel in channels):
         missing = [trial.name for trial in trials if channel not in trial.measured]
         if missing:
             where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
-            lacking.append(f"{channel} was not measured in {where}")
+            unmeasured.append(f"{channel} was not measured in {where}")
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
     rig = str(beside) if is_file(beside / "params.toml") else table["rig"]
-    return TrialSet(rig=rig, trials=tuple(trials), notes=(*lacking, *notes))
+    return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes))
 
 
 def _muscles(trial: Trial) -> str:
