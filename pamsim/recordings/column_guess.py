@@ -134,15 +134,13 @@ def guess_columns(
             unused[name] = f"would be {one.quantity}, which {found[one.quantity].column!r} is"
         else:
             found[one.quantity] = one
-    # Columns of one kind that state no unit share theirs.
-    by_size: dict[str, tuple[str, tuple[str, ...]]] = {}
-    for kind in {one.kind for one in found.values() if not one.unit}:
-        same = [columns.numbers(o.column) for o in found.values() if o.kind == kind and not o.unit]
-        by_size[kind] = _unit_by_size(kind, np.concatenate(same), supply)
     guesses: list[Guess] = []
     for one in sorted(found.values(), key=lambda one: list(columns.cells).index(one.column)):
         if not one.unit:
-            unit, warnings = by_size[one.kind]
+            # Columns of one kind that state no unit share theirs.
+            same = [o.column for o in found.values() if o.kind == one.kind and not o.unit]
+            values = np.concatenate([columns.numbers(name) for name in same])
+            unit, warnings = _unit_by_size(one.kind, values, supply)
             one = replace(one, unit=unit, warnings=(*one.warnings, *warnings))
         gauge = one.quantity.endswith(".pressure") and not one.absolute
         if gauge and one.column not in taken:

@@ -108,10 +108,6 @@ class Columns:
         """File, line of the header and name of a column, to begin an error with."""
         return f"{self.path}: line {self.header}: column {name!r}"
 
-    def where(self, name: str, row: int) -> str:
-        """File, line, column and value of a cell, to begin an error with."""
-        return f"{self.path}: line {self.lines[row]}: {name} = {self.numbers(name)[row]:g}"
-
     def select(self, names: Sequence[str]) -> Columns:
         """The columns of a format with fixed names; the others become ``ignored``.
 
@@ -146,10 +142,13 @@ class Columns:
     ) -> None:
         """Refuse numbers of a column that are too low or too high, with what is wrong with each."""
         values = self.values[name]
-        if values.max() > high:
-            raise InputError(f"{self.where(name, int(np.argmax(values)))} {above or below}")
-        if values.min() < low:
-            raise InputError(f"{self.where(name, int(np.argmin(values)))} {below}")
+        for outside, worst, why in (
+            (values > high, values.max(), above or below),
+            (values < low, values.min(), below),
+        ):
+            self.refuse(
+                outside & (values == worst), lambda _, v=worst, w=why: f"{name} = {v:g} {w}"
+            )
 
     def refuse(self, rows: NDArray[np.bool_], why: Callable[[int], str]) -> None:
         """Refuse the first of the rows marked, with what is wrong with it."""

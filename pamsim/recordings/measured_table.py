@@ -73,13 +73,13 @@ class ForceMap:
         if not np.any(keep):
             raise InputError("the map has no force but zero; there is nothing to fit")
         dropped = int(np.sum(~keep))
-        note = f"{dropped} points of zero force dropped: slack or not measured" if dropped else ""
+        note = f"{dropped} points of zero force dropped: slack or not measured"
         return replace(
             self,
             pressure=self.pressure[keep],
             contraction=self.contraction[keep],
             force=self.force[keep],
-            notes=(*self.notes, *([note] if note else [])),
+            notes=(*self.notes, note) if dropped else self.notes,
         )
 
 
@@ -284,19 +284,24 @@ def _force_loops(table: _Table) -> ForceLoops:
 
 def _check_pressure(table: _Table, pressure: FloatArray) -> None:
     """Refuse pressures that can only be in another unit than the column's name states."""
-    (name, _), columns = table.found["pressure"], table.columns
-    low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
-    if pressure[low] < -101325.0:
-        raise InputError(f"{columns.where(name, low)} lies below vacuum; pressures are gauge")
-    if pressure[high] < 1e3 * LEAST_KPA:
-        unit, top = name.lower().rpartition("_")[2], columns.numbers(name)[high]
+    columns, name = table.columns, table.found["pressure"][0]
+    numbers = columns.numbers(name)
+    columns.refuse(
+        pressure < -101325.0,
+        lambda i: f"{name} = {numbers[i]:g} lies below vacuum; pressures are gauge",
+    )
+    if pressure.max() < 1e3 * LEAST_KPA:
+        unit = name.lower().rpartition("_")[2]
         meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
-            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above {top:g}"
-            f" {unit}, too little for a muscle; if it is {meant}, name the column 'p_{meant}'"
+            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
+            f" {numbers.max():g} {unit}, too little for a muscle; if it is {meant}, name the column"
+            f" 'p_{meant}'"
         )
-    if pressure[high] > 1e3 * HIGHEST_KPA:
-        raise InputError(
-            f"{columns.where(name, high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
-            " muscle; check the unit in the column's name"
-        )
+    columns.refuse(
+        pressure > 1e3 * HIGHEST_KPA,
+        lambda i: (
+            f"{name} = {numbers[i]:g} is {pressure[i] / 1e5:.4g} bar, too much for a muscle; check"
+            " the unit in the column's name"
+        ),
+    )
