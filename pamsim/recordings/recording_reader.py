@@ -170,7 +170,8 @@ def _trial(
     count = len(muscles) or max([1, *map(int, re.findall(r"\d+", " ".join(columns.cells)))])
     drives = Drive.of(drive, count if isinstance(drive, str) else len(drive))
     command = command_columns(drives, muscles)
-    joints = _joints(columns, drives) if muscles else ("angle", *["torque"][: len(drives.joints)])
+    short = ("angle", "torque") if drives.joints else ("angle",)
+    joints = _joints(columns, drives) if muscles else short
     pressures, forces = (
         muscle_channels(kind, muscles, len(drives.muscles)) for kind in ("pressure", "force")
     )
