@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import (
     EFFORTS,
@@ -166,23 +166,15 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
 
 def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
     """Columns of the trial's command in the rig's order."""
-    have = ", ".join(names.muscles)
+    have, where = ", ".join(names.muscles), f"{trial.name!r}: rig {rig!r}"
     if trial.muscles != len(names.muscles):
         raise InputError(
             f"{trial.name!r} is of {trial.muscles} muscles, rig {rig!r} has {len(names.muscles)}"
             f" ({have})"
         )
-    for name in trial.muscle_names:
-        if name not in names.muscles:
-            raise InputError(
-                f"{trial.name!r} commands {name!r}, which is no muscle of rig {rig!r}; "
-                f"{nearest(name, names.muscles)}"
-            )
-    order = trial.drives.order(names.muscles, f"{trial.name!r}: rig {rig!r}")
-    if trial.muscle_names:
-        own = [trial.muscle_names.index(name) for name in names.muscles]
-        return [*own, *order[len(own) :]]
-    if order != sorted(order):
+    own = trial.muscle_names
+    order = replace(trial.drives, names=own or trial.drives.names).order(names.muscles, where)
+    if not own and order != sorted(order):
         raise InputError(
             f"{trial.name!r}: columns by number are in the order of rig {rig!r}, {have}; name the"
             " muscles in that order in the drive"
