@@ -189,7 +189,7 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
     for kind in kinds:
         quantity, warning = "time", ""
         if kind != "time":
-            owner, warning = _owner(words, _owners(kind, words, names))
+            owner, warning = _owner(kind, words, names)
             if not owner:
                 continue
             if _SET & set(words) and kind in JOINT_KINDS:
@@ -206,18 +206,6 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
 def _with_unit(one: Guess, words: Sequence[str], unit: str) -> Guess:
     known, absolute = unit_of(unit)
     return replace(one, unit=known, absolute=absolute or "abs" in words)
-
-
-def _owners(kind: str, words: Sequence[str], names: SignalNames) -> Sequence[str]:
-    """Joints or muscles that may have a quantity of a kind."""
-    if kind in JOINT_KINDS:
-        return [joint for joint, own in names.joints.items() if own == kind]
-    of_joints = [joint for joint, own in names.joints.items() if EFFORTS[own] == kind]
-    if kind == "torque":
-        return of_joints
-    # A force is a muscle's unless it names a joint that slides.
-    named = [joint for joint in of_joints if set(_words([joint])) & set(words)]
-    return named or names.muscles
 
 
 def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:
@@ -248,8 +236,12 @@ def _kinds(words: Sequence[str], unit: str) -> list[str]:
     return own if not by_word or own[0] in by_word else by_word
 
 
-def _owner(words: Sequence[str], owners: Sequence[str]) -> tuple[str, str]:
-    """Joint or muscle that a name means, and the warning about it."""
+def _owner(kind: str, words: Sequence[str], names: SignalNames) -> tuple[str, str]:
+    """Joint or muscle whose quantity of a kind a name means, and the warning about it."""
+    of_joints = [joint for joint, own in names.joints.items() if kind in (own, EFFORTS[own])]
+    # A force is a muscle's unless it names a joint that slides.
+    named = [joint for joint in of_joints if set(_words([joint])) & set(words)]
+    owners = of_joints if kind in (*JOINT_KINDS, "torque") else named or names.muscles
     if len(owners) == 1:
         return owners[0], ""
     parts = {owner: _words([owner]) for owner in owners}

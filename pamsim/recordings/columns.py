@@ -152,7 +152,8 @@ class Columns:
 
     def refuse(self, rows: NDArray[np.bool_], why: Callable[[int], str]) -> None:
         """Refuse the first of the rows marked, with what is wrong with it."""
-        for row in np.flatnonzero(rows).tolist():
+        if rows.any():
+            row = int(np.argmax(rows))
             raise InputError(f"{self.path}: line {self.lines[row]}: {why(row)}")
 
     def refuse_twice(self, names: Sequence[str]) -> None:

@@ -138,26 +138,24 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
 
 
 def _inputs_apart(trials: list[Trial]) -> list[Trial]:
-    """Trials with a protocol of their own for each input, where there are several."""
-    levels = [_levels(trial) for trial in trials]
+    """Trials with a protocol of their own for each input, where there are several.
+
+    An input is the levels at which commands are held, one after the other, but for brief ones.
+    """
+    levels: list[tuple[tuple[float, ...], ...]] = []
+    for trial in trials:
+        held = trial.command[:, np.logical_not(trial.drives.between)]
+        changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
+        edges = np.concatenate([[0], changes, [len(held)]])
+        longer = edges[:-1][np.diff(edges) > _BRIEF]
+        levels.append(tuple(map(tuple, held[longer].tolist())))
     inputs = list(dict.fromkeys(levels))
-    if len(inputs) == 1:
-        return trials
     named: list[Trial] = []
     for trial, own in zip(trials, levels, strict=True):
         stem = trial.protocol.removesuffix(HELD_OUT_SUFFIX)
         end = trial.protocol.removeprefix(stem)
         named.append(replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}"))
-    return named
-
-
-def _levels(trial: Trial) -> tuple[tuple[float, ...], ...]:
-    """Levels at which the commands of a trial are held, one after the other, but for brief ones."""
-    held = trial.command[:, np.logical_not(trial.drives.between)]
-    changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
-    edges = np.concatenate([[0], changes, [len(held)]])
-    longer = edges[:-1][np.diff(edges) > _BRIEF]
-    return tuple(tuple(held[row].tolist()) for row in longer)
+    return named if len(inputs) > 1 else trials
 
 
 def _seconds(value: object, where: str) -> float:

@@ -71,7 +71,7 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
         )
     columns = read_columns(Path(source)).select(_STATIC_COLUMNS)
     name, given = columns.path.name, columns.cells
-    count = max((int(p[1:-4]) for p in given if re.fullmatch(r"p\d+_kpa", p)), default=1)
+    count = max(map(int, re.findall(r"\bp(\d+)_kpa", " ".join(given))), default=1)
     pressures = [f"p{i}_kpa" for i in range(1, count + 1)]
     for column in (*pressures, "angle_deg"):
         columns.require(column, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
