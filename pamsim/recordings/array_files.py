@@ -1,13 +1,8 @@
 """Named arrays in files of other formats: ``.npz``, ``.mat`` and ``.parquet``."""
 
-# scipy carries no types.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 import io
-import math
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping
@@ -15,22 +10,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import ARRAY_BYTES
 
-_whosmat: Any = scipy.io.whosmat
-_loadmat: Any = scipy.io.loadmat
-
 _BYTES_OF_NUMBER = 8
-_MATLAB_NUMBERS = re.compile(r"u?int\d+|single|double|logical")
 
-# Of a MAT 5 file: bytes of its header, types of data elements, and an array's flags.
+# Of a MAT 5 file: bytes of its header, types of data elements, classes of arrays of numbers, and a
+# flag of an array. Source: "MAT-File Format", The MathWorks, chapter 1.
 _MAT_HEADER, _MATRIX, _COMPRESSED = 128, 14, 15
-_NUMBERS = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
+_NUMBERS = {
+    **{1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4"},
+    **{7: "f4", 9: "f8", 12: "i8", 13: "u8"},
+}
 _OF_NUMBERS, _COMPLEX = range(6, 16), 0x0800
 
 
@@ -51,10 +45,6 @@ def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
         raise
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path} is a MATLAB file of version 7.3; save it with -v7, or as a CSV"
-        ) from None
     except Exception as error:  # whatever the libraries raise at a damaged file
         why = str(error) or type(error).__name__
         raise InputError(f"{path} cannot be read as {path.suffix}: {why}") from None
@@ -75,27 +65,20 @@ def _of_numpy(path: Path) -> Mapping[str, NDArray[Any]]:
 
 
 def _of_matlab(path: Path) -> Mapping[str, NDArray[Any]]:
-    """The arrays of numbers; cells, structures and sparse arrays are passed over unread."""
-    content = read_bounded(path, ARRAY_BYTES)
-    _check_matlab(content)
-    file = io.BytesIO(content)
-    arrays = _whosmat(file)
-    if len({name for name, _, _ in arrays}) < len(arrays):
-        raise ValueError("two of its arrays have one name")
-    numbers = {name: shape for name, shape, kind in arrays if _MATLAB_NUMBERS.fullmatch(kind)}
-    _check_unfolded(path, _BYTES_OF_NUMBER * sum(map(math.prod, numbers.values())))
-    found = _loadmat(file, variable_names=list(numbers))
-    return {name: np.asarray(found[name]) for name in numbers}
+    """The arrays of real numbers; cells, structures and sparse arrays are passed over unread.
 
-
-def _check_matlab(content: bytes) -> None:
-    """Check that the arrays of a MAT 5 file are whole: scipy trusts what they state, and may crash.
-
-    Source: "MAT-File Format", The MathWorks, chapter 1.
+    Of MAT 5 they are read here: scipy trusts what a damaged file states, and may crash.
     """
+    content = read_bounded(path, ARRAY_BYTES)
     order = {b"IM": "<", b"MI": ">"}.get(content[_MAT_HEADER - 2 : _MAT_HEADER])
     if order is None or 0 in content[:4]:  # four zero-free bytes set MAT 5 apart from MAT 4
-        return
+        import scipy.io  # pyright: ignore[reportMissingTypeStubs]
+
+        read: Mapping[str, Any] = scipy.io.loadmat(io.BytesIO(content))
+        return {k: v for k, v in read.items() if getattr(v, "dtype", np.dtype("O")).kind in "iuf"}
+    if 2 in content[_MAT_HEADER - 4 : _MAT_HEADER - 2]:
+        raise InputError(f"{path} is a MATLAB file of version 7.3; save it with -v7, or as a CSV")
+    found: dict[str, NDArray[Any]] = {}
     left = ARRAY_BYTES
     for kind, data in _elements(content[_MAT_HEADER:], order):
         if kind == _COMPRESSED:
@@ -107,14 +90,22 @@ def _check_matlab(content: bytes) -> None:
         if kind != _MATRIX:
             raise ValueError(f"data element of type {kind} where an array should be")
         parts = list(_elements(data, order))
-        flags = int.from_bytes(parts[0][1][:4], "little" if order == "<" else "big") if parts else 0
-        numbers = flags & 0xFF in _OF_NUMBERS
+        flags = int(np.frombuffer(parts[0][1], f"{order}u4")[0]) if parts else 0
+        if flags & 0xFF not in _OF_NUMBERS:
+            continue
         for part, _ in parts:
-            if part not in _NUMBERS and (numbers or part != _MATRIX):
+            if part not in _NUMBERS:
                 raise ValueError(f"a data element of unknown type {part}")
         least = 4 + bool(flags & _COMPLEX)  # flags, dimensions, name, values
-        if numbers and len(parts) < least:
+        if len(parts) < least:
             raise ValueError(f"an array of {len(parts)} parts where its flags ask for {least}")
+        shape, name, values = (np.frombuffer(d, order + _NUMBERS[p]) for p, d in parts[1:4])
+        text = name.tobytes().decode("latin-1")
+        if text in found:
+            raise ValueError("two of its arrays have one name")
+        if text and least == 4:  # what has no name is of MATLAB itself
+            found[text] = values.reshape(shape, order="F")
+    return found
 
 
 def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:

@@ -2,8 +2,8 @@
 
 All formats of measurements are columns: trials of a recording and angles at rest by fixed names
 (`Columns.select`), force maps and loops by quantity with any unit
-(`pamsim.recordings.measured_table`), a log for ``pamsim identify`` as it is (`Columns.values`), a
-lab's own log by what its recording says of its columns (`pamsim.recordings.trial_columns`).
+(`pamsim.recordings.measured_table`), a log for ``pamsim identify`` as it is (`Columns.numbers`), a
+lab's own log by what its recording says of its columns (`pamsim.recordings.log_columns`).
 """
 
 from __future__ import annotations
@@ -12,14 +12,16 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA, FloatArray
+from pamsim.core.units import FloatArray
+from pamsim.recordings.signals import KINDS
 
 # Fixed names, {} being the number of a muscle -> other spellings of them, which are refused.
 _SPELLINGS = {
@@ -34,31 +36,22 @@ _SPELLINGS = {
 }
 _SAME = {"beta_deg": "angle_deg"}
 _CLOSE = 0.8  # similarity at which another name is taken for a mistyped one
-_SI = {"kpa": PA_PER_KPA, "deg": 1.0 / DEG_PER_RAD, "mm": 1.0 / MM_PER_M}
+_SI = {kind.suffix: 1.0 / kind.scale for kind in KINDS.values()}
 
 
+@dataclass(frozen=True)
 class Cells:
-    """The cells of one column, as numbers and as they are written.
+    """The cells of one column: (n,) numbers, None if a cell is none, and row -> text as written."""
 
-    Args:
-        numbers: (n,) of all cells; None if a cell is none.
-        count: of the cells.
-        written: row -> text.
-    """
-
-    def __init__(
-        self, numbers: FloatArray | None, count: int, written: Callable[[int], str]
-    ) -> None:
-        self.numbers, self._count, self._written = numbers, count, written
+    numbers: FloatArray | None
+    count: int
+    written: Callable[[int], str]
 
     def __getitem__(self, row: int) -> str:
-        return self._written(row)
-
-    def __len__(self) -> int:
-        return self._count
+        return self.written(row)
 
     def __iter__(self) -> Iterator[str]:
-        return map(self._written, range(self._count))
+        return map(self.written, range(self.count))
 
 
 def cells_of(columns: Mapping[str, FloatArray]) -> dict[str, Cells]:
@@ -92,18 +85,14 @@ class Columns:
 
     @cached_property
     def values(self) -> Mapping[str, FloatArray]:
-        """Name -> (n,) numbers, in the unit of the name.
-
-        Raises:
-            InputError: for a cell that is empty, text, NaN or infinite.
-        """
+        """Name -> `numbers`."""
         return {name: self.numbers(name) for name in self.cells}
 
     def numbers(self, name: str) -> FloatArray:
         """The numbers of one column, shape (n,), in the unit of its name.
 
         Raises:
-            InputError: as `values`.
+            InputError: for a cell that is empty, text, NaN or infinite.
         """
         cells = self.cells[name]
         if cells.numbers is not None and np.isfinite(cells.numbers).all():
@@ -115,9 +104,9 @@ class Columns:
         """The numbers of one column, shape (n,) [SI]; ``_kpa``, ``_deg``, ``_mm`` are converted."""
         return self.values[name] * _SI.get(name.rpartition("_")[2].lower(), 1.0)
 
-    def where(self, name: str, row: int) -> str:
-        """File, line, column and value of a cell, to begin an error with."""
-        return f"{self.path}: line {self.lines[row]}: {name} = {self.numbers(name)[row]:g}"
+    def place(self, name: str) -> str:
+        """File, line of the header and name of a column, to begin an error with."""
+        return f"{self.path}: line {self.header}: column {name!r}"
 
     def select(self, names: Sequence[str]) -> Columns:
         """The columns of a format with fixed names; the others become ``ignored``.
@@ -129,69 +118,49 @@ class Columns:
             InputError: for a known quantity in another unit, and for a name so close to a known one
                 that it must be meant.
         """
-        parts = (r"[1-9]\d*".join(map(re.escape, name.split("{}"))) for name in names)
+        # Of more muscles than a table has columns, a reader would have no end.
+        parts = (r"[1-9]\d{0,3}".join(map(re.escape, name.split("{}"))) for name in names)
         fixed = re.compile("|".join(parts))
         known = {
             name: same for name in self.cells if fixed.fullmatch(same := _SAME.get(name, name))
         }
         ignored = [name for name in self.cells if name not in known]
         for name in ignored:
-            _refuse_near(name, names, self.place(name))
+            _refuse_near(name.lower(), names, self.place(name))
         self.refuse_twice(list(known.values()))
-        return Columns(
-            path=self.path,
-            header=self.header,
-            lines=self.lines,
-            cells={same: self.cells[name] for name, same in known.items()},
-            ignored=(*self.ignored, *ignored),
-        )
+        cells = {same: self.cells[name] for name, same in known.items()}
+        return replace(self, cells=cells, ignored=(*self.ignored, *ignored), units={})
 
-    def require(self, name: str, why: str = "") -> None:
-        """Check that a column is there.
-
-        Args:
-            name: of the column.
-            why: it must be, for the error.
-
-        Raises:
-            InputError: if it is not, with the names that are.
-        """
+    def require(self, name: str, why: str = "", missing: str = "no column") -> None:
+        """Refuse a file without a column, with why it must be there and the columns that are."""
         if name not in self.cells:
             have = ", ".join((*self.cells, *self.ignored))
-            raise InputError(f"{self.path}: no column {name!r}{why} (there are: {have})")
+            raise InputError(f"{self.path}: {missing} {name!r}{why} (there are: {have})")
 
-    def require_range(self, name: str, bounds: tuple[float, float], below: str, above: str) -> None:
-        """Check that the numbers of a column lie in a range.
-
-        Args:
-            name: of the column.
-            bounds: of its numbers, in its unit.
-            below: what is wrong with the lowest number, if that is too low, for the error.
-            above: with the highest, if that is too high.
-
-        Raises:
-            InputError: if one does not.
-        """
+    def require_range(
+        self, name: str, low: float, high: float, below: str, above: str = ""
+    ) -> None:
+        """Refuse numbers of a column that are too low or too high, with what is wrong with each."""
         values = self.values[name]
-        low, high = int(np.argmin(values)), int(np.argmax(values))
-        if values[high] > bounds[1]:
-            raise InputError(f"{self.where(name, high)} {above}")
-        if values[low] < bounds[0]:
-            raise InputError(f"{self.where(name, low)} {below}")
+        for outside, worst, why in (
+            (values > high, values.max(), above or below),
+            (values < low, values.min(), below),
+        ):
+            self.refuse(
+                outside & (values == worst), lambda _, v=worst, w=why: f"{name} = {v:g} {w}"
+            )
+
+    def refuse(self, rows: NDArray[np.bool_], why: Callable[[int], str]) -> None:
+        """Refuse the first of the rows marked, with what is wrong with it."""
+        if rows.any():
+            row = int(np.argmax(rows))
+            raise InputError(f"{self.path}: line {self.lines[row]}: {why(row)}")
 
     def refuse_twice(self, names: Sequence[str]) -> None:
-        """Refuse names of columns of which one is there twice.
-
-        Raises:
-            InputError: naming it.
-        """
+        """Refuse names of columns of which one is there twice."""
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"{self.place(name)} is there twice; keep one")
-
-    def place(self, name: str) -> str:
-        """File, line of the header and name of a column, to begin an error with."""
-        return f"{self.path}: line {self.header}: column {name!r}"
 
 
 def _finite(cell: str, where: str) -> float:
@@ -207,15 +176,13 @@ def _finite(cell: str, where: str) -> float:
 
 
 def _refuse_near(name: str, names: Sequence[str], where: str) -> None:
-    lower = name.lower()
     for fixed in names:
-        match = re.fullmatch(_SPELLINGS.get(fixed, ""), lower)
-        if match:
+        if match := re.fullmatch(_SPELLINGS.get(fixed, ""), name):
             muscle = next((group for group in match.groups() if group and group.isdigit()), "1")
             raise InputError(
                 f"{where} is not of this format, whose unit is in the name: convert it if need be"
                 f" and name it {fixed.format(muscle)!r}"
             )
     known = {fixed.format(muscle) for fixed in names for muscle in ("1", "2")}
-    if difflib.get_close_matches(lower, known, n=1, cutoff=_CLOSE):
-        raise InputError(f"{where} is not known; {nearest(lower, known)}")
+    if difflib.get_close_matches(name, known, n=1, cutoff=_CLOSE):
+        raise InputError(f"{where} is not known; {nearest(name, known)}")

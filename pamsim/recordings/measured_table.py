@@ -10,6 +10,7 @@ Which of the three a file is shows in its columns; each name carries its unit:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,15 +28,18 @@ from pamsim.recordings.table_reader import read_columns
 _WORDS = ("branch", "repeat", "loop")
 _MOST_CONTRACTION = 0.6
 
-# Quantity -> what a column name may begin with, the SI unit, an example.
-_QUANTITIES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
-    "pressure": (("p", "p_gauge", "pressure", "pressure_gauge"), "Pa", "p_kpa"),
-    "contraction": (("contraction", "kappa"), "1", "contraction_percent"),
-    "length": (("length",), "m", "length_mm"),
-    "force": (("force",), "N", "force_n"),
-    "displacement": (("displacement",), "m", "displacement_mm"),
-    "time": (("time",), "s", "time_s"),
+# Quantity -> what a column name begins with, the SI unit, an example.
+_QUANTITIES: Mapping[str, tuple[str, str, str]] = {
+    "pressure": ("p(?:ressure)?(?:_gauge)?", "Pa", "p_kpa"),
+    "contraction": ("contraction|kappa", "1", "contraction_percent"),
+    "length": ("length", "m", "length_mm"),
+    "force": ("force", "N", "force_n"),
+    "displacement": ("displacement", "m", "displacement_mm"),
+    "time": ("time", "s", "time_s"),
 }
+_NAME = re.compile(
+    f"(?:{'|'.join(f'(?P<{q}>{stem})' for q, (stem, _, _) in _QUANTITIES.items())})(?:_.*)?"
+)
 _PURE = {"": "1", "ratio": "1", "percent": "percent"}
 # Files write units in lower case, the unit library does not.
 _SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
@@ -69,13 +73,13 @@ class ForceMap:
         if not np.any(keep):
             raise InputError("the map has no force but zero; there is nothing to fit")
         dropped = int(np.sum(~keep))
-        note = f"{dropped} points of zero force dropped: slack or not measured" if dropped else ""
+        note = f"{dropped} points of zero force dropped: slack or not measured"
         return replace(
             self,
             pressure=self.pressure[keep],
             contraction=self.contraction[keep],
             force=self.force[keep],
-            notes=(*self.notes, *([note] if note else [])),
+            notes=(*self.notes, note) if dropped else self.notes,
         )
 
 
@@ -134,11 +138,11 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
             without a nominal length or at odds with the contraction beside them.
     """
     table = _Table(read_columns(path))
-    if "displacement" in table.names or "time" in table.names:
+    if table.found.keys() & {"displacement", "time"}:
         return _force_loops(table)
     pressure = table.si("pressure")
     _check_pressure(table, pressure)
-    if "force" in table.names:
+    if "force" in table.found:
         contraction, nominal = _contraction(table, nominal_length)
         return ForceMap(
             pressure=pressure,
@@ -147,43 +151,50 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
             nominal_length=nominal,
             notes=table.notes,
         )
-    if "length" in table.names:
+    if "length" in table.found:
         return _length_loop(table, pressure)
-    raise table.missing("force" if "contraction" in table.names else "length")
+    raise table.missing("force" if "contraction" in table.found else "length")
 
 
 class _Table:
-    """A file's columns by quantity; the unit may be any that measures the quantity.
-
-    Raises:
-        InputError: for a missing, unknown or wrong unit, and two columns of one quantity.
-    """
+    """A file's columns by quantity; the unit may be any that measures the quantity."""
 
     def __init__(self, columns: Columns) -> None:
         self.columns = columns
-        self.names: dict[str, str] = {}
+        self.found: dict[str, tuple[str, float]] = {}  # quantity -> column, SI units in its unit
         self.words: dict[str, list[str]] = {}
         self.notes: tuple[str, ...] = ()
-        self._scales: dict[str, float] = {}
         for name, cells in columns.cells.items():
-            quantity, unit = _quantity(name, columns.place(name))
+            place = columns.place(name)
+            match = _NAME.fullmatch(name.lower())
             if name.lower() in _WORDS:
                 self.words[name.lower()] = [cell.lower() for cell in cells]
-            elif not quantity:
+                continue
+            if match is None or match.lastgroup is None:
                 self.notes += (f"column {name!r} is not used",)
-            elif quantity in self.names:
-                there = self.names[quantity]
-                raise InputError(f"{columns.place(name)}: there is {there!r} already; keep one")
-            else:
-                where = f"{columns.path}: column {name!r}"
-                self.names[quantity] = name
-                self._scales[quantity] = to_si(1.0, unit, _QUANTITIES[quantity][1], where=where)
+                continue
+            quantity = match.lastgroup
+            unit = name.lower()[match.end(quantity) + 1 :]
+            if quantity in self.found:
+                there, _ = self.found[quantity]
+                raise InputError(f"{place}: there is {there!r} already; keep one")
+            if quantity == "contraction":
+                if unit not in _PURE:
+                    raise InputError(f"{place}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
+                unit = _PURE[unit]
+            elif not unit:
+                example = _QUANTITIES[quantity][2]
+                raise InputError(f"{place} has no unit; write it in the name: {example!r}")
+            where = f"{columns.path}: column {name!r}"
+            scale = to_si(1.0, _SPELLED.get(unit, unit), _QUANTITIES[quantity][1], where=where)
+            self.found[quantity] = name, scale
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
-        if quantity not in self.names:
+        if quantity not in self.found:
             raise self.missing(quantity)
-        return self.columns.numbers(self.names[quantity]) * self._scales[quantity]
+        name, scale = self.found[quantity]
+        return self.columns.numbers(name) * scale
 
     def missing(self, quantity: str) -> InputError:
         """The error for a quantity without a column."""
@@ -192,71 +203,44 @@ class _Table:
             f" {_QUANTITIES[quantity][2]!r} (there are: {', '.join(self.columns.cells)})"
         )
 
-    def line(self, row: int) -> str:
-        """File and line of a row, to begin an error with."""
-        return f"{self.columns.path}: line {self.columns.lines[row]}"
-
-    def cell(self, quantity: str, row: int) -> str:
-        """File, line, column and value as written, to begin an error with."""
-        return self.columns.where(self.names[quantity], row)
-
-
-def _quantity(name: str, where: str) -> tuple[str, str]:
-    """Quantity and unit of a column name; empty if the name begins like no quantity."""
-    lower = name.lower()
-    # The longest beginning first: p_gauge_pa is a pressure in Pa and not in gauge_pa.
-    known = [(stem, q) for q, (stems, _, _) in _QUANTITIES.items() for stem in stems]
-    for stem, quantity in sorted(known, key=lambda pair: -len(pair[0])):
-        if lower != stem and not lower.startswith(stem + "_"):
-            continue
-        unit = lower[len(stem) + 1 :]
-        if quantity == "contraction":
-            if unit not in _PURE:
-                raise InputError(f"{where}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
-            return quantity, _PURE[unit]
-        if not unit:
-            example = _QUANTITIES[quantity][2]
-            raise InputError(f"{where} has no unit; write it in the name: {example!r}")
-        return quantity, _SPELLED.get(unit, unit)
-    return "", ""
-
 
 def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:
     """Contraction of a force map, and the nominal length [m] if that is known."""
-    if "contraction" in table.names:
-        contraction = table.si("contraction")
-        bad = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
-        if bad.size:
-            raise InputError(
-                f"{table.cell('contraction', int(bad[0]))} is {contraction[bad[0]]:.0%}, which no"
-                " muscle reaches; if it is percent, name the column contraction_percent"
-            )
-        if "length" in table.names:
+    refuse = table.columns.refuse
+    if "contraction" in table.found:
+        name, contraction = table.found["contraction"][0], table.si("contraction")
+        numbers = table.columns.numbers(name)
+        refuse(
+            np.abs(contraction) > _MOST_CONTRACTION,
+            lambda i: (
+                f"{name} = {numbers[i]:g} is {contraction[i]:.0%}, which no muscle reaches; if it"
+                " is percent, name the column contraction_percent"
+            ),
+        )
+        if "length" in table.found:
             length = table.si("length")
             nominal = float(np.median(length / (1.0 - contraction))) if nominal is None else nominal
+            disagree = (
+                f"length and contraction disagree for a nominal length of {1e3 * nominal:.4g} mm;"
+                " correct one of the columns or drop it"
+            )
             odd = np.abs(1.0 - length / nominal - contraction)
-            if np.max(odd) > 0.005:
-                raise InputError(
-                    f"{table.line(int(np.argmax(odd)))}: length and contraction disagree for a"
-                    f" nominal length of {1e3 * nominal:.4g} mm; correct one of the columns or drop"
-                    " it"
-                )
+            refuse((odd > 0.005) & (odd == odd.max()), lambda _: disagree)
         return contraction, nominal
-    if "length" not in table.names:
+    if "length" not in table.found:
         raise table.missing("contraction")
     if nominal is None:
         raise InputError(
-            f"{table.columns.path}: {table.names['length']!r} needs the nominal length of the"
+            f"{table.columns.path}: {table.found['length'][0]!r} needs the nominal length of the"
             " muscle; give `nominal_length`"
         )
     length = table.si("length")
     contraction = 1.0 - length / nominal
-    far = np.flatnonzero(np.abs(contraction) > _MOST_CONTRACTION)
-    if far.size:
-        raise InputError(
-            f"{table.line(int(far[0]))}: length {1e3 * length[far[0]]:.4g} mm of nominal"
-            f" {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
-        )
+    beyond = f"of nominal {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
+    refuse(
+        np.abs(contraction) > _MOST_CONTRACTION,
+        lambda i: f"length {1e3 * length[i]:.4g} mm {beyond}",
+    )
     return contraction, nominal
 
 
@@ -266,17 +250,17 @@ def _length_loop(table: _Table, pressure: FloatArray) -> LengthLoop:
         rising = _rising(pressure)
         notes = (*notes, "no column 'branch': taken from whether the pressure rises or falls")
     else:
-        for row, word in enumerate(branch):
-            if word not in ("up", "down"):
-                hint = nearest(word, ("up", "down"))
-                raise InputError(f"{table.line(row)}: branch = {word!r}; {hint}")
-        rising = np.array([word == "up" for word in branch])
+        rising, falling = (np.array([word == way for word in branch]) for way in ("up", "down"))
+        table.columns.refuse(
+            ~(rising | falling),
+            lambda i: f"branch = {branch[i]!r}; {nearest(branch[i], ('up', 'down'))}",
+        )
     return LengthLoop(pressure=pressure, length=table.si("length"), rising=rising, notes=notes)
 
 
 def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
     """Whether the pressure rises towards each point; held pressure goes on as before."""
-    move = np.sign(np.diff(pressure))
+    move = np.diff(pressure)
     moving = np.flatnonzero(move)
     if not moving.size:
         return np.ones(pressure.size, dtype=bool)
@@ -287,11 +271,10 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
 
 
 def _force_loops(table: _Table) -> ForceLoops:
-    label = table.words.get("loop", ["1"] * len(table.columns.lines))
-    names = tuple(dict.fromkeys(label))
-    rows = [np.flatnonzero(np.array(label) == name) for name in names]
+    label = np.array(table.words.get("loop", ["1"] * len(table.columns.lines)))
+    names = tuple(dict.fromkeys(label.tolist()))
     time, force, displacement = (
-        tuple(values[r] for r in rows)
+        tuple(values[label == name] for name in names)
         for values in map(table.si, ("time", "force", "displacement"))
     )
     return ForceLoops(
@@ -301,20 +284,24 @@ def _force_loops(table: _Table) -> ForceLoops:
 
 def _check_pressure(table: _Table, pressure: FloatArray) -> None:
     """Refuse pressures that can only be in another unit than the column's name states."""
-    name = table.names["pressure"]
-    low, high = int(np.argmin(pressure)), int(np.argmax(pressure))
-    if pressure[low] < -101325.0:
-        raise InputError(f"{table.cell('pressure', low)} lies below vacuum; pressures are gauge")
-    if pressure[high] < 1e3 * LEAST_KPA:
+    columns, name = table.columns, table.found["pressure"][0]
+    numbers = columns.numbers(name)
+    columns.refuse(
+        pressure < -101325.0,
+        lambda i: f"{name} = {numbers[i]:g} lies below vacuum; pressures are gauge",
+    )
+    if pressure.max() < 1e3 * LEAST_KPA:
         unit = name.lower().rpartition("_")[2]
         meant = "kpa" if unit == "pa" else "bar"
         raise InputError(
-            f"{table.line(0)} and below: no {name!r} is above"
-            f" {table.columns.numbers(name)[high]:g} {unit}, too little for a muscle; if it is"
-            f" {meant}, name the column 'p_{meant}'"
+            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
+            f" {numbers.max():g} {unit}, too little for a muscle; if it is {meant}, name the column"
+            f" 'p_{meant}'"
         )
-    if pressure[high] > 1e3 * HIGHEST_KPA:
-        raise InputError(
-            f"{table.cell('pressure', high)} is {pressure[high] / 1e5:.4g} bar, too much for a"
-            " muscle; check the unit in the column's name"
-        )
+    columns.refuse(
+        pressure > 1e3 * HIGHEST_KPA,
+        lambda i: (
+            f"{name} = {numbers[i]:g} is {pressure[i] / 1e5:.4g} bar, too much for a muscle; check"
+            " the unit in the column's name"
+        ),
+    )

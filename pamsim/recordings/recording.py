@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import enum
-import json
 import os
 import re
 from collections.abc import Mapping
@@ -95,29 +94,13 @@ class Recording:
 
     @property
     def angle(self) -> FloatArray:
-        """Position (n,) of the only joint [rad, of one that slides m].
-
-        Raises:
-            InputError: if the rig has several joints.
-        """
+        """Position (n,) of the only joint [rad, of one that slides m]; of several, InputError."""
         return self.positions[:, self._only("angle")]
 
     @property
     def velocity(self) -> FloatArray:
-        """Rate (n,) of the only joint [rad/s, of one that slides m/s].
-
-        Raises:
-            InputError: if the rig has several joints.
-        """
+        """Rate (n,) of the only joint [rad/s, of one that slides m/s]; of several, InputError."""
         return self.velocities[:, self._only("velocity")]
-
-    def _only(self, what: str) -> int:
-        if len(self.joints) != 1:
-            raise InputError(
-                f"`{what}` is of a rig with one joint, this one has {', '.join(self.joints)}: take"
-                f" a joint's signal, such as signal({self.names.joint_channels[0]!r})"
-            )
-        return 0
 
     def with_angle(self, angle: FloatArray) -> Recording:
         """The recording with another position (n,) of its only joint [rad or m].
@@ -127,6 +110,14 @@ class Recording:
         """
         self._only("angle")
         return replace(self, positions=angle[:, np.newaxis])
+
+    def _only(self, what: str) -> int:
+        if len(self.joints) != 1:
+            raise InputError(
+                f"`{what}` is of a rig with one joint, this one has {', '.join(self.joints)}: take"
+                f" a joint's signal, such as signal({self.names.joint_channels[0]!r})"
+            )
+        return 0
 
     def signals(self) -> dict[str, FloatArray]:
         """Channel -> (n,) [SI]: of the joints, then each muscle's pressure and force.
@@ -138,10 +129,8 @@ class Recording:
         names = self.names
         found = dict(zip(names.joint_channels, self.positions.T, strict=True))
         found |= {names.effort_channel(joint): values for joint, values in self.effort.items()}
-        muscles = zip(self.pressure.T, self.tension.T, strict=True)
-        channels = zip(names.of_muscles("pressure"), names.of_muscles("force"), strict=True)
-        for (pressure, force), values in zip(channels, muscles, strict=True):
-            found[pressure], found[force] = values
+        for i, pair in enumerate(zip(*map(names.of_muscles, ("pressure", "force")), strict=True)):
+            found |= zip(pair, (self.pressure[:, i], self.tension[:, i]), strict=True)
         return found
 
     def signal(self, channel: str) -> FloatArray:
@@ -171,19 +160,14 @@ class Recording:
         Returns:
             Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
         """
-        names = self.names
-        commands: dict[str, FloatArray] = {}
-        drives = self.drives
-        driven = command_columns(drives, names.named_muscles)
-        for i, kind in enumerate(drives.muscles):
-            if driven[i]:
-                per_unit = PA_PER_KPA if DRIVES[kind].unit == "Pa" else 1.0
-                commands[driven[i]] = self.command[:, i] / per_unit
-        pressures = (self.pressure / PA_PER_KPA).T
+        names, drives = self.names, self.drives
+        columns = command_columns(drives, names.named_muscles)
+        commands = zip(columns, drives.muscles, self.command.T, strict=False)  # less the joints'
         joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
+        pressures = (self.pressure / PA_PER_KPA).T
         return {
             "time_s": self.time,
-            **commands,
+            **{c: v / PA_PER_KPA if DRIVES[k].unit == "Pa" else v for c, k, v in commands if c},
             **dict(zip(names.muscle_columns("pressure"), pressures, strict=True)),
             **{column: values * KINDS[kind].scale for column, kind, values in joints},
             **{column_of(names.effort_channel(j)): v for j, v in self.effort.items()},
@@ -196,19 +180,13 @@ class Recording:
         if not len(self.time):
             return f"{rig}: no samples; {ending}"
         names = ("angle",) if self.names.short else tuple(self.joints)
-        moves = [
-            (name, KINDS[kind].shown, position * KINDS[kind].scale)
-            for name, kind, position in zip(
-                names, self.joints.values(), self.positions.T, strict=True
-            )
-        ]
-        pressures = zip(self.muscles, self.pressure.T / PA_PER_KPA, strict=True)
-        joints = [f"{name} {x[0]:.2f} -> {x[-1]:.2f} {unit}" for name, unit, x in moves]
-        muscles = [f"{name} {p[0]:.1f} -> {p[-1]:.1f} kPa" for name, p in pressures]
-        return (
-            f"{rig}: {self.time[-1]:g} s, load {self.load:g} kg,"
-            f" {', '.join([*joints, *muscles])}; {ending}"
-        )
+        parts = [f"{self.time[-1]:g} s", f"load {self.load:g} kg"]
+        for name, kind, x in zip(names, self.joints.values(), self.positions.T, strict=True):
+            first, last = x[[0, -1]] * KINDS[kind].scale
+            parts.append(f"{name} {first:.2f} -> {last:.2f} {KINDS[kind].shown}")
+        for name, p in zip(self.muscles, self.pressure.T / PA_PER_KPA, strict=True):
+            parts.append(f"{name} {p[0]:.1f} -> {p[-1]:.1f} kPa")
+        return f"{rig}: {', '.join(parts)}; {ending}"
 
     def to_dict(self) -> dict[str, Any]:
         """Signals with their unit in the key, as in the CSV format, and what else is known.
@@ -272,29 +250,31 @@ def write_recording(
     """
     folder = Path(folder)
     index = folder / "recording.toml"
-    lines = [f'schema = "{SCHEMA}"', f"rig = {_quoted(_reference(folder, rig))}"]
+    lines = [f'schema = "{SCHEMA}"', f"rig = {in_toml(_reference(folder, rig))}"]
     written = [index]
     for stem, recording in trials.items():
         path = folder / f"{stem}.csv"
-        _write_csv(path, recording, forces)
+        columns = recording.columns()
+        if not forces:
+            for name in recording.names.muscle_columns("force"):
+                del columns[name]
+        with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerow(columns)
+            rows = np.column_stack(list(columns.values()))
+            np.savetxt(file, rows, fmt="%.9g", delimiter=",", newline="\r\n")
         written.append(path)
         protocol = (protocols or {}).get(stem) or re.sub(r"_?\d+$", "", stem) or stem
         lines += [
             "",
             "[[trial]]",
-            f"file = {_quoted(path.name)}",
-            f"protocol = {_quoted(protocol)}",
+            f"file = {in_toml(path.name)}",
+            f"protocol = {in_toml(protocol)}",
             f"drive = {in_toml(recording.drives.stated(recording.muscles))}",
             f"load_kg = {recording.load:.9g}",
         ]
     with complete_file(index) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return written
-
-
-def _quoted(text: str) -> str:
-    # A JSON string is a TOML basic string.
-    return json.dumps(text, ensure_ascii=False)
 
 
 def _reference(folder: Path, rig: str) -> str:
@@ -305,14 +285,3 @@ def _reference(folder: Path, rig: str) -> str:
         return Path(os.path.relpath(rig, folder)).as_posix()
     except ValueError:  # on another drive there is no relative path
         return Path(rig).resolve().as_posix()
-
-
-def _write_csv(path: Path, recording: Recording, forces: bool) -> None:
-    named = recording.columns()
-    if not forces:
-        left_out = recording.names.muscle_columns("force")
-        named = {name: values for name, values in named.items() if name not in left_out}
-    with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerow(named)
-        rows = np.column_stack(list(named.values()))
-        np.savetxt(file, rows, fmt="%.9g", delimiter=",", newline="\r\n")

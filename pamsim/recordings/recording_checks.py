@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +25,7 @@ _JITTER = 0.01  # share of the median step from which a clock is said not to be 
 _LOWEST_GAUGE_KPA = -20.0  # zero errors of sensors are smaller, and the rigs have no vacuum
 _FEW_DEG = 1.6  # what a quarter turn reads if written in rad
 _WIDE_KPA = 200.0  # pressure difference that turns any free arm by more than that
+_COMMAND = re.compile(r"u\d+|.+_set_kpa|.+_valve")
 # Unit, how many of it make a kPa, and how far a held pressure may be from its set point.
 _MEANT = (
     ("bar", 0.01, 2.0),
@@ -36,10 +38,7 @@ _MEANT = (
 
 
 def clock(columns: Columns) -> str:
-    """Check the clock of a trial.
-
-    Returns:
-        A note if the clock is not uniform, otherwise nothing.
+    """Check the clock of a trial; a note if it is not uniform, otherwise nothing.
 
     Raises:
         InputError: too few rows, time that does not increase, a gap, milliseconds for seconds.
@@ -50,22 +49,22 @@ def clock(columns: Columns) -> str:
             f"{path}: {time.size} rows are too few to compare with anything; a trial needs"
             f" {FEWEST_ROWS} or more"
         )
-    steps = np.diff(time)
-    stuck = np.flatnonzero(steps <= 0.0)
-    if stuck.size:
-        row = int(stuck[0]) + 1
-        raise InputError(
-            f"{columns.where('time_s', row)} does not come after {time[row - 1]:g} in line"
-            f" {lines[row - 1]}; sort the rows and drop repeated times"
-        )
-    median = float(np.median(steps))
-    longest = int(np.argmax(steps))
-    if steps[longest] > LONGEST_GAP * median:
-        raise InputError(
-            f"{path}: line {lines[longest + 1]}: the clock jumps from {time[longest]:g} to"
-            f" {time[longest + 1]:g} s, {steps[longest] / median:.3g} times its usual step; split"
-            " the trial there into two files"
-        )
+    steps = np.diff(time, prepend=-np.inf)
+    columns.refuse(
+        steps <= 0.0,
+        lambda i: (
+            f"time_s = {time[i]:g} does not come after {time[i - 1]:g} in line {lines[i - 1]};"
+            " sort the rows and drop repeated times"
+        ),
+    )
+    steps[0] = median = float(np.median(steps[1:]))
+    columns.refuse(
+        steps > LONGEST_GAP * median,
+        lambda i: (
+            f"the clock jumps from {time[i - 1]:g} to {time[i]:g} s, {steps[i] / median:.3g} times"
+            " its usual step; split the trial there into two files"
+        ),
+    )
     if median >= 0.5 and time[-1] - time[0] > 1e3:
         raise InputError(
             f"{path}: time_s steps by {median:g} and runs to {time[-1]:g}: no muscle can be seen"
@@ -73,32 +72,27 @@ def clock(columns: Columns) -> str:
         )
     if np.max(np.abs(steps - median)) <= _JITTER * median:
         return ""
-    return f"steps of the clock are not uniform: {steps.min():.4g} to {steps[longest]:.4g} s"
+    return f"steps of the clock are not uniform: {steps.min():.4g} to {steps.max():.4g} s"
 
 
 def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
-    """Check that commands lie in their range, and pressures and angles in that of their unit.
-
-    Args:
-        columns: of the trial.
-        drives: command column and kind of its drive.
+    """Check commands, (column, kind of drive) each, and pressures and angles by their range.
 
     Raises:
         InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
             be in the unit that its column names, with the unit that was probably meant.
     """
-    vacuum = "is negative; set points are gauge, and a muscle has no vacuum"
     for name, kind in drives:
+        measured = f"{name.removesuffix('_set_kpa')}_kpa"
         if kind in ("valve", "pulse"):
             percent = np.abs(columns.values[name]).max() > 2.0
             hint = "; if it is percent, divide the column by 100" if percent else ""
-            columns.require_range(name, (-1.0, 1.0), *2 * (f"is outside [-1, 1]{hint}",))
+            columns.require_range(name, -1.0, 1.0, f"is outside [-1, 1]{hint}")
         elif kind == "pressure_set":
-            columns.require_range(name, (0.0, np.inf), vacuum, "")
-    for name, kind in drives:
-        measured = f"{name.removesuffix('_set_kpa')}_kpa"
-        if kind == "pressure_set" and measured in columns.values:
-            _against_set_point(columns, name, measured)
+            vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
+            columns.require_range(name, 0.0, np.inf, vacuum)
+            if measured in columns.values:
+                _against_set_point(columns, name, measured)
     below = "lies far below the atmosphere; pressures are gauge: correct the sensor's zero"
     counts = "is more than a turn; the column must hold deg, not counts of an encoder"
     for name, value in columns.values.items():
@@ -107,9 +101,9 @@ def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
                 f"is {value.max() / 100.0:.4g} bar, too much for a muscle; if the column holds"
                 " mbar, divide it by 10, if Pa by 1000"
             )
-            columns.require_range(name, (_LOWEST_GAUGE_KPA, HIGHEST_KPA), below, above)
+            columns.require_range(name, _LOWEST_GAUGE_KPA, HIGHEST_KPA, below, above)
         elif name.endswith("_deg"):
-            columns.require_range(name, (-360.0, 360.0), counts, counts)
+            columns.require_range(name, -360.0, 360.0, counts)
 
 
 def units_of_all(trials: Sequence[Columns]) -> None:
@@ -121,30 +115,41 @@ def units_of_all(trials: Sequence[Columns]) -> None:
         InputError: naming the unit that was probably meant.
     """
     tops = [
-        (float(np.max(value)), name, columns)
+        (float(value.max()), name, columns.path)
         for columns in trials
-        if _fills(columns)
+        # A trial of vented muscles shows nothing but noise.
+        if any(_COMMAND.fullmatch(n) and v.max() > 0.0 for n, v in columns.values.items())
         for name, value in columns.values.items()
         if name.endswith("_kpa")
     ]
     if tops:
-        top, name, columns = max(tops, key=lambda entry: entry[0])
-        if 0.0 < top < LEAST_KPA:
-            raise InputError(
-                f"{columns.path}: no pressure of any trial is above {name} = {top:g}, too little"
-                " for a muscle; if the columns hold bar, multiply them by 100, if MPa by 1000"
-            )
+        require_muscle_pressure(*max(tops, key=lambda entry: entry[0]))
     # A held arm that is pulled at barely turns: then there are forces to see.
-    if any(name.startswith("force") for columns in trials for name in columns.values):
-        return
     turned = [columns for columns in trials if "angle_deg" in columns.values]
-    widest = max((_turning(columns) for columns in turned), default=0.0)
-    most = max((float(np.ptp(columns.values["angle_deg"])) for columns in turned), default=0.0)
+    if not turned or any(name.startswith("force") for c in trials for name in c.values):
+        return
+    most = max(float(np.ptp(columns.values["angle_deg"])) for columns in turned)
+    pairs = (
+        (columns.values.get(f"p1{end}"), columns.values.get(f"p2{end}"))
+        for columns in turned
+        for end in ("_kpa", "_set_kpa")
+    )
+    apart = (float(np.ptp(a - b)) for a, b in pairs if a is not None and b is not None)
+    widest = max(apart, default=0.0)
     if widest > _WIDE_KPA and 0.1 < most < _FEW_DEG:
         raise InputError(
             f"{turned[0].path}: angle_deg never moves by more than {most:.3g}, though the"
             f" pressures move {widest:.0f} kPa apart; if the columns hold rad, multiply them by"
             " 57.29578"
+        )
+
+
+def require_muscle_pressure(top: float, name: str, path: Path) -> None:
+    """Refuse the highest pressure of a file [kPa] if only one in another unit is so low."""
+    if 0.0 < top < LEAST_KPA:
+        raise InputError(
+            f"{path}: no pressure is above {name} = {top:g}, too little for a muscle; if the"
+            " columns hold bar, multiply them by 100, if MPa by 1000"
         )
 
 
@@ -167,22 +172,3 @@ def _against_set_point(columns: Columns, set_point: str, measured: str) -> None:
                     f"{columns.path}: {measured} is {middle:.3g} times {set_point}, so that one of"
                     f" them is not kPa: {name} looks like {unit}; multiply it by {1 / ratio:.4g}"
                 )
-
-
-def _turning(columns: Columns) -> float:
-    """By how much the difference between the pressures of two muscles changes [kPa]."""
-    widths = [0.0]
-    for shape in ("p{}_kpa", "p{}_set_kpa"):
-        pair = [columns.values.get(shape.format(muscle)) for muscle in (1, 2)]
-        if pair[0] is not None and pair[1] is not None:
-            widths.append(float(np.ptp(pair[0] - pair[1])))
-    return max(widths)
-
-
-def _fills(columns: Columns) -> bool:
-    """Whether any command asks for pressure; a trial of vented muscles shows nothing but noise."""
-    return any(
-        float(np.max(value)) > 0.0
-        for name, value in columns.values.items()
-        if re.fullmatch(r"u\d+|.+_set_kpa|.+_valve", name)
-    )

@@ -8,13 +8,15 @@ rig with one joint that turns also ``u1``, ``p1_set_kpa``, ``p1_kpa``, ``force1_
 ``torque_nm``: muscles by number. Pressures are gauge.
 
 A log in a lab's own columns and units is read as it is if ``recording.toml`` says what they are,
-see `pamsim.recordings.trial_columns`.
+see `pamsim.recordings.log_columns`.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,21 +27,31 @@ from pamsim.core.files import is_file
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.recordings import recording_checks, segments
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.recording import SCHEMA
-from pamsim.recordings.signals import MUSCLE_DRIVES, Drive
+from pamsim.recordings.signals import (
+    EFFORTS,
+    JOINT_KINDS,
+    KINDS,
+    MUSCLE_COLUMNS,
+    MUSCLE_DRIVES,
+    Drive,
+    DriveLike,
+    column_of,
+    command_columns,
+    muscle_channels,
+    muscle_columns,
+)
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
-from pamsim.recordings.trial_columns import (
-    TrialColumns,
-    in_own_format,
-    log_columns,
-    trial_columns,
-)
 
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
 _TOP = ("schema", "rig", "columns", "trial")
 _TRIAL = ("file", "protocol", "drive", "load_kg", *segments.KEYS)
+_NUMBERED = ("time_s", "angle_deg", "torque_nm", *dict(MUSCLE_COLUMNS.values()))
+_BY_NUMBER = re.compile(r"u\d+|p\d+(_set)?_kpa")
 
 
 def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
@@ -62,32 +74,38 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     """
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
-    entries: list[Mapping[str, Any]] = table["trial"]
-    log = log_columns(table["columns"], f"{index}: [columns]") if "columns" in table else None
-    tables: list[TrialColumns] = []
-    for one in entries:
-        columns = read_columns(index.parent / one["file"])
-        own = columns if log is None else in_own_format(columns, log)
-        tables.append(trial_columns(own, one["drive"]))
-        tables[-1].columns.require("time_s")
-    notes: list[str] = []
+    read: list[tuple[Trial, Columns, Collection[str]]] = []
     trials: list[Trial] = []
-    for number, (one, own) in enumerate(zip(entries, tables, strict=True), start=1):
-        where = f"{index}: trial {number}"
-        trials += segments.trials_of(_trial(one, own, notes), one, where)
-    if log is None:  # a log states its units itself, and bellows work at a few kPa
-        recording_checks.units_of_all([t.columns for t in tables])
-    for own in tables:
-        if _muscles(own) != _muscles(tables[0]):
+    notes: list[str] = []
+    for number, one in enumerate(table["trial"], start=1):
+        columns = read_columns(index.parent / one["file"])
+        if "columns" in table:
+            columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
+        read.append(_trial(one, columns, notes))
+        trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
+    if "columns" not in table:  # a log states its units itself, and bellows work at a few kPa
+        recording_checks.units_of_all([columns for _, columns, _ in read])
+    first, of_first = _muscles(read[0][0]), read[0][1].path.name
+    for trial, columns, _ in read:
+        if _muscles(trial) != first:
             raise InputError(
-                f"{own.columns.path}: commands {_muscles(own)}, {tables[0].columns.path.name}"
-                f" {_muscles(tables[0])}; a recording is of one rig"
+                f"{columns.path}: commands {_muscles(trial)}, {of_first} {first}; a recording is"
+                " of one rig"
             )
-    return TrialSet(
-        rig=_rig(index.parent, table["rig"]),
-        trials=tuple(trials),
-        notes=(*_not_measured(trials, tables), *notes),
-    )
+    unmeasured: list[str] = []
+    for channel in dict.fromkeys(channel for _, _, channels in read for channel in channels):
+        missing = [trial.name for trial in trials if channel not in trial.measured]
+        if missing:
+            where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
+            unmeasured.append(f"{channel} was not measured in {where}")
+    # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
+    beside = index.parent / table["rig"]
+    rig = str(beside) if is_file(beside / "params.toml") else table["rig"]
+    return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes))
+
+
+def _muscles(trial: Trial) -> str:
+    return ", ".join(sorted(trial.muscle_names)) or f"{trial.muscles} muscles"
 
 
 def _index(path: Path) -> Mapping[str, Any]:
@@ -110,15 +128,14 @@ def _index(path: Path) -> Mapping[str, Any]:
     if not entries or not all(isinstance(one, Mapping) for one in entries):
         raise InputError(needs)
     for number, one in enumerate(entries, start=1):
-        _check_entry(f"{path}: trial {number}", one)
-    files = [one["file"] for one in entries]
-    for file in files:
-        if files.count(file) > 1:
+        _check_entry(one, f"{path}: trial {number}")
+    for file, count in Counter(one["file"] for one in entries).items():
+        if count > 1:
             raise InputError(f"{path}: file {file!r} is two trials; name each file once")
     return table
 
 
-def _check_entry(where: str, table: Mapping[str, Any]) -> None:
+def _check_entry(table: Mapping[str, Any], where: str) -> None:
     check_keys(table, _TRIAL, where)
     for key in ("file", "protocol"):
         entry(table, key, str, f'{where} needs {key} = "..."')
@@ -141,50 +158,76 @@ def _check_entry(where: str, table: Mapping[str, Any]) -> None:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
 
 
-def _trial(table: Mapping[str, Any], found: TrialColumns, notes: list[str]) -> Trial:
+def _trial(
+    table: Mapping[str, Any], columns: Columns, notes: list[str]
+) -> tuple[Trial, Columns, Collection[str]]:
+    """The trial of an entry, those of its file's columns that are known, and its channels."""
+    drive: DriveLike = table["drive"]
+    muscles = _named_muscles(columns, drive)
+    if not muscles:
+        columns = columns.select(_NUMBERED)
+    # A muscle whose pressure was measured must be commanded, too.
+    count = len(muscles) or max([1, *map(int, re.findall(r"\d+", " ".join(columns.cells)))])
+    drives = Drive.of(drive, count if isinstance(drive, str) else len(drive))
+    command = command_columns(drives, muscles)
+    short = ("angle", "torque") if drives.joints else ("angle",)
+    joints = _joints(columns, drives) if muscles else short
+    pressures, forces = (
+        muscle_channels(kind, muscles, len(drives.muscles)) for kind in ("pressure", "force")
+    )
+    channels = {column_of(channel): channel for channel in (*pressures, *joints, *forces)}
+    if muscles:
+        known = (name for q in MUSCLE_COLUMNS for name in muscle_columns(q, muscles, count))
+        columns = columns.select(("time_s", *filter(None, command), *channels, *known))
+    columns.require("time_s")
+    driven = [(column, k) for column, k in zip(command, drives.kinds, strict=True) if column]
+    for column, kind in driven:
+        why = f", which drive = {kind!r} needs: what drives the simulation must be recorded"
+        columns.require(column, why, "no command column")
+        if kind in EFFORTS.values():  # from outside, which is no measurement of the rig
+            channels.pop(column, None)
     name = Path(table["file"]).with_suffix("").as_posix()
-    columns = found.columns
     jitter = recording_checks.clock(columns)
-    recording_checks.units(columns, list(zip(found.command, found.drives.kinds, strict=True)))
-    notes += [f"{name}: {jitter}"] if jitter else []
-    used = {"time_s", *found.command, *found.channels}
+    recording_checks.units(columns, driven)
+    used = {"time_s", *command, *channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
+    notes += [f"{name}: {jitter}"] if jitter else []
     notes += [f"{name}: column {column!r} is not used" for column in unused]
     time = columns.values["time_s"]
-    return Trial(
+    trial = Trial(
         name=name,
         protocol=table["protocol"],
-        drive=table["drive"],
+        drive=drive,
         load=float(table.get("load_kg", 0.0)),
         time=time - time[0],
-        command=np.column_stack(
-            [columns.si(column) if column else np.zeros(time.size) for column in found.command]
-        ),
-        measured={
-            channel: columns.si(column)
-            for column, channel in found.channels.items()
-            if column in columns.cells
-        },
-        muscle_names=found.muscles,
+        command=np.column_stack([columns.si(c) if c else np.zeros(time.size) for c in command]),
+        measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
+        muscle_names=muscles,
     )
+    return trial, columns, channels.values()
 
 
-def _muscles(table: TrialColumns) -> str:
-    return ", ".join(sorted(table.muscles)) or f"{len(table.drives.muscles)} muscles"
+def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
+    """Names of the muscles: those of the drive, or of columns that hold it; none if by number."""
+    if not isinstance(drive, str):
+        names = tuple(name for name, kind in drive.items() if kind in MUSCLE_DRIVES)
+    else:
+        named = MUSCLE_COLUMNS[MUSCLE_DRIVES[drive].quantity or "pressure"][1]
+        found = [re.fullmatch(named.replace("{}", "(.+?)"), name) for name in columns.cells]
+        names = tuple(match[1] for match in found if match and not match[1].endswith("_set"))
+    by_name = any(cell.startswith(f"{muscle}_") for muscle in names for cell in columns.cells)
+    return names if by_name and not any(map(_BY_NUMBER.fullmatch, columns.cells)) else ()
 
 
-def _rig(folder: Path, rig: str) -> str:
-    """The rig as `pamsim.load_rig` finds it from anywhere: a path is relative to the recording."""
-    beside = folder / rig
-    return str(beside) if is_file(beside / "params.toml") else rig
-
-
-def _not_measured(trials: Sequence[Trial], tables: Sequence[TrialColumns]) -> list[str]:
-    every = dict.fromkeys(channel for table in tables for channel in table.channels.values())
-    notes: list[str] = []
-    for channel in every:
-        missing = [trial.name for trial in trials if channel not in trial.measured]
-        if missing:
-            where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
-            notes.append(f"{channel} was not measured in {where}")
-    return notes
+def _joints(columns: Columns, drives: Drive) -> tuple[str, ...]:
+    """Channels of joints by name: of those that turn or slide, and of what acts on them."""
+    ends = {kind: f"_{KINDS[kind].suffix}" for kind in (*JOINT_KINDS, "torque")}
+    return (
+        *(
+            f"{name.removesuffix(end)}.{kind}"
+            for kind, end in ends.items()
+            for name in columns.cells
+            if name.endswith(end)
+        ),
+        *(f"{joint}.force" for joint in drives.joints),
+    )

@@ -57,12 +57,19 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     if not cut and "lead_in" not in entry:
         return (trial,)
     lead = _seconds(entry.get("lead_in", _LEAD_IN if cut else 0.0), f"{where}: lead_in")
+    spans = [(lead, math.inf)]
     if "period" in entry:
-        spans = _periods(trial, _seconds(entry["period"], f"{where}: period"), lead, where)
+        period, end = _seconds(entry["period"], f"{where}: period"), float(trial.time[-1])
+        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
+        count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
+        if count < 1:
+            raise InputError(
+                f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of"
+                f" {lead:g} s"
+            )
+        spans = [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
     elif "segments" in entry:
         spans = _spans(entry["segments"], f"{where}: segments")
-    else:
-        spans = [(lead, math.inf)]
     trials = [_part(trial, span, lead, where) for span in spans]
     if len(trials) == 1:
         return (trials[0],)
@@ -72,15 +79,10 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
 
 
 def on_even_clock(trial: Trial, rate: object, where: str) -> Trial:
-    """A trial sampled evenly from its first row on.
+    """A trial sampled evenly, at a rate such as ``"50 Hz"``, from its first row on.
 
     What was measured is taken on the line between two rows, a command that is held from the nearest
     row: which of two rows a step lies nearer to is all that the log shows.
-
-    Args:
-        trial: as logged.
-        rate: as written, such as ``"50 Hz"``.
-        where: file and trial, for errors.
 
     Raises:
         InputError: for a rate without meaning, or above the log's own.
@@ -106,47 +108,29 @@ def on_even_clock(trial: Trial, rate: object, where: str) -> Trial:
     return replace(trial, time=time, command=command, measured=measured)
 
 
-def _periods(trial: Trial, period: float, lead: float, where: str) -> list[tuple[float, float]]:
-    end = float(trial.time[-1])
-    whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
-    count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
-    if count < 1:
-        raise InputError(
-            f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of {lead:g} s"
-        )
-    return [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
-
-
 def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> Trial:
-    begin, end = span
-    last = float(trial.time[-1])
-    if begin > last or (math.isfinite(end) and end > last + trial.sample_interval + _ROUNDING):
-        raise InputError(
-            f"{where}: {begin:g} to {end:g} s is not in the log, which ends at {last:g} s"
-        )
-    rows = (trial.time >= begin - _ROUNDING) & (trial.time < end - _ROUNDING)
-    if np.count_nonzero(rows) < FEWEST_ROWS:
-        raise InputError(
-            f"{where}: {begin:g} to {end:g} s has {np.count_nonzero(rows)} rows; a trial needs"
-            f" {FEWEST_ROWS} or more"
-        )
-    first = float(trial.time[rows][0])
-    before = (trial.time >= begin - lead - _ROUNDING) & (trial.time < first)
+    (begin, end), time = span, trial.time
+    last = float(time[-1])
+    asked = f"{where}: {begin:g} to {end:g} s"
+    if begin > last or last + trial.sample_interval + _ROUNDING < end < math.inf:
+        raise InputError(f"{asked} is not in the log, which ends at {last:g} s")
+    at, first, stop = np.searchsorted(time, np.array([begin - lead, begin, end]) - _ROUNDING)
+    rows, before = slice(first, stop), slice(at, first)
+    if stop - first < FEWEST_ROWS:
+        raise InputError(f"{asked} has {stop - first} rows; a trial needs {FEWEST_ROWS} or more")
     lead_in = None
-    if np.any(before):
-        start = [
-            trial.measured[channel][before][0] if channel in trial.measured else math.nan
-            for channel in trial.pressure_channels
-        ]
+    if at < first:
+        pressures = [trial.measured.get(channel) for channel in trial.pressure_channels]
+        start = [math.nan if values is None else values[at] for values in pressures]
         lead_in = TrialLead(
-            time=trial.time[before] - trial.time[before][0],
-            duration=first - float(trial.time[before][0]),
+            time=time[before] - time[at],
+            duration=float(time[first] - time[at]),
             command=trial.command[before],
             start_pressure=np.array(start),
         )
     return replace(
         trial,
-        time=trial.time[rows] - first,
+        time=time[rows] - time[first],
         command=trial.command[rows],
         measured={channel: values[rows] for channel, values in trial.measured.items()},
         lead_in=lead_in,
@@ -154,26 +138,24 @@ def _part(trial: Trial, span: tuple[float, float], lead: float, where: str) -> T
 
 
 def _inputs_apart(trials: list[Trial]) -> list[Trial]:
-    """Trials with a protocol of their own for each input, where there are several."""
-    levels = [_levels(trial) for trial in trials]
+    """Trials with a protocol of their own for each input, where there are several.
+
+    An input is the levels at which commands are held, one after the other, but for brief ones.
+    """
+    levels: list[tuple[tuple[float, ...], ...]] = []
+    for trial in trials:
+        held = trial.command[:, np.logical_not(trial.drives.between)]
+        changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
+        edges = np.concatenate([[0], changes, [len(held)]])
+        longer = edges[:-1][np.diff(edges) > _BRIEF]
+        levels.append(tuple(map(tuple, held[longer].tolist())))
     inputs = list(dict.fromkeys(levels))
-    if len(inputs) == 1:
-        return trials
     named: list[Trial] = []
     for trial, own in zip(trials, levels, strict=True):
         stem = trial.protocol.removesuffix(HELD_OUT_SUFFIX)
         end = trial.protocol.removeprefix(stem)
         named.append(replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}"))
-    return named
-
-
-def _levels(trial: Trial) -> tuple[tuple[float, ...], ...]:
-    """Levels at which the commands of a trial are held, one after the other, but for brief ones."""
-    held = trial.command[:, np.logical_not(trial.drives.between)]
-    changes = np.flatnonzero(np.any(np.diff(held, axis=0) != 0.0, axis=1)) + 1
-    edges = np.concatenate([[0], changes, [len(held)]])
-    longer = edges[:-1][np.diff(edges) > _BRIEF]
-    return tuple(tuple(held[row].tolist()) for row in longer)
+    return named if len(inputs) > 1 else trials
 
 
 def _seconds(value: object, where: str) -> float:

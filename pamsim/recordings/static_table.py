@@ -17,9 +17,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.units import FloatArray
-from pamsim.recordings.columns import Columns
+from pamsim.recordings import recording_checks
 from pamsim.recordings.printed import distinct_steps
-from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
 
 PRINTED = "mas20"
@@ -70,45 +69,33 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
             load=np.array([step.load for step in steps]),
             angle=np.array([step.angle for step in steps]),
         )
-    path = Path(source)
-    columns = read_columns(path).select(_STATIC_COLUMNS)
-    numbers = [int(name[1:-4]) for name in columns.cells if re.fullmatch(r"p\d+_kpa", name)]
-    pressures = [f"p{i}_kpa" for i in range(1, max(numbers, default=1) + 1)]
-    for name in (*pressures, "angle_deg"):
-        columns.require(name, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
-    _check_static(columns)
-    starts = [f"start_{name}" for name in pressures]
-    given = [name for name in starts if name in columns.cells]
-    if given and given != starts:
-        raise InputError(f"{path}: {', '.join(given)} alone: give all of {', '.join(starts)}")
-    notes = [f"{path.name}: column {name!r} is not used" for name in columns.ignored]
-    loaded = "load_kg" in columns.cells
+    columns = read_columns(Path(source)).select(_STATIC_COLUMNS)
+    name, given = columns.path.name, columns.cells
+    count = max(map(int, re.findall(r"\bp(\d+)_kpa", " ".join(given))), default=1)
+    pressures = [f"p{i}_kpa" for i in range(1, count + 1)]
+    for column in (*pressures, "angle_deg"):
+        columns.require(column, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
+    held = {name: v for name, v in columns.values.items() if name.endswith("_kpa")}
+    recording_checks.units(columns, [(name, "pressure_set") for name in held])
+    if loaded := "load_kg" in given:
+        grams = "is no load for an arm; write kg, not g"
+        columns.require_range("load_kg", 0.0, HEAVIEST_LOAD, "is negative", grams)
+    top, highest = max((float(values.max()), name) for name, values in held.items())
+    recording_checks.require_muscle_pressure(top, highest, columns.path)
+    starts = [f"start_{column}" for column in pressures]
+    there = [column for column in starts if column in given]
+    if there and there != starts:
+        raise InputError(
+            f"{columns.path}: {', '.join(there)} alone: give all of {', '.join(starts)}"
+        )
+    notes = [f"{name}: column {column!r} is not used" for column in columns.ignored]
+    notes += [] if loaded else [f"{name}: no column load_kg, so no load"]
     return StaticTable(
-        name=path.stem,
+        name=columns.path.stem,
         rows=tuple(f"line {number}" for number in columns.lines),
-        pressure=np.column_stack([columns.si(name) for name in pressures]),
+        pressure=np.column_stack([columns.si(column) for column in pressures]),
         load=columns.si("load_kg") if loaded else np.zeros(len(columns.lines)),
         angle=columns.si("angle_deg"),
-        start=np.column_stack([columns.si(name) for name in starts]) if given else None,
-        notes=(*notes, *([] if loaded else [f"{path.name}: no column load_kg, so no load"])),
+        start=np.column_stack([columns.si(column) for column in starts]) if there else None,
+        notes=tuple(notes),
     )
-
-
-def _check_static(columns: Columns) -> None:
-    kpa = [name for name in columns.values if name.endswith("_kpa")]
-    vacuum = "is negative; pressures are gauge, and a muscle has no vacuum"
-    pascal = "is too much for a muscle; if it is Pa, divide it by 1000"
-    counts = "is more than a turn; the column must hold deg"
-    for name, low, high, below, above in (
-        *((name, 0.0, HIGHEST_KPA, vacuum, pascal) for name in kpa),
-        ("angle_deg", -360.0, 360.0, counts, counts),
-        ("load_kg", 0.0, HEAVIEST_LOAD, "is negative", "is no load for an arm; write kg, not g"),
-    ):
-        if name in columns.values:
-            columns.require_range(name, (low, high), below, above)
-    top = max(float(columns.values[name].max()) for name in kpa)
-    if 0.0 < top < LEAST_KPA:
-        raise InputError(
-            f"{columns.path}: no pressure is above {top:g}, too little for a muscle; if the columns"
-            " hold bar, multiply them by 100"
-        )

@@ -18,7 +18,7 @@ _SECOND_DIFFERENCE = np.sqrt(6.0)  # of white noise, in its standard deviations
 _MEDIAN_TO_SD = 1.4826
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class StepMetrics:
     """Figures of one step response, in the units of the response.
 
@@ -53,19 +53,14 @@ def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     Returns:
         The figures; a response without travel has no overshoot and settles at once.
     """
-    t = np.asarray(time, dtype=float)
-    y = np.asarray(response, dtype=float)
-    final = float(y[-max(1, len(y) // 50) :].mean())
-    start = float(y[0])
+    t, y = np.asarray(time, dtype=float), np.asarray(response, dtype=float)
+    start, final = float(y[0]), float(y[-max(1, len(y) // 50) :].mean())
     travel = final - start
     if travel == 0.0:
-        return StepMetrics(
-            start=start, final=final, settling_time=0.0, overshoot=0.0, reversal=float(np.ptp(y))
-        )
-    forward = (y - start) * np.sign(travel)
-    outside = np.flatnonzero(np.abs(y - final) > _BAND * abs(travel))
-    last = int(outside[-1]) + 1 if len(outside) else 0
-    settled = last < 0.9 * len(t) and not _on_its_way(y, final, _BAND * abs(travel))
+        return StepMetrics(start, final, 0.0, 0.0, reversal=float(np.ptp(y)))
+    forward, band = (y - start) * np.sign(travel), _BAND * abs(travel)
+    last = int(np.max(np.flatnonzero(np.abs(y - final) > band), initial=-1)) + 1
+    settled = last < 0.9 * len(t) and not _on_its_way(y, final, band)
     return StepMetrics(
         start=start,
         final=final,
@@ -102,14 +97,10 @@ def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
 
 
 def step_figures(recording: Recording) -> dict[str, float]:
-    """Figures of a step response of a rig by name, in the units of files.
+    """Figures of a complete step response of a rig by name, in the units of files.
 
-    Args:
-        recording: from the step on, complete.
-
-    Returns:
-        Of each joint start, final value, settling time and overshoot, and of each muscle pressure
-        and tension at the end; the names are those of `step_figure_units`, in its order.
+    Of each joint start, final value, settling time and overshoot, and of each muscle pressure and
+    tension at the end; the names are those of `step_figure_units`, in its order.
     """
     values: list[float] = []
     for kind, position in zip(recording.joints.values(), recording.positions.T, strict=True):
@@ -124,12 +115,8 @@ def step_figure_units(names: SignalNames) -> dict[str, str]:
     units: dict[str, str] = {}
     for joint, kind in names.joints.items():
         own, shown = "" if names.short else f"{joint}_", KINDS[kind].shown
-        units |= {
-            f"{own}start_{KINDS[kind].suffix}": shown,
-            f"{own}final_{KINDS[kind].suffix}": shown,
-            f"{own}settling_s": "s",
-            f"{own}overshoot_percent": "%",
-        }
+        figures = joint_figures(StepMetrics(0.0, 0.0, 0.0, 0.0, 0.0), KINDS[kind])
+        units |= zip((own + name for name in figures), (shown, shown, "s", "%"), strict=True)
     for number, muscle in enumerate(names.muscles, start=1):
         for kind in ("pressure", "force"):
             owner = f"{kind}_{number}" if names.short else f"{muscle}_{kind}"
@@ -138,17 +125,11 @@ def step_figure_units(names: SignalNames) -> dict[str, str]:
 
 
 def rough_noise(*signals: FloatArray, lag: int = 1) -> float:
-    """Standard deviation of the noise of signals that share it, over a lag in samples.
+    """Standard deviation of the noise of evenly sampled signals (n,) that share it [their unit].
 
-    From second differences, in which what is smooth over the lag all but cancels, by their median,
-    which the few samples at a switching valve do not move.
-
-    Args:
-        signals: (n,) each, evenly sampled, in any unit.
-        lag: [samples]; noise that drifts more slowly than this is not seen.
-
-    Returns:
-        Standard deviation [unit of the signal]; 0 for fewer than 2 lag + 1 samples.
+    From second differences over a lag in samples, in which what is smooth over the lag all but
+    cancels, by their median, which the few samples at a switching valve do not move. Noise that
+    drifts more slowly than the lag is not seen; fewer than 2 lag + 1 samples give 0.
     """
     bends = [s[2 * lag :] - 2.0 * s[lag:-lag] + s[: -2 * lag] for s in signals]
     bend = np.abs(np.concatenate(bends))

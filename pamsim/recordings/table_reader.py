@@ -27,7 +27,6 @@ from pamsim.recordings.array_files import ARRAY_FILES, read_arrays
 from pamsim.recordings.columns import Cells, Columns, cells_of
 
 _SMALLER = "cut it into several files, or leave out columns"
-_LARGER = f"save it as Parquet or .npz, or {_SMALLER}"
 _MARKS = ";\t,|"
 _NONE = ("", "-", "--")  # in a line of units
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
@@ -56,27 +55,22 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     if numbers_only and all(map(_is_number, header)):
         start, first = start - 1, 0
         header = [f"column_{i}" for i in range(1, len(header) + 1)]
-    lines = [number for number, _ in rows[start + 1 :]]
-    texts = [text for _, text in rows[start + 1 :]]
+    lines, texts = [n for n, _ in rows[start + 1 :]], [text for _, text in rows[start + 1 :]]
     for line, text in zip(lines, texts, strict=True):
-        if _width(text, separator) != len(header):
+        if (cells := _width(text, separator)) != len(header):
             raise InputError(
-                f"{path}: line {line} has {_width(text, separator)} cells, the header"
-                f" {len(header)}; write points in numbers, or separate cells by semicolons"
+                f"{path}: line {line} has {cells} cells, the header {len(header)}; write points in"
+                " numbers, or separate cells by semicolons"
             )
-    above, below = ([*(_split(text, separator) for text in texts[:2]), [], []])[:2]
     units: dict[str, str] = {}
-    if below and not any(map(_is_number, above)) and _is_number(below[0]):
-        stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
-        units = {name: unit for name, unit in stated if unit not in _NONE}
-        del lines[0], texts[0]
-    columns = Columns(
-        path=path,
-        header=first,
-        lines=lines,
-        cells=dict(zip(header, _of_text(texts, separator, len(header)), strict=True)),
-        units=units,
-    )
+    if len(texts) > 1:
+        above, below = (_split(text, separator) for text in texts[:2])
+        if not any(map(_is_number, above)) and _is_number(below[0]):
+            stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
+            units = {name: unit for name, unit in stated if unit not in _NONE}
+            del lines[0], texts[0]
+    cells = dict(zip(header, _of_text(texts, separator, len(header)), strict=True))
+    columns = Columns(path=path, header=first, lines=lines, cells=cells, units=units)
     columns.refuse_twice(header)
     return columns
 
@@ -105,7 +99,8 @@ def _rows(path: Path) -> list[tuple[int, str]]:
 
 def _text(path: Path) -> str:
     try:
-        written = read_bounded(path, TABLE_BYTES, instead=_LARGER)
+        larger = f"save it as Parquet or .npz, or {_SMALLER}"
+        written = read_bounded(path, TABLE_BYTES, instead=larger)
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
     # UTF-8, or what spreadsheets write beside it; almost any bytes can be read as cp1252.
@@ -128,13 +123,16 @@ def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
     """
     among = rows[len(rows) // 2][1]
     for start, (_, line) in enumerate(rows[: len(rows) // 2]):
-        separator = next((mark for mark in _MARKS if mark in line), None)
-        cells = _split(line, separator)
+        cells = _split(line, _mark(line))
         if all(map(_is_number, cells)):
             break
-        if len(cells) == _width(among, separator) > 1:
-            return start, separator
-    return 0, next((mark for mark in _MARKS if mark in rows[0][1]), None)
+        if len(cells) == _width(among, _mark(line)) > 1:
+            return start, _mark(line)
+    return 0, _mark(rows[0][1])
+
+
+def _mark(line: str) -> str | None:
+    return next((mark for mark in _MARKS if mark in line), None)
 
 
 def _of_text(texts: list[str], separator: str | None, width: int) -> list[Cells]:
@@ -151,10 +149,9 @@ def _of_text(texts: list[str], separator: str | None, width: int) -> list[Cells]
         )
         numbers = dict(zip(sample, np.ascontiguousarray(read.T), strict=True))
     except ValueError:
-        rows = [_split(text, separator) for text in texts]
-        for i in range(width):
+        for i, column in enumerate(zip(*(_split(text, separator) for text in texts), strict=True)):
             try:
-                numbers[i] = np.array([row[i] for row in rows], dtype=float)
+                numbers[i] = np.array(column, dtype=float)
             except ValueError:
                 continue
 
@@ -172,9 +169,11 @@ def _split(line: str, separator: str | None) -> list[str]:
         quoted = '"' in line
         cells = next(csv.reader([line], delimiter=separator)) if quoted else line.split(separator)
         cells = [cell.strip() for cell in cells]
-    if separator == "," or "," not in line:
-        return cells
-    return [c.replace(",", ".") if _DECIMAL_COMMA.fullmatch(c) else c for c in cells]
+    return cells if separator == "," or "," not in line else list(map(_with_point, cells))
+
+
+def _with_point(cell: str) -> str:
+    return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
 
 
 def _width(line: str, separator: str | None) -> int:
@@ -185,7 +184,7 @@ def _width(line: str, separator: str | None) -> int:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell)
+        float(_with_point(cell))
     except ValueError:
         return False
     return True

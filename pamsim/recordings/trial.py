@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import (
     EFFORTS,
@@ -134,8 +134,19 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     names.check_driven(trial.drives.joints, f"{trial.name!r}: rig {rig!r}")
     channels = _channels(trial, names, order)
     left = [channel for channel in trial.measured if channel not in channels]
+    shown = " or ".join(names.joint_columns())
     for channel in left:
-        _refuse_other_joint(trial, channel, names, rig)
+        joint, asked = owner_of(channel), f"of rig {rig!r}"
+        if channel == "angle":
+            raise InputError(
+                f"{trial.name!r}: which joint {asked} is angle_deg? Name the column {shown}"
+            )
+        if joint in names.joints and kind_of(channel) in JOINT_KINDS:
+            kind = names.joints[joint]
+            raise InputError(
+                f"{trial.name!r}: joint {joint!r} {asked} {MOVES[kind]}; give its column in"
+                f" {KINDS[kind].shown} and name it {shown}"
+            )
     lead = trial.lead_in
     if lead is not None:
         start = lead.start_pressure[order]
@@ -155,23 +166,15 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
 
 def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
     """Columns of the trial's command in the rig's order."""
-    have = ", ".join(names.muscles)
+    have, where = ", ".join(names.muscles), f"{trial.name!r}: rig {rig!r}"
     if trial.muscles != len(names.muscles):
         raise InputError(
             f"{trial.name!r} is of {trial.muscles} muscles, rig {rig!r} has {len(names.muscles)}"
             f" ({have})"
         )
-    for name in trial.muscle_names:
-        if name not in names.muscles:
-            raise InputError(
-                f"{trial.name!r} commands {name!r}, which is no muscle of rig {rig!r}; "
-                f"{nearest(name, names.muscles)}"
-            )
-    order = trial.drives.order(names.muscles, f"{trial.name!r}: rig {rig!r}")
-    if trial.muscle_names:
-        own = [trial.muscle_names.index(name) for name in names.muscles]
-        return [*own, *order[len(own) :]]
-    if order != sorted(order):
+    own = trial.muscle_names
+    order = replace(trial.drives, names=own or trial.drives.names).order(names.muscles, where)
+    if not own and order != sorted(order):
         raise InputError(
             f"{trial.name!r}: columns by number are in the order of rig {rig!r}, {have}; name the"
             " muscles in that order in the drive"
@@ -181,32 +184,13 @@ def _order(trial: Trial, names: SignalNames, rig: str) -> list[int]:
 
 def _channels(trial: Trial, names: SignalNames, order: list[int]) -> Mapping[str, str]:
     """The trial's channel -> the rig's."""
-    channels = {
-        f"{name}.{kind}": channel
-        for (name, kind), channel in zip(names.joints.items(), names.joint_channels, strict=True)
-    }
-    for name in trial.drives.imposed:
-        effort = names.effort_channel(name)
-        channels |= {effort: effort, f"{name}.{EFFORTS[names.joints[name]]}": effort}
+    channels = {f"{j}.{kind}": names.joint_channel(j) for j, kind in names.joints.items()}
+    for joint in trial.drives.imposed:
+        effort = names.effort_channel(joint)
+        channels |= {effort: effort, f"{joint}.{EFFORTS[names.joints[joint]]}": effort}
     if names.short:
         channels["angle"] = "angle"
     for kind in ("pressure", "force"):
         own = muscle_channels(kind, trial.muscle_names, trial.muscles)
         channels |= {own[i]: c for i, c in zip(order, names.of_muscles(kind), strict=True)}
     return channels
-
-
-def _refuse_other_joint(trial: Trial, channel: str, names: SignalNames, rig: str) -> None:
-    """Refuse a joint's channel that the rig must mean otherwise."""
-    columns = " or ".join(names.joint_columns())
-    if channel == "angle":
-        raise InputError(
-            f"{trial.name!r}: which joint of rig {rig!r} is angle_deg? Name the column {columns}"
-        )
-    joint = owner_of(channel)
-    if joint in names.joints and kind_of(channel) in JOINT_KINDS:
-        kind = names.joints[joint]
-        raise InputError(
-            f"{trial.name!r}: joint {joint!r} of rig {rig!r} {MOVES[kind]}; give its column in"
-            f" {KINDS[kind].shown} and name it {columns}"
-        )

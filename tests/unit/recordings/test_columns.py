@@ -30,7 +30,10 @@ def test_cells_keep_their_line_numbers_and_values_are_read_in_si(columns):
     assert found.si("p1_kpa").tolist() == [1e5, 2e5]
     np.testing.assert_allclose(found.si("angle_deg"), [np.pi / 2, -np.pi / 2])
     assert found.values["angle_deg"].tolist() == [90.0, -90.0]
-    assert found.where("p1_kpa", 1).endswith("log.csv: line 5: p1_kpa = 200")
+    with refused("log.csv: line 5: p1_kpa = 200 is too much"):
+        found.require_range("p1_kpa", 0.0, 150.0, "is too low", "is too much")
+    with refused("log.csv: line 3: p1_kpa = 100 is too low"):
+        found.require_range("p1_kpa", 150.0, 300.0, "is too low", "is too much")
 
 
 def test_a_format_selects_its_columns_under_their_own_names(columns):
@@ -47,6 +50,7 @@ def test_a_format_selects_its_columns_under_their_own_names(columns):
     [
         ("P1_kPa", "convert it if need be and name it 'p1_kpa'"),
         ("p3_set_bar", "name it 'p3_set_kpa'"),
+        ("p1000000000_kpa", "is not of this format"),
         ("t_ms", "name it 'time_s'"),
         ("tmie_s", "did you mean 'time_s'"),
     ],

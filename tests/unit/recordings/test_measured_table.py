@@ -211,7 +211,7 @@ def test_the_packaged_table_has_the_distinct_printed_rows():
         ("angle_deg", "angle_rad", "column 'angle_rad' is not of this format"),
         ("angle_deg", "remark", "no column 'angle_deg'"),
         ("angle_deg", "p1_kpa", "column 'p1_kpa' is there twice"),
-        ("400,100", "400000,100", "line 2: p1_kpa = 400000 is too much .* divide it by 1000"),
+        ("400,100", "400000,100", "line 2: p1_kpa = 400000 is 4000 bar, too much .* Pa by 1000"),
         ("400,100", "-400,100", "line 2: p1_kpa = -400 is negative"),
         ("1.2,30", "1.2,3000", "line 2: angle_deg = 3000 is more than a turn"),
         ("1.2,30", "1200,30", "line 2: load_kg = 1200 is no load"),

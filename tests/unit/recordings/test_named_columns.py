@@ -105,7 +105,10 @@ def read(tmp_path, *changes, run=None):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ([("calf_set_kpa", "toe_set_kpa"), ("calf_kpa", "toe_kpa")], "'toe', which is no muscle"),
+        (
+            [("calf_set_kpa", "toe_set_kpa"), ("calf_kpa", "toe_kpa")],
+            "rig 'my_leg' has no muscle 'toe'",
+        ),
         ([("rail_mm", "rail_deg")], "'rail' of rig 'my_leg' slides; give its column in mm"),
         ([("knee_deg", "knee_mm")], "'knee' of rig 'my_leg' turns; give its column in deg"),
     ],

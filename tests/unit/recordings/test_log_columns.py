@@ -8,8 +8,8 @@ import scipy.io
 
 import pamsim
 from pamsim.core.errors import InputError
+from pamsim.recordings.log_columns import ATMOSPHERE, in_own_format
 from pamsim.recordings.table_reader import read_columns
-from pamsim.recordings.trial_columns import ATMOSPHERE, in_own_format, log_columns
 
 NUMBERS = np.column_stack([np.arange(9) * 0.5, np.linspace(-1.25, 2.0, 9)])
 INDEX = """schema = "pamsim-recording/2"
@@ -117,25 +117,32 @@ def test_a_log_is_read_as_it_lies(tmp_path):
     assert any("Notiz" in note for note in pamsim.read_recordings(tmp_path).notes)
 
 
-def test_named_quantities_become_the_columns_of_their_joints_and_muscles():
+@pytest.fixture
+def log(tmp_path):
+    """Columns of a log of two rows: 1 and 2 in each."""
+    path = tmp_path / "log.csv"
+    path.write_text("t,a,b,c,d\n1,1,1,1,1\n2,2,2,2,2\n")
+    return read_columns(path)
+
+
+def test_named_quantities_become_the_columns_of_their_joints_and_muscles(log):
     table = {
         "time": {"column": "t", "unit": "s"},
         "knee.angle": {"column": "a", "unit": "turn"},
-        "slider.position": {"column": "b", "unit": "inch"},
+        "slider.position": {"column": "b", "unit": "inch", "offset": 2},
         "flexor.valve": {"column": "c", "unit": "percent"},
         "flexor.force": {"column": "d", "unit": "kN", "sign": -1},
     }
-    found = {one.name: (one.scale, one.offset) for one in log_columns(table, "[columns]")}
+    found = in_own_format(log, table, "[columns]").values
     expected = {
-        "time_s": (1.0, 0.0),
-        "knee_deg": (360.0, 0.0),
-        "slider_mm": (25.4, 0.0),
-        "flexor_valve": (0.01, 0.0),
-        "flexor_n": (-1000.0, 0.0),
+        "time_s": 1.0,
+        "knee_deg": 360.0,
+        "slider_mm": 3 * 25.4,
+        "flexor_valve": 0.01,
+        "flexor_n": -1000.0,
     }
-    assert found.keys() == expected.keys()
-    for name, numbers in expected.items():
-        assert found[name] == pytest.approx(numbers)
+    assert {name: values[0] for name, values in found.items()} == pytest.approx(expected)
+    assert found["slider_mm"][1] == pytest.approx(4 * 25.4)
 
 
 CLOCK = {"time": {"column": "t", "unit": "s"}}
@@ -154,22 +161,18 @@ WRONG = {
     ),
     "no table": (3, "write quantity"),
     "no entry": ({"time": "t"}, "time: write"),
+    "no column": (
+        CLOCK | {"angle": {"column": "beta", "unit": "deg"}},
+        r"no column 'beta' for angle \(there are: t, a, b, c, d\)",
+    ),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_cannot_be_meant_is_refused_by_name(case):
+def test_what_cannot_be_meant_is_refused_by_name(log, case):
     table, message = WRONG[case]
     with pytest.raises(InputError, match=message):
-        log_columns(table, "recording.toml: [columns]")
-
-
-def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("t,alpha\n0,1\n1,2\n")
-    log = log_columns(CLOCK | {"angle": {"column": "beta", "unit": "deg"}}, "[columns]")
-    with pytest.raises(InputError, match=r"no column 'beta' for angle \(there are: t, alpha\)"):
-        in_own_format(read_columns(path), log)
+        in_own_format(log, table, "recording.toml: [columns]")
 
 
 def wrapping(folder, wraps, first=0.0):
