@@ -34,7 +34,7 @@ from numba.core import cgutils
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic, overload, register_jitable
 
-from pamsim.core.compile_notice import compile_notice
+from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine import muscle_step, plugin, structs
 from pamsim.engine.jit import ARRAYS, OPTIONS, fingerprint, hand_to_numba, reached_functions

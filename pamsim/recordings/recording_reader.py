@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.files import is_file
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.recordings import recording_checks, segments
@@ -176,7 +175,7 @@ def _muscles(table: TrialColumns) -> str:
 def _rig(folder: Path, rig: str) -> str:
     """The rig as `pamsim.load_rig` finds it from anywhere: a path is relative to the recording."""
     beside = folder / rig
-    return str(beside) if is_file(beside / "params.toml") else rig
+    return str(beside) if os.path.isfile(beside / "params.toml") else rig
 
 
 def _not_measured(trials: Sequence[Trial], tables: Sequence[TrialColumns]) -> list[str]:

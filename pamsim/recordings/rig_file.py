@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError, PamsimError, nearest
-from pamsim.core.files import is_file
 from pamsim.core.parameters import Sourced
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.effects.effect import Effect
@@ -116,7 +115,7 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
         InputError: if there is none, with the nearest name.
     """
     path = Path(rig)
-    if is_file(path / "params.toml"):
+    if os.path.isfile(path / "params.toml"):
         return path
     names = shipped_rig_names()
     if str(rig) in names:
@@ -204,7 +203,7 @@ def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _file(path: Path, folder: Path, name: str) -> Path:
     found = folder / name
-    if not is_file(found):
+    if not os.path.isfile(found):
         raise InputError(f"{path}: names {name!r}, which is not in {folder}")
     return found
 
