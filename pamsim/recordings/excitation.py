@@ -35,28 +35,21 @@ def held_levels(time: FloatArray, hold: float, count: int, rng: np.random.Genera
     return np.concatenate([rng.permutation(ladder) for _ in range(rounds)])[number]
 
 
-def multisine_lines(lines: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Excited and detection harmonics of an odd random-phase multisine of so many odd harmonics.
-
-    Of each group of four odd harmonics one is left out: there, and at the even ones, whatever the
-    output shows is distortion, not linear response (Pintelon and Schoukens, System Identification,
-    2012, section 4.3).
-    """
-    odd = 2 * np.arange(lines, dtype=np.int64) + 1
-    left_out = np.arange(lines) % 4 == 2
-    return odd[~left_out], odd[left_out]
-
-
 def multisine(time: FloatArray, period: float, lines: int, rng: np.random.Generator) -> FloatArray:
     """Odd multisine of random phases with unexcited detection lines; its peak over a period is 1.
+
+    Of each group of four odd harmonics the third is left out: there, and at the even ones, whatever
+    the output shows is distortion, not linear response (Pintelon and Schoukens, System
+    Identification, 2012, section 4.3).
 
     Args:
         time: (n,) [s].
         period: of the fundamental [s].
-        lines: number of odd harmonics, see `multisine_lines`.
+        lines: number of odd harmonics, those left out included.
         rng: random phases.
     """
-    excited, _ = multisine_lines(lines)
+    number = np.arange(lines)
+    excited = (2 * number + 1)[number % 4 != 2]
     phases = rng.uniform(0.0, 2.0 * np.pi, excited.size)
 
     def at(when: FloatArray) -> FloatArray:

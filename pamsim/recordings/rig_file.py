@@ -166,8 +166,8 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         rods=tuple(on for kind, on in places.values() if kind == "joint"),
         muscle=_sections(path, "muscle", table("muscle")),
         overrides={
-            name: _sections(path, f"muscles.{name}", muscles[name], without=kind)
-            for name, (kind, _) in places.items()
+            name: _sections(path, f"muscles.{name}", {k: one[k] for k in one if k != kind})
+            for (name, one), (kind, _) in zip(muscles.items(), places.values(), strict=True)
         },
         native=numbers("native"),
         sensor=numbers("sensor"),
@@ -198,13 +198,9 @@ def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _sections(
-    path: Path, where: str, table: Mapping[str, Any], without: str = ""
-) -> dict[str, Section]:
+def _sections(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Section]:
     sections: dict[str, Section] = {}
     for group in table:
-        if group == without:
-            continue
         place = f"{where}.{group}"
         entries = entry(table, group, Mapping, f"{path}: {place} must be a table of parameters")
         sections[group] = {
@@ -246,14 +242,7 @@ def _number(path: Path, key: str, table: Any) -> Sourced:
 
 
 def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
-    """Add the laws of a rig to the catalogs, for what needs the laws and not the rig.
-
-    Args:
-        rig: rig folder or name of a shipped rig; None for no rig.
-
-    Raises:
-        InputError: as `read_effects`, or if there is no such rig.
-    """
+    """Add the laws of a rig, if one is given, to the catalogs; raises as `read_rig`."""
     if rig is not None:
         read_effects(find_rig(rig))
 

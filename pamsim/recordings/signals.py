@@ -25,14 +25,11 @@ DriveLike: TypeAlias = str | Mapping[str, str]
 
 
 class Kind(NamedTuple):
-    """A kind of measured quantity: its units, and its columns' ending in files."""
+    """A quantity's SI unit, unit on screens and in files, its scale, and its columns' ending."""
 
     unit: str
-    """SI."""
     shown: str
-    """On screens and in files."""
     scale: float
-    """Of the shown unit in an SI unit."""
     suffix: str
 
 
@@ -62,18 +59,17 @@ MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
 
 
 class DriveKind(NamedTuple):
-    """One way to drive a muscle or a joint."""
+    """One way to drive a muscle, or a joint that has this kind of position.
+
+    ``quantity`` names the column in a file that holds its values [``unit``], and is empty if it
+    needs none. They run straight from one to the next if ``between``; else each is held.
+    """
 
     of: str
-    """``muscle``, or the kind of position of a joint."""
     meaning: str
-    """Of its values."""
     unit: str
-    """SI unit of its values."""
     quantity: str
-    """Whose column in a file holds its values; empty if it needs none."""
     between: bool
-    """True if values run straight from one to the next, False if each is held."""
 
 
 _MEASURED = "measured gauge pressure, which the muscle has whatever valves and air would do"
@@ -116,13 +112,7 @@ def _each(numbered: str, named: str, muscles: Sequence[str], count: int) -> tupl
 
 
 def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
-    """Channels of one kind, ``pressure`` or ``force``, of all muscles, in their order.
-
-    Args:
-        kind: of the channels.
-        muscles: names; none for numbers.
-        count: of the muscles.
-    """
+    """Channels of one kind, ``pressure`` or ``force``, of ``count`` muscles: named or numbered."""
     return _each(f"{kind}_{{}}", f"{{}}.{kind}", muscles, count)
 
 
@@ -203,14 +193,10 @@ class SignalNames:
         return muscle_columns(quantity, self.named_muscles, len(self.muscles))
 
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
-        """Refuse to drive joints that the rig does not record, or otherwise than they move.
-
-        Args:
-            driven: joint -> kind of its drive.
-            where: names the rig, for errors.
+        """Refuse joints, with the kind of drive, that the rig has not or that move otherwise.
 
         Raises:
-            InputError: naming the joint.
+            InputError: naming the joint, and the rig by ``where``.
         """
         for joint, kind in driven.items():
             if joint not in self.joints:
@@ -226,14 +212,17 @@ class SignalNames:
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A resolved drive, whose values are columns: one per muscle, then one per driven joint."""
+    """A resolved drive, whose values are columns: one per muscle, then one per driven joint.
+
+    Attributes:
+        muscles: kind of each muscle's, of `MUSCLE_DRIVES`.
+        names: of the muscles; none if they go by order.
+        joints: driven joint -> its kind, of `JOINT_DRIVES`.
+    """
 
     muscles: tuple[str, ...]
-    """Kind of each muscle's, of `MUSCLE_DRIVES`."""
     names: tuple[str, ...] = ()
-    """Of the muscles; none if they go by order."""
     joints: Mapping[str, str] = field(default_factory=dict[str, str])
-    """Driven joint -> its kind, of `JOINT_DRIVES`."""
 
     @classmethod
     def of(cls, stated: DriveLike, columns: int) -> Drive:
@@ -323,9 +312,7 @@ def checked(kind: object, known: Mapping[str, DriveKind], whose: str = "") -> st
 def command_columns(drives: Drive, muscles: tuple[str, ...]) -> tuple[str, ...]:
     """Column in a file of each muscle's and driven joint's command; empty of a sealed muscle.
 
-    Args:
-        drives: of a trial.
-        muscles: names; none where muscles have numbers, and the only joint no name.
+    ``muscles`` are names; none where muscles have numbers, and the only joint no name.
     """
     count = len(drives.muscles)
     of_muscles = (DRIVES[kind].quantity for kind in drives.muscles)
