@@ -74,11 +74,7 @@ def _temporary() -> Path:
 def compile_notice(what: str, about: str) -> Generator[None]:
     """Print on standard error what is being compiled, if a ``with`` block takes long.
 
-    Only where someone reads it: on a terminal and in a notebook.
-
-    Args:
-        what: is compiled.
-        about: how long that takes, in words.
+    Only where someone reads it: on a terminal and in a notebook; ``about`` says how long it takes.
     """
     text = f"pamsim: compiling {what}, once for this installation ({about})"
     timer = threading.Timer(_AFTER, print, [text], {"file": sys.stderr, "flush": True})
@@ -94,14 +90,10 @@ def compile_notice(what: str, about: str) -> Generator[None]:
 def function_of_text(
     name: str, text: str, where: str, names: Mapping[str, Any], *, typed: bool = False
 ) -> FunctionType:
-    """The function that a text defines, which debuggers and compilers read as that of a file.
+    """The function that a text defines, which refers to ``names``.
 
-    Args:
-        name: of the function.
-        text: its definition.
-        where: name of the file that it seems to stand in.
-        names: what the text refers to.
-        typed: whether its annotations are evaluated, for a compiler that asks for types.
+    Debuggers and compilers read it as that of a file ``where``. Its annotations are evaluated if it
+    is ``typed``, for a compiler that asks for types.
     """
     linecache.cache[where] = (len(text), None, text.splitlines(keepends=True), where)
     space = dict(names)

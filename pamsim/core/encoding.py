@@ -46,12 +46,10 @@ INLINE: Mapping[str, Any] = {_META: ("", 1.0)}
 
 
 def json_key(key: str, scale: float = 1.0) -> Mapping[str, Any]:
-    """Metadata of a field that is written under another key, in another unit.
+    """Metadata of a field that is written under another key, such as ``error_deg``.
 
-    Args:
-        key: in the file, with the unit, such as ``error_deg``.
-        scale: written unit per SI unit, such as ``DEG_PER_RAD``; applies to every number in the
-            field: a float, a sequence, an array, the values of a mapping.
+    Every number in it, in a sequence, array or mapping too, is multiplied by ``scale``: written
+    unit per SI unit, such as ``DEG_PER_RAD``.
     """
     return {_META: (key, scale)}
 
@@ -130,12 +128,9 @@ def fields_to_dict(value: Any) -> dict[str, Any]:
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write a result, see `pamsim.core.files.complete_file`.
+    """Write a JSON-safe result, numbers in SI or with the unit in the key.
 
-    Args:
-        path: of the file; its folder is created.
-        result: JSON-safe mapping, numbers in SI or with the unit in the key; NaN and infinity are
-            refused, since JSON has neither.
+    NaN and infinity are refused, since JSON has neither. See `pamsim.core.files.complete_file`.
 
     Raises:
         InputError: if the place cannot be written.
@@ -163,11 +158,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class CheckpointFile:
-    """The state of a long computation, one JSON file that each save replaces.
-
-    Attributes:
-        path: of the JSON file.
-    """
+    """The state of a long computation, one JSON file that each save replaces."""
 
     path: Path
 

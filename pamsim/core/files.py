@@ -19,16 +19,11 @@ _PART = ".part-"
 
 
 def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
-    """The content of a file that anyone may have written, which may be a pipe.
-
-    Args:
-        path: of the file.
-        most: bytes that it may have.
-        instead: what to do about a larger one, for the error.
+    """The content of a file of at most so many bytes that anyone may have written, or of a pipe.
 
     Raises:
         OSError: if it cannot be read.
-        InputError: if it is larger.
+        InputError: if it is larger; ``instead`` says what to do about that.
     """
     with path.open("rb") as file:
         content = file.read(most + 1)
@@ -40,13 +35,7 @@ def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?
 def read_document(
     path: Path, most: int, parse: Callable[[str], Any], language: str
 ) -> dict[str, Any]:
-    """Names and values in a file that anyone may have written.
-
-    Args:
-        path: of the file.
-        most: bytes that it may have.
-        parse: parser of a text.
-        language: what it parses, for the error.
+    """Names and values in a file, of at most so many bytes, that anyone may have written.
 
     Raises:
         FileNotFoundError: if there is no such file.
@@ -124,10 +113,7 @@ def refuse_file(folder: Path) -> Path:
 def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> Generator[Path]:
     """Keep a folder, created if need be, for the results of one run, for a ``with`` block.
 
-    Args:
-        path: of the folder.
-        force: whether files in it may be replaced.
-        resume: whether the run goes on with what is there.
+    Files in it may be replaced by ``force``, or if the run is to ``resume`` with what is there.
 
     Raises:
         InputError: if there are files in it that may not be replaced, another run writes to it, or

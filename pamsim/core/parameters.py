@@ -91,8 +91,8 @@ class ParameterGroup:
 
 
 @functools.cache
-def specs(group: type[ParameterGroup]) -> tuple[tuple[str, FieldSpec], ...]:
-    """``(field name, FieldSpec)`` of each field, in declaration order."""
+def specs(group: type[Any]) -> tuple[tuple[str, FieldSpec], ...]:
+    """``(field name, FieldSpec)`` of each field that is a `parameter`, in declaration order."""
     found = ((field.name, field.metadata.get(_META)) for field in dataclasses.fields(group))
     return tuple((name, spec) for name, spec in found if spec)
 

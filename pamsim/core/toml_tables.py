@@ -24,16 +24,11 @@ def read_toml(path: Path) -> dict[str, Any]:
 def check_keys(
     table: Mapping[str, Any], known: Collection[str], where: object, under: str = ""
 ) -> Mapping[str, Any]:
-    """The table, if all its keys mean something.
-
-    Args:
-        table: as read.
-        known: the keys that mean something.
-        where: file and place, for the error.
-        under: name of the table with a dot, to go before the key in the error.
+    """The table, if all its keys are known.
 
     Raises:
-        InputError: naming the key and the nearest known one.
+        InputError: naming the file and place ``where``, the key with what it is ``under``, such as
+            ``rig.``, and the nearest known one.
     """
     for key in table:
         if key not in known:
@@ -44,18 +39,13 @@ def check_keys(
 def entry(
     table: object, key: str, kind: type | UnionType, wanted: str, default: object = None
 ) -> Any:
-    """An entry of a table, if it is of a kind.
+    """An entry of a table, if it is of a kind; what is no table has no entries.
 
-    Args:
-        table: as read; what is no table has no entries.
-        key: of the entry.
-        kind: types that it may have.
-        wanted: the error, with the place and what to write; ``{!r}`` in it stands for what is
-            there.
-        default: of an entry that is left out, checked like one that is not.
+    The ``default`` of an entry that is left out is checked like one that is not.
 
     Raises:
-        InputError: if it is missing, blank or of another kind.
+        InputError: if it is missing, blank or of another kind, with the text ``wanted``: the place
+            and what to write; ``{!r}`` in it stands for what is there.
     """
     content: Any = table
     value = content.get(key, default) if isinstance(table, Mapping) else None

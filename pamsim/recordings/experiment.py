@@ -10,20 +10,11 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import RUN_SAMPLES
-from pamsim.core.parameters import FieldSpec, check_value
+from pamsim.core.parameters import check_value, parameter, specs
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import DRIVES, IMPOSED, Drive, DriveLike
 
 _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
-_NUMBERS = {
-    name: FieldSpec(unit=unit, low=0.0, high=high, low_open=above, doc=name)
-    for name, unit, high, above in (
-        ("duration", "s", 1e6, True),
-        ("sample_rate", "Hz", 1e5, True),
-        ("load", "kg", 1e4, False),
-        ("settle", "s", 1e4, False),
-    )
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,10 +43,12 @@ class Experiment:
     command_time: FloatArray
     command_value: FloatArray
     start_pressure: FloatArray
-    duration: float
-    sample_rate: float = 500.0
-    load: float = 0.0
-    settle: float = 4.0
+    duration: float = parameter(unit="s", low=0.0, low_open=True, high=1e6, doc="duration")
+    sample_rate: float = parameter(
+        unit="Hz", low=0.0, low_open=True, high=1e5, doc="sample_rate", default=500.0
+    )
+    load: float = parameter(unit="kg", low=0.0, high=1e4, doc="load", default=0.0)
+    settle: float = parameter(unit="s", low=0.0, high=1e4, doc="settle", default=4.0)
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -89,7 +82,7 @@ class Experiment:
         if time[0] != 0.0 or np.any(np.diff(time) <= 0.0):
             raise InputError("command times must start at 0 and increase")
         _check_values(drives, value, start)
-        for name, spec in _NUMBERS.items():
+        for name, spec in specs(Experiment):
             check_value(f"experiment.{name}", getattr(self, name), spec)
         samples = self.duration * self.sample_rate
         if samples > RUN_SAMPLES:
