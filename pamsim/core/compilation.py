@@ -74,7 +74,7 @@ def _temporary() -> Path:
 def compile_notice(what: str, about: str) -> Generator[None]:
     """Print on standard error what is being compiled, if a ``with`` block takes long.
 
-    Only where someone reads it: on a terminal and in a notebook; ``about`` says how long it takes.
+    Only where someone reads it: on a terminal and in a notebook, with the words ``about`` its time.
     """
     text = f"pamsim: compiling {what}, once for this installation ({about})"
     timer = threading.Timer(_AFTER, print, [text], {"file": sys.stderr, "flush": True})
