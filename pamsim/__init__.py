@@ -31,7 +31,7 @@ import importlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pamsim.core.numba_cache import choose_cache
+from pamsim.core.compilation import choose_cache
 
 if TYPE_CHECKING:
     from pamsim.calibration.calibrate import calibrate as calibrate

@@ -21,12 +21,7 @@ _limits: Any = threadpoolctl.threadpool_limits
 
 
 class Steps:
-    """Reports the steps of a computation whose number becomes known on the way.
-
-    Args:
-        progress: called as each step begins.
-        ahead: steps expected, at most.
-    """
+    """Reports to ``progress`` the steps of a computation, at first at most ``ahead``."""
 
     def __init__(self, progress: Progress | None, ahead: int) -> None:
         self._progress, self._done, self._total = progress, 0, ahead
@@ -43,7 +38,7 @@ class Steps:
 
 
 @contextmanager
-def one_blas_thread() -> Generator[None, None, None]:
+def one_blas_thread() -> Generator[None]:
     """Inside, or in a function that it decorates, every loaded BLAS has one thread.
 
     Its threads wait for work by spinning. Beside simulations that takes a third of the processors'
@@ -56,7 +51,4 @@ def one_blas_thread() -> Generator[None, None, None]:
 def versions(*also: str) -> dict[str, str]:
     """Versions of Python, pamsim, MuJoCo and numpy, and of further packages, by name."""
     names = ("pamsim", "mujoco", "numpy", *also)
-    return {
-        "python": platform.python_version(),
-        **{name: importlib.metadata.version(name) for name in names},
-    }
+    return {"python": platform.python_version()} | {n: importlib.metadata.version(n) for n in names}

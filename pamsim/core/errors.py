@@ -16,14 +16,10 @@ class PamsimError(Exception):
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(_one_line(message))
-
-
-def _one_line(message: str) -> str:
-    text = " ".join(message.split())
-    text = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
-    text = re.sub(rf"\S{{{_LONGEST_WORD + 1},}}", lambda word: _cut(word[0], _LONGEST_WORD), text)
-    return _cut(text, _LONGEST)
+        text = " ".join(message.split())
+        text = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
+        text = re.sub(rf"\S{{{_LONGEST_WORD},}}", lambda word: _cut(word[0], _LONGEST_WORD), text)
+        super().__init__(_cut(text, _LONGEST))
 
 
 def _cut(text: str, most: int) -> str:
@@ -56,14 +52,9 @@ class SimulationError(PamsimError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the tail of an error sentence: the nearest known name and all that exist.
+    """Tail of an error: the known name nearest to what was written, and all that exist.
 
-    Args:
-        name: what the user wrote.
-        known: the names that exist.
-
-    Returns:
-        For example ``did you mean 'kPa'? known: Pa, kPa, bar``.
+    For example ``did you mean 'kPa'? known: Pa, kPa, bar``.
     """
     names = sorted(known)
     close = difflib.get_close_matches(name, names, n=1)

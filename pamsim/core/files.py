@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from pathlib import Path
+from typing import Any, cast
 
 from pamsim.core.errors import InputError
 
@@ -17,27 +18,61 @@ _PART = ".part-"
 """In the hidden name of a file that is being written; what a killed run leaves of it is waste."""
 
 
+def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
+    """The content of a file of at most so many bytes that anyone may have written, or of a pipe.
+
+    Raises:
+        OSError: if it cannot be read.
+        InputError: if it is larger; ``instead`` says what to do about that.
+    """
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise InputError(f"{path} has more than {most / 2**20:,.0f} MiB, the most read; {instead}")
+    return content
+
+
+def read_document(
+    path: Path, most: int, parse: Callable[[str], Any], language: str
+) -> dict[str, Any]:
+    """Names and values in a file, of at most so many bytes, that anyone may have written.
+
+    Raises:
+        FileNotFoundError: if there is no such file.
+        InputError: if it cannot be read, is too large, or is not valid.
+    """
+    try:
+        content = parse(read_bounded(path, most).decode("utf-8-sig"))
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:  # also of UTF-8, or of a number's many digits
+        raise InputError(f"{path}: not valid {language}: {error}") from None
+    if not isinstance(content, dict):
+        raise InputError(f"{path}: names and their values are wanted, not {content!r}")
+    return cast("dict[str, Any]", content)
+
+
 @contextlib.contextmanager
 def complete_file(path: Path) -> Generator[Path]:
     """Write to another path in a ``with`` block, which then replaces ``path`` in one move.
 
-    If the block fails or is interrupted, or the disk is full, ``path`` stays as it was.
-
-    Args:
-        path: of the file; its folder is created.
+    The folder is created. If the block fails or is interrupted, or the disk is full, ``path`` stays
+    as it was.
 
     Raises:
         InputError: if the place cannot be written.
     """
+    # A name of its own, so that two writers do not share it.
+    part = path.parent / f".{path.stem}{_PART}{secrets.token_hex(8)}{path.suffix}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # A name of its own, so that two writers do not share it.
-        name = f".{path.stem}{_PART}{secrets.token_hex(8)}{path.suffix}"
-        part = path.parent / name
         try:
             part.open("xb").close()
             yield part
-            _flush(part)
+            with part.open("r+b") as written:
+                os.fsync(written.fileno())
             os.replace(part, path)
         finally:
             part.unlink(missing_ok=True)
@@ -47,45 +82,9 @@ def complete_file(path: Path) -> Generator[Path]:
         raise InputError(f"cannot write {path}: {reason}") from None
 
 
-def _flush(path: Path) -> None:
-    """Put a file on the disk, before it takes the place of another."""
-    handle = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
-def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
-    """The content of a file that anyone may have written.
-
-    Args:
-        path: of the file, which may be a pipe.
-        most: bytes that it may have.
-        instead: what to do about a larger one, for the error.
-
-    Raises:
-        OSError: if it cannot be read.
-        InputError: if it is larger.
-    """
-    with path.open("rb") as file:
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise InputError(f"{path} has more than {most / 2**20:,.0f} MiB, the most read; {instead}")
-    return content
-
-
 def is_part(name: str) -> bool:
     """Whether a file's name is that of one being written, or of one that was never completed."""
     return name.startswith(".") and _PART in name
-
-
-def is_file(path: Path) -> bool:
-    """Whether a file is there; a name that no file can have is none."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
@@ -112,12 +111,9 @@ def refuse_file(folder: Path) -> Path:
 
 @contextlib.contextmanager
 def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> Generator[Path]:
-    """Keep a folder for the results of one run, for a ``with`` block.
+    """Keep a folder, created if need be, for the results of one run, for a ``with`` block.
 
-    Args:
-        path: of the folder; created if need be.
-        force: whether files in it may be replaced.
-        resume: whether the run goes on with what is there.
+    Files in it may be replaced by ``force``, or if the run is to ``resume`` with what is there.
 
     Raises:
         InputError: if there are files in it that may not be replaced, another run writes to it, or
@@ -125,8 +121,7 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
     """
     from filelock import FileLock, Timeout
 
-    refuse_file(path)
-    if not force and not resume and path.is_dir():
+    if refuse_file(path).is_dir() and not (force or resume):
         names = (entry.name for entry in path.iterdir())
         there = sorted(name for name in names if name != LOCK and not is_part(name))
         if there:
@@ -135,9 +130,9 @@ def results_folder(path: Path, *, force: bool = False, resume: bool = False) -> 
                 f"{path} holds results already ({there[0]}{more}); `force` replaces them, or name"
                 " another folder"
             )
+    lock = FileLock(path / LOCK, timeout=0)
     try:
         path.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(path / LOCK, timeout=0)
         lock.acquire()
     except Timeout:
         raise InputError(

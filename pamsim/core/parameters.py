@@ -12,6 +12,7 @@ so it travels beside the value in `Sourced`, which is what a rig's ``params.toml
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import math
@@ -58,15 +59,14 @@ def parameter(
     low_open: bool = False,
     default: float | None = None,
 ) -> Any:
-    """Declare one parameter field.
+    """Declare one parameter field, see `FieldSpec`.
 
     A field has a default only where a neutral value exists (an effect that is off): numbers a user
     must think about have none.
     """
     spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
-    if default is None:
-        return dataclasses.field(metadata={_META: spec})
-    return dataclasses.field(default=default, metadata={_META: spec})
+    value: Any = dataclasses.MISSING if default is None else default
+    return dataclasses.field(default=value, metadata={_META: spec})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,10 +91,10 @@ class ParameterGroup:
 
 
 @functools.cache
-def specs(group: type[ParameterGroup]) -> tuple[tuple[str, FieldSpec], ...]:
-    """``(field name, FieldSpec)`` of each field, in declaration order."""
+def specs(group: type[Any]) -> tuple[tuple[str, FieldSpec], ...]:
+    """``(field name, FieldSpec)`` of each field that is a `parameter`, in declaration order."""
     found = ((field.name, field.metadata.get(_META)) for field in dataclasses.fields(group))
-    return tuple((name, spec) for name, spec in found if isinstance(spec, FieldSpec))
+    return tuple((name, spec) for name, spec in found if spec)
 
 
 def check_value(name: str, value: object, spec: FieldSpec) -> float:
@@ -103,22 +103,17 @@ def check_value(name: str, value: object, spec: FieldSpec) -> float:
     Raises:
         ParameterError: naming ``name``, the value and the allowed range.
     """
-    if isinstance(value, bool) or not isinstance(value, Real) or not _finite(value):
+    number = math.nan
+    if not isinstance(value, bool) and isinstance(value, Real):
+        with contextlib.suppress(OverflowError):  # an integer beyond every float
+            number = float(value)
+    if not math.isfinite(number):
         raise ParameterError(
             f"{name} = {value!r} is not a finite number; give one in {spec.range_text()}"
         )
-    number = float(value)
-    too_low = number <= spec.low if spec.low_open else number < spec.low
-    if too_low or number > spec.high:
+    if number < spec.low or number > spec.high or (spec.low_open and number == spec.low):
         raise ParameterError(f"{name} = {number:g} is outside {spec.range_text()} ({spec.doc})")
     return number
-
-
-def _finite(value: Real) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # an integer beyond every float
-        return False
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ from types import UnionType
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.files import read_bounded
+from pamsim.core.files import read_document
 from pamsim.core.limits import TOML_BYTES
 
 NUMBER = int | float
@@ -17,40 +17,18 @@ NUMBER = int | float
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The table of a TOML file.
-
-    Raises:
-        FileNotFoundError: if there is no such file.
-        InputError: if it cannot be read, is too large, or is not valid TOML.
-    """
-    try:
-        return tomllib.loads(read_bounded(path, TOML_BYTES).decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from None
-    except RecursionError:
-        raise InputError(f"{path}: not valid TOML: nested too deep") from None
-    except ValueError as error:  # of the syntax, of UTF-8, or of a number with too many digits
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+    """The table of a TOML file; raises as `pamsim.core.files.read_document`."""
+    return read_document(path, TOML_BYTES, tomllib.loads, "TOML")
 
 
 def check_keys(
     table: Mapping[str, Any], known: Collection[str], where: object, under: str = ""
 ) -> Mapping[str, Any]:
-    """Refuse a table with keys that mean nothing.
-
-    Args:
-        table: as read.
-        known: the keys that mean something.
-        where: file and place, for the error.
-        under: name of the table with a dot, to go before the key in the error.
-
-    Returns:
-        The table.
+    """The table, if all its keys are known.
 
     Raises:
-        InputError: naming the key and the nearest known one.
+        InputError: naming the file and place ``where``, the key with what it is ``under``, such as
+            ``rig.``, and the nearest known one.
     """
     for key in table:
         if key not in known:
@@ -61,18 +39,13 @@ def check_keys(
 def entry(
     table: object, key: str, kind: type | UnionType, wanted: str, default: object = None
 ) -> Any:
-    """An entry of a table, if it is of a kind.
+    """An entry of a table, if it is of a kind; what is no table has no entries.
 
-    Args:
-        table: as read; what is no table has no entries.
-        key: of the entry.
-        kind: types that it may have.
-        wanted: the error, with the place and what to write; ``{!r}`` in it stands for
-            what is there.
-        default: of an entry that is left out, checked like one that is not.
+    The ``default`` of an entry that is left out is checked like one that is not.
 
     Raises:
-        InputError: if it is missing, blank or of another kind.
+        InputError: if it is missing, blank or of another kind, with the text ``wanted``: the place
+            and what to write; ``{!r}`` in it stands for what is there.
     """
     content: Any = table
     value = content.get(key, default) if isinstance(table, Mapping) else None

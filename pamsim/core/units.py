@@ -56,11 +56,8 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
     Args:
         value: the number as written.
         unit: the unit as written, such as ``kPa``, ``deg``, ``dm^3/(s*bar)``; ``1`` for none.
-        si_unit: the SI unit the number is wanted in, such as ``Pa``.
+        si_unit: the SI unit wanted, such as ``Pa``.
         where: file and key, for the error.
-
-    Returns:
-        The value in ``si_unit``.
 
     Raises:
         InputError: if the unit is unknown or measures another quantity.
@@ -71,37 +68,27 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
         factor = _factor(unit, si_unit)
         return value * factor if factor is not None else _converted(value, unit, si_unit)
     except pint.DimensionalityError:
-        raise InputError(
-            f"{where}: unit {unit!r} does not measure what is wanted here;"
-            f" write a unit that converts to {si_unit!r}"
-        ) from None
+        wrong = f"does not measure what is wanted here; write a unit that converts to {si_unit!r}"
     except Exception:  # pint's parser fails in many ways: tokens, types, division, assertions
-        raise InputError(
-            f"{where}: unit {unit!r} is not known; write one such as kPa, bar, mm, deg, kg, N/bar"
-            f" that converts to {si_unit!r}"
-        ) from None
+        wrong = (
+            "is not known; write one such as kPa, bar, mm, deg, kg, N/bar that converts to"
+            f" {si_unit!r}"
+        )
+    raise InputError(f"{where}: unit {unit!r} {wrong}")
 
 
 @functools.lru_cache(maxsize=1024)
 def _factor(unit: str, si_unit: str) -> float | None:
-    """SI units in a unit; None for a unit with another zero, such as degC.
-
-    Raises:
-        Exception: of many kinds, for text that is no unit.
-    """
-    if _TOWER.search(unit):
+    """SI units in a unit; None for a unit with another zero, such as degC."""
+    # A power of a power is no unit, and the parser would compute it for ever.
+    if re.search(r"(\^|\*\*)[^*/]*(\^|\*\*)", unit):
         raise ValueError(unit)
-    if _converted(0.0, unit, si_unit) != 0.0:
-        return None
-    return _converted(1.0, unit, si_unit)
+    return _converted(1.0, unit, si_unit) if _converted(0.0, unit, si_unit) == 0.0 else None
 
 
 def _converted(value: float, unit: str, si_unit: str) -> float:
     return float(_registry().Quantity(value, unit).to(si_unit).magnitude)
 
-
-_TOWER = re.compile(r"(\^|\*\*)[^*/]*(\^|\*\*)")
-"""A power of a power, which no unit is and which the parser would compute for ever."""
 
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:nan|inf))\s*(.*)", re.IGNORECASE
@@ -112,22 +99,17 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
     """Read a number with an optional unit, such as ``487``, ``4.87 bar`` or ``30deg``, as SI.
 
     Args:
-        text: as typed.
+        text: as typed; ``nan`` and ``inf`` are passed on for the caller to judge.
         default_unit: unit of a bare number.
         si_unit: the SI unit wanted.
         where: option or key, for the error.
 
-    Returns:
-        The value in ``si_unit``; ``nan`` and ``inf`` are passed on for the caller to judge.
-
     Raises:
         InputError: if it is no number, or its unit is unknown or of another quantity.
     """
-    if len(text) > QUANTITY_CHARACTERS:
-        raise InputError(
-            f"{where}: {len(text)} characters are not a number; write one such as 487 or 4.87bar"
-        )
-    match = _QUANTITY.fullmatch(text)
+    long = len(text) > QUANTITY_CHARACTERS
+    match = None if long else _QUANTITY.fullmatch(text)
     if match is None:
-        raise InputError(f"{where}: {text!r} is not a number; write one such as 487 or 4.87bar")
+        what = f"{len(text)} characters are" if long else f"{text!r} is"
+        raise InputError(f"{where}: {what} not a number; write one such as 487 or 4.87bar")
     return to_si(float(match[1]), match[2].strip() or default_unit, si_unit, where=where)

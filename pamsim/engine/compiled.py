@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from numba import types
 
-from pamsim.core.compile_notice import compile_notice
+from pamsim.core.compilation import compile_notice
 from pamsim.engine import law_table, memory, muscle_step, structs
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.memory import address_of, compiled_as, keyed_by

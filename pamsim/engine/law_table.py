@@ -26,7 +26,7 @@ from numba import types
 from numba.core.errors import NumbaError
 from numba.extending import overload, register_jitable
 
-from pamsim.core.compile_notice import compile_notice
+from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine import plugin
 from pamsim.engine.jit import OPTIONS, fingerprint, hand_to_numba, reached_functions

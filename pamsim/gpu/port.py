@@ -6,8 +6,8 @@ import functools
 from types import FunctionType
 from typing import Any
 
+from pamsim.core.compilation import function_of_text
 from pamsim.core.errors import InputError
-from pamsim.core.generated import function_of_text
 from pamsim.gpu import arithmetic
 from pamsim.gpu.replaced_functions import IN_SINGLE, ladders
 from pamsim.gpu.translate import translate, translated_name

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any
 
-from pamsim.core.generated import function_of_text
+from pamsim.core.compilation import function_of_text
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS

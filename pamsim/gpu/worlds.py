@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.catalog import USER_DEFINED
-from pamsim.core.compile_notice import compile_notice
+from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
-from pamsim.core.generated import function_of_text
+from pamsim.core.compilation import function_of_text
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw

@@ -1,6 +1,6 @@
 """Excitations that make effects visible: scalar signals over time, between -1 and 1.
 
-Each is a pure function of time [s]; what it drives, and how far, is the caller's.
+Each is a pure function of time (n,) [s]; what it drives, and how far, is the caller's.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pamsim.core.units import FloatArray
 
 
 def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray:
-    """Triangle wave (n,) over time (n,) [s], from 0, upwards first; loops at constant rate.
+    """Triangle wave of a period [s], from 0, upwards first; loops at constant rate.
 
     Args:
         time: (n,) [s].
@@ -27,51 +27,29 @@ def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray
 def held_levels(time: FloatArray, hold: float, count: int, rng: np.random.Generator) -> FloatArray:
     """Random levels, each held; long holds show creep and leaks, jumps show flows and delays.
 
-    Levels are drawn evenly (a shuffled ladder), so that every record covers the range.
-
-    Args:
-        time: (n,) [s].
-        hold: [s].
-        count: of different levels.
-        rng: random numbers.
-
-    Returns:
-        (n,) in [-1, 1].
+    ``count`` levels are drawn evenly (a shuffled ladder), so that every record covers the range.
     """
     ladder = np.linspace(-1.0, 1.0, count)
-    number = np.floor(time / hold + 1e-9).astype(int)
+    number = _number(time, hold)
     rounds = int(number.max()) // count + 1
     return np.concatenate([rng.permutation(ladder) for _ in range(rounds)])[number]
 
 
-def multisine_lines(lines: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Excited and detection harmonics of an odd random-phase multisine.
-
-    Of each group of four odd harmonics one is left out: there, and at the even ones, whatever the
-    output shows is distortion, not linear response (Pintelon and Schoukens, System Identification,
-    2012, section 4.3).
-
-    Returns:
-        Of so many odd harmonics those excited, and those left out.
-    """
-    odd = 2 * np.arange(lines, dtype=np.int64) + 1
-    left_out = np.arange(lines) % 4 == 2
-    return odd[~left_out], odd[left_out]
-
-
 def multisine(time: FloatArray, period: float, lines: int, rng: np.random.Generator) -> FloatArray:
-    """Odd random-phase multisine with unexcited detection lines.
+    """Odd multisine of random phases with unexcited detection lines; its peak over a period is 1.
+
+    Of each group of four odd harmonics the third is left out: there, and at the even ones, whatever
+    the output shows is distortion, not linear response (Pintelon and Schoukens, System
+    Identification, 2012, section 4.3).
 
     Args:
         time: (n,) [s].
         period: of the fundamental [s].
-        lines: number of odd harmonics, see `multisine_lines`.
+        lines: number of odd harmonics, those left out included.
         rng: random phases.
-
-    Returns:
-        (n,) scaled so that its peak over a period is 1.
     """
-    excited, _ = multisine_lines(lines)
+    number = np.arange(lines)
+    excited = (2 * number + 1)[number % 4 != 2]
     phases = rng.uniform(0.0, 2.0 * np.pi, excited.size)
 
     def at(when: FloatArray) -> FloatArray:
@@ -94,14 +72,16 @@ def bursts(
         shortest: burst [s].
         longest: burst [s], shorter than the spacing.
         rng: lengths and signs.
-
-    Returns:
-        (n,) -1, 0 or 1.
     """
-    number = np.floor(time / spacing + 1e-9).astype(int)
+    number = _number(time, spacing)
     pairs = int(number.max()) // 2 + 1
     length = np.repeat(rng.uniform(shortest, longest, pairs), 2)
     sign = np.repeat(rng.choice([-1.0, 1.0], pairs), 2)
     sign[1::2] *= -1.0
     inside = time - number * spacing < length[number] - 1e-9
     return np.where(inside, sign[number], 0.0)
+
+
+def _number(time: FloatArray, width: float) -> NDArray[np.int64]:
+    """Number of the interval of a width that each time lies in."""
+    return np.floor(time / width + 1e-9).astype(np.int64)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import RUN_SAMPLES
-from pamsim.core.parameters import FieldSpec, check_value
+from pamsim.core.parameters import check_value, parameter, specs
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import DRIVES, IMPOSED, Drive, DriveLike
 
@@ -43,10 +43,12 @@ class Experiment:
     command_time: FloatArray
     command_value: FloatArray
     start_pressure: FloatArray
-    duration: float
-    sample_rate: float = 500.0
-    load: float = 0.0
-    settle: float = 4.0
+    duration: float = parameter(unit="s", low=0.0, low_open=True, high=1e6, doc="duration")
+    sample_rate: float = parameter(
+        unit="Hz", low=0.0, low_open=True, high=1e5, doc="sample_rate", default=500.0
+    )
+    load: float = parameter(unit="kg", low=0.0, high=1e4, doc="load", default=0.0)
+    settle: float = parameter(unit="s", low=0.0, high=1e4, doc="settle", default=4.0)
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -59,17 +61,16 @@ class Experiment:
         time = np.atleast_1d(np.asarray(self.command_time, dtype=float))
         value = np.atleast_2d(np.asarray(self.command_value, dtype=float))
         start = np.atleast_1d(np.asarray(self.start_pressure, dtype=float))
+        arrays = {"command_time": time, "command_value": value, "start_pressure": start}
         drives = Drive.of(self.drive, value.shape[1])
-        for what, values in (
-            ("command time", time),
-            ("command value", value),
-            ("start pressure", start),
-        ):
+        for name, values in arrays.items():
             odd = np.flatnonzero(~np.isfinite(values))
             if odd.size:
                 raise InputError(
-                    f"{what} has {values.flat[odd[0]]} at entry {odd[0]}; give finite numbers"
+                    f"{name.replace('_', ' ')} has {values.flat[odd[0]]} at entry {odd[0]}; give"
+                    " finite numbers"
                 )
+            object.__setattr__(self, name, values)
         if len(time) == 0 or len(start) == 0:
             raise InputError("an experiment needs a command: give a time and a value per muscle")
         columns = len(start) + len(drives.joints)
@@ -81,13 +82,7 @@ class Experiment:
         if time[0] != 0.0 or np.any(np.diff(time) <= 0.0):
             raise InputError("command times must start at 0 and increase")
         _check_values(drives, value, start)
-        for name, high, unit, zero in (
-            ("duration", 1e6, "s", False),
-            ("sample_rate", 1e5, "Hz", False),
-            ("load", 1e4, "kg", True),
-            ("settle", 1e4, "s", True),
-        ):
-            spec = FieldSpec(unit=unit, low=0.0, high=high, low_open=not zero, doc=name)
+        for name, spec in specs(Experiment):
             check_value(f"experiment.{name}", getattr(self, name), spec)
         samples = self.duration * self.sample_rate
         if samples > RUN_SAMPLES:
@@ -95,9 +90,6 @@ class Experiment:
                 f"{self.duration:g} s at {self.sample_rate:g} Hz are {samples:,.0f} samples; a run"
                 f" has {RUN_SAMPLES:,} at most: lower the sample rate, or simulate parts"
             )
-        object.__setattr__(self, "command_time", time)
-        object.__setattr__(self, "command_value", value)
-        object.__setattr__(self, "start_pressure", start)
 
     @cached_property
     def drives(self) -> Drive:
@@ -133,18 +125,16 @@ def _smooth(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
     A motion whose speed jumped would take an infinite force. The slope is that of the parabola
     through a value and its neighbours.
     """
-    slope: FloatArray = np.gradient(values, time, edge_order=2 if len(time) > 2 else 1)
-    index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
-    width, rise = np.diff(time)[index], np.diff(values)[index]
-    share = np.minimum((at - time[index]) / width, 1.0)
-    bend = (slope[index] * width - rise) * (1.0 - share) - (slope[index + 1] * width - rise) * share
-    return values[index] + share * (rise + (1.0 - share) * bend)
+    from scipy.interpolate import CubicHermiteSpline
+
+    slope = np.gradient(values, time, edge_order=2 if len(time) > 2 else 1)
+    return CubicHermiteSpline(time, values, slope)(np.minimum(at, time[-1]))
 
 
 def _check_values(drives: Drive, value: FloatArray, start: FloatArray) -> None:
     """Refuse values that their column's drive cannot have."""
     kinds = np.array(drives.kinds)
-    pressures = np.concatenate([start, value[:, kinds == "pressure_set"].ravel()])
+    pressures = np.append(start, value[:, kinds == "pressure_set"])
     if np.any(pressures < 0.0):
         raise InputError(
             f"pressure {pressures.min() / 1e3:g} kPa is negative; pressures are gauge, 0 is the"
@@ -175,7 +165,7 @@ def pressure_step(
     sample_rate: float = 500.0,
     name: str = "",
 ) -> Experiment:
-    """Experiment in which the set points jump from one pair of pressures to another at time 0.
+    """Experiment in which the set points jump at time 0.
 
     Args:
         start_pressure: (m,) gauge pressures at rest [Pa].

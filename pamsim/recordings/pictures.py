@@ -7,7 +7,7 @@ import errno
 import os
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -24,18 +24,14 @@ FILM_SUFFIXES = (".gif", ".mp4")
 _GIF_FASTEST = 50.0
 """Frames per second that every viewer of GIFs still shows at the right pace [Hz]."""
 _COLOURS = 255  # one of 256 is left for "as before", which keeps a GIF small
-_CRF = 10  # constant quality of H.264, from 0, without loss, to 51
+_CRF = "10"  # constant quality of H.264, from 0, without loss, to 51
 
 
 def write_picture(path: Path, image: Picture) -> None:
-    """Write an image; the format follows the file's ending.
-
-    Args:
-        path: ending in .png, .jpg or another that Pillow knows; its folder is created.
-        image: (height, width, 3) RGB.
+    """Write an image (height, width, 3) RGB; the format follows the file's ending.
 
     Raises:
-        InputError: if the ending is unknown or the place cannot be written.
+        InputError: if Pillow does not know the ending or the place cannot be written.
     """
     from PIL import Image
 
@@ -97,17 +93,14 @@ def _write_gif(
 
     sheet = Image.fromarray(np.concatenate(list(palette_from)))
     palette = sheet.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
-    durations: list[int] = []
-
-    def pages() -> Iterator[Image.Image]:
-        # One palette and no dithering: what stands still has the same pixels in every frame.
-        for number, frame in enumerate(frames):
-            # GIF counts hundredths of a second; rounding each frame alone would shift the pace.
-            until, since = (round(100.0 * (number + more) / fps) for more in (1, 0))
-            durations.append(10 * (until - since))
-            yield Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-
-    first, *rest = pages()
+    # One palette and no dithering: what stands still has the same pixels in every frame.
+    first, *rest = (
+        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    # GIF counts hundredths of a second; rounding each frame alone would shift the pace.
+    ends = np.round(100.0 * np.arange(len(rest) + 2) / fps)
+    durations = (10 * np.diff(ends)).astype(int).tolist()
     first.save(path, save_all=True, append_images=rest, duration=durations, loop=0, disposal=1)
 
 
@@ -118,11 +111,13 @@ def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
     first = next(rest)
     height, width = first.shape[:2]
     # The common colour format halves the colours' resolution: sizes must be even.
-    even = width + width % 2, height + height % 2
-    padding = ((0, even[1] - height), (0, even[0] - width), (0, 0))
-    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error"]
-    command += ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{even[0]}x{even[1]}"]
-    command += ["-r", str(fps), "-i", "-", "-pix_fmt", "yuv420p", "-crf", str(_CRF), str(path)]
+    padding = ((0, height % 2), (0, width % 2), (0, 0))
+    size = f"{width + width % 2}x{height + height % 2}"
+    command = [
+        *(imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-v", "error"),
+        *("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", str(fps), "-i", "-"),
+        *("-pix_fmt", "yuv420p", "-crf", _CRF, str(path)),
+    ]
     with (
         tempfile.TemporaryFile() as log,
         # In a session of its own, Ctrl-C does not reach it: what is begun is ended from here.
@@ -132,10 +127,10 @@ def _write_mp4(path: Path, frames: Iterable[Picture], fps: float) -> None:
     ):
         assert ffmpeg.stdin is not None
         try:
-            for frame in chain([first], rest):
-                ffmpeg.stdin.write(np.pad(frame, padding, mode="edge").tobytes())
-            ffmpeg.stdin.close()
-        except BrokenPipeError:  # it has ended, and why stands in its log
+            # A broken pipe: it has ended, and why stands in its log.
+            with contextlib.suppress(BrokenPipeError):
+                for frame in chain([first], rest):
+                    ffmpeg.stdin.write(np.pad(frame, padding, mode="edge").tobytes())
             with contextlib.suppress(BrokenPipeError):
                 ffmpeg.stdin.close()
         except BaseException:

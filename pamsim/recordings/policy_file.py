@@ -70,13 +70,11 @@ def read_policy(path: Path) -> PolicyFile:
         raise InputError(f"{path} is no policy: it has no array {error}") from None
     except (TypeError, ValueError):
         raise InputError(f"{path} is no policy: an array is not what its name says") from None
-    inputs = 6 * len(policy.joints) + len(policy.muscles)
-    sizes = [(inputs,), *(bias.shape for bias in policy.biases)]
-    fit = [
-        weight.shape == (*out, *into)
-        for weight, (into, out) in zip(policy.weights, pairwise(sizes), strict=True)
-    ]
-    scaled = policy.centre.shape == policy.scale.shape == sizes[0]
-    if not depth or not scaled or not all(fit) or sizes[-1] != (len(policy.muscles),):
+    inputs, actions = (6 * len(policy.joints) + len(policy.muscles),), (len(policy.muscles),)
+    widths = [inputs, *(bias.shape for bias in policy.biases)]
+    layers = [(*out, *into) for into, out in pairwise(widths)]
+    scaled = policy.centre.shape == policy.scale.shape == inputs
+    fit = layers == [weight.shape for weight in policy.weights] and widths[-1] == actions
+    if not (depth and scaled and fit):
         raise InputError(f"{path} is no policy: its layers do not fit each other or its rig")
     return policy

@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,12 +24,7 @@ BRANCHES = ("up", "down")
 
 @dataclass(frozen=True)
 class Printed:
-    """A number with the digits it was printed with.
-
-    Attributes:
-        value: the number.
-        half_unit: half a unit of its last printed digit.
-    """
+    """A number with the digits it was printed with: ``half_unit`` is half one of its last digit."""
 
     value: float
     half_unit: float
@@ -47,12 +42,7 @@ def printed_table(name: str) -> list[dict[str, str]]:
 
 
 def printed_document(name: str, *, digits: bool = False) -> Mapping[str, Any]:
-    """A shipped TOML file.
-
-    Args:
-        name: of the file.
-        digits: read decimal numbers as `Printed`; whole numbers stay ``int``.
-    """
+    """A shipped TOML file; with ``digits``, its decimal numbers are `Printed`."""
     return tomllib.loads(_text(name), parse_float=Printed.read if digits else float)
 
 
@@ -115,16 +105,11 @@ def mas20_models() -> Mapping[str, Any]:
     return printed_document("matiskova2021.toml")
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoopRow:
+class LoopRow(NamedTuple):
     """Length of the muscle at one pressure on one branch, from three runs (Alraouf 2025, Table 2).
 
-    Attributes:
-        branch: ``up`` or ``down``.
-        pressure_kpa: gauge pressure [kPa].
-        mean: [cm].
-        deviation: standard deviation [cm].
-        half_interval: half the 95 % confidence interval of the mean [cm].
+    Gauge pressure [kPa]; mean, standard deviation and half the 95 % confidence interval of the mean
+    [cm].
     """
 
     branch: str
@@ -135,15 +120,10 @@ class LoopRow:
 
 
 def loop_rows(branch: str) -> tuple[LoopRow, ...]:
-    """The 11 rows of one branch, by rising pressure."""
+    """The 11 rows of one branch, ``up`` or ``down``, by rising pressure."""
+    columns = [f"{branch}_{of}_cm" for of in ("mean", "sd", "ci")]
     return tuple(
-        LoopRow(
-            branch=branch,
-            pressure_kpa=float(row["pressure_kpa"]),
-            mean=Printed.read(row[f"{branch}_mean_cm"]),
-            deviation=Printed.read(row[f"{branch}_sd_cm"]),
-            half_interval=Printed.read(row[f"{branch}_ci_cm"]),
-        )
+        LoopRow(branch, float(row["pressure_kpa"]), *(Printed.read(row[c]) for c in columns))
         for row in printed_table("alraouf2025_table2.csv")
     )
 
@@ -164,8 +144,5 @@ def arctangent_law(x: ArrayLike, a0: float, a1: float, a2: float, a3: float) -> 
         a1: steepness [1 / unit of x].
         a2: shift [-].
         a3: value in the middle [unit of y].
-
-    Returns:
-        (n,) y.
     """
     return a0 * np.arctan(a1 * np.asarray(x, dtype=np.float64) + a2) + a3

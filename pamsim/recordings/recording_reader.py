@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.files import is_file
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.recordings import recording_checks, segments
@@ -100,7 +99,7 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
             unmeasured.append(f"{channel} was not measured in {where}")
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
-    rig = str(beside) if is_file(beside / "params.toml") else table["rig"]
+    rig = str(beside) if os.path.isfile(beside / "params.toml") else table["rig"]
     return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes))
 
 

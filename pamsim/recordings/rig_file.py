@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from pamsim.core.errors import InputError, PamsimError, nearest
-from pamsim.core.files import is_file
 from pamsim.core.parameters import Sourced
 from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.effects.effect import Effect
@@ -41,13 +40,7 @@ _NUMBER = ("value", "unit", "source", "interval95", "bounds", "note")
 
 @dataclass(frozen=True, kw_only=True)
 class OwnPhysics:
-    """What a rig adds to the package.
-
-    Attributes:
-        laws: force laws.
-        operators: of hysteresis.
-        effects: that a diagnosis may name.
-    """
+    """Force laws, operators of hysteresis and effects that a rig adds to the package."""
 
     laws: tuple[ForceLaw, ...] = ()
     operators: tuple[Operator, ...] = ()
@@ -115,15 +108,14 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
     Raises:
         InputError: if there is none, with the nearest name.
     """
-    path = Path(rig)
-    if is_file(path / "params.toml"):
-        return path
-    names = shipped_rig_names()
-    if str(rig) in names:
-        return shipped_rigs() / str(rig)
+    if os.path.isfile(Path(rig) / "params.toml"):
+        return Path(rig)
+    name, names = str(rig), shipped_rig_names()
+    if name in names:
+        return shipped_rigs() / name
     raise InputError(
-        f"no rig {str(rig)!r}: it is neither a folder with params.toml nor a shipped rig;"
-        f" {nearest(str(rig), names)}"
+        f"no rig {name!r}: it is neither a folder with params.toml nor a shipped rig;"
+        f" {nearest(name, names)}"
     )
 
 
@@ -138,62 +130,66 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     """
     folder = find_rig(rig)
     path = folder / "params.toml"
-    table = read_toml(path)
-    if table.get("schema") != SCHEMA:
-        raise InputError(f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r}")
-    check_keys(table, _TOP, path)
-    head = check_keys(_table(path, table, "rig"), _RIG, path, "rig.")
-    muscles = _table(path, table, "muscles")
-    places = _places(path, muscles)
-    tendons = {
-        name: _word(path, muscles[name], f"muscles.{name}", place) for name, place in places.items()
-    }
+    document = read_toml(path)
+    stated = document.get("schema")
+    if stated != SCHEMA:
+        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {SCHEMA!r}")
+    check_keys(document, _TOP, path)
+
+    def table(key: str, default: object = None) -> Mapping[str, Any]:
+        return entry(document, key, Mapping, f"{path}: table [{key}] is missing", default)
+
+    def numbers(key: str) -> dict[str, Sourced]:
+        return {name: _number(path, f"{key}.{name}", one) for name, one in table(key, {}).items()}
+
+    head = check_keys(table("rig"), _RIG, path, "rig.")
+
+    def word(key: str, default: str | None = None) -> str:
+        return entry(head, key, str, f'{path}: [rig] needs {key} = "..."', default)
+
+    def file(key: str) -> Path:
+        if not os.path.isfile(folder / word(key)):
+            raise InputError(f"{path}: names {word(key)!r}, which is not in {folder}")
+        return folder / word(key)
+
+    muscles = table("muscles")
+    places = {name: _place(path, name, one) for name, one in muscles.items()}
     return RigFile(
         folder=folder,
-        name=_word(path, head, "rig", "name"),
-        purpose=_word(path, head, "rig", "purpose", ""),
-        mjcf=_file(path, folder, _word(path, head, "rig", "mjcf")),
-        scene=_file(path, folder, str(head["scene"])) if "scene" in head else None,
+        name=word("name"),
+        purpose=word("purpose", ""),
+        mjcf=file("mjcf"),
+        scene=file("scene") if "scene" in head else None,
         joints=_joints(path, head),
-        load_body=str(head["load_body"]) if "load_body" in head else None,
-        tendons=tendons,
-        rods=tuple(tendons[name] for name, place in places.items() if place == "joint"),
-        muscle=_sections(path, "muscle", _table(path, table, "muscle")),
+        load_body=word("load_body") if "load_body" in head else None,
+        tendons={name: on for name, (_, on) in places.items()},
+        rods=tuple(on for kind, on in places.values() if kind == "joint"),
+        muscle=_sections(path, "muscle", table("muscle")),
         overrides={
-            name: _sections(path, f"muscles.{name}", muscles[name], without=place)
-            for name, place in places.items()
+            name: _sections(path, f"muscles.{name}", {k: one[k] for k in one if k != kind})
+            for (name, one), (kind, _) in zip(muscles.items(), places.values(), strict=True)
         },
-        native=_numbers(path, "native", _table(path, {"native": {}, **table}, "native")),
-        sensor=_numbers(path, "sensor", _table(path, {"sensor": {}, **table}, "sensor")),
+        native=numbers("native"),
+        sensor=numbers("sensor"),
         own=read_effects(folder),
     )
 
 
-def _places(path: Path, muscles: Mapping[str, Any]) -> dict[str, str]:
-    """Muscle -> whether it lies on a ``tendon`` or a ``joint``."""
-    for name, one in muscles.items():
-        if not isinstance(one, Mapping):
-            raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
-        if "tendon" in one and "joint" in one:
-            raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
-    return {name: "joint" if "joint" in one else "tendon" for name, one in muscles.items()}
-
-
-def _table(path: Path, table: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    return entry(table, key, Mapping, f"{path}: table [{key}] is missing")
-
-
-def _word(
-    path: Path, table: Mapping[str, Any], section: str, key: str, default: str | None = None
-) -> str:
-    return entry(table, key, str, f'{path}: [{section}] needs {key} = "..."', default)
+def _place(path: Path, name: str, muscle: Any) -> tuple[str, str]:
+    """Whether a muscle lies on a ``tendon`` or a ``joint``, and on which."""
+    if not isinstance(muscle, Mapping):
+        raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
+    if "tendon" in muscle and "joint" in muscle:
+        raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
+    kind = "joint" if "joint" in muscle else "tendon"
+    return kind, entry(muscle, kind, str, f'{path}: [muscles.{name}] needs {kind} = "..."')
 
 
 def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
     if "angle_joint" in head:
         if "joints" in head:
             raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
-        return (_word(path, head, "rig", "angle_joint"),)
+        return (entry(head, "angle_joint", str, f'{path}: [rig] needs angle_joint = "..."'),)
     wanted = f'{path}: [rig] joints must name each recorded joint once: ["hip", "knee"]'
     names: list[Any] = entry(head, "joints", list, wanted, [])
     known = all(isinstance(name, str) for name in names)
@@ -202,31 +198,16 @@ def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _file(path: Path, folder: Path, name: str) -> Path:
-    found = folder / name
-    if not is_file(found):
-        raise InputError(f"{path}: names {name!r}, which is not in {folder}")
-    return found
-
-
-def _sections(
-    path: Path, where: str, table: Mapping[str, Any], without: str = ""
-) -> dict[str, Section]:
+def _sections(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Section]:
     sections: dict[str, Section] = {}
     for group in table:
-        if group == without:
-            continue
-        wanted = f"{path}: {where}.{group} must be a table of parameters"
-        entries: Mapping[str, Any] = entry(table, group, Mapping, wanted)
+        place = f"{where}.{group}"
+        entries = entry(table, group, Mapping, f"{path}: {place} must be a table of parameters")
         sections[group] = {
-            key: one if isinstance(one, str) else _number(path, f"{where}.{group}.{key}", one)
+            key: one if isinstance(one, str) else _number(path, f"{place}.{key}", one)
             for key, one in entries.items()
         }
     return sections
-
-
-def _numbers(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Sourced]:
-    return {key: _number(path, f"{where}.{key}", one) for key, one in table.items()}
 
 
 def _number(path: Path, key: str, table: Any) -> Sourced:
@@ -234,46 +215,40 @@ def _number(path: Path, key: str, table: Any) -> Sourced:
     if not isinstance(table, Mapping):
         raise InputError(f'{where} must be {{ value = ..., unit = "...", source = "..." }}')
     check_keys(table, _NUMBER, path, f"{key}.")
-    for word in ("unit", "source"):
-        entry(table, word, str, f'{where} needs {word} = "..."; every number says its {word}')
+
+    def word(name: str) -> str:
+        return entry(
+            table, name, str, f'{where} needs {name} = "..."; every number says its {name}'
+        )
+
+    def pair(name: str) -> tuple[float, float] | None:
+        ends = table.get(name)
+        if ends is None:
+            return None
+        numbers = isinstance(ends, list) and all(isinstance(end, NUMBER) for end in ends)
+        if not (numbers and len(ends) == 2 and ends[0] <= ends[1]):
+            raise InputError(f"{where}: a range is written [low, high], got {ends!r}")
+        return float(ends[0]), float(ends[1])
+
     return Sourced(
         value=float(entry(table, "value", NUMBER, f"{where}.value = {{!r}} is not a number")),
-        unit=table["unit"],
-        source=table["source"],
+        unit=word("unit"),
+        source=word("source"),
         where=where,
-        interval95=_pair(where, table.get("interval95")),
-        bounds=_pair(where, table.get("bounds")),
+        interval95=pair("interval95"),
+        bounds=pair("bounds"),
         note=str(table.get("note", "")),
     )
 
 
-def _pair(where: str, pair: Any) -> tuple[float, float] | None:
-    if pair is None:
-        return None
-    numbers = isinstance(pair, list) and all(isinstance(end, NUMBER) for end in pair)
-    if not (numbers and len(pair) == 2 and pair[0] <= pair[1]):
-        raise InputError(f"{where}: a range is written [low, high], got {pair!r}")
-    return float(pair[0]), float(pair[1])
-
-
 def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
-    """Add the laws of a rig to the catalogs, for what needs the laws and not the rig.
-
-    Args:
-        rig: rig folder or name of a shipped rig; None for no rig.
-
-    Raises:
-        InputError: as `read_effects`, or if there is no such rig.
-    """
+    """Add the laws of a rig, if one is given, to the catalogs; raises as `read_rig`."""
     if rig is not None:
         read_effects(find_rig(rig))
 
 
 def read_effects(folder: Path) -> OwnPhysics:
-    """Run a rig's ``effects.py`` and add its laws to the catalogs.
-
-    Args:
-        folder: of the rig; without the file it adds nothing.
+    """Run the ``effects.py`` in a rig's folder, if there is one, and add its laws to the catalogs.
 
     Raises:
         InputError: if the file fails, or holds something else than laws and effects.
@@ -305,27 +280,24 @@ def _own_physics(path: Path, text: str) -> OwnPhysics:
     except PamsimError as error:
         raise InputError(f"{path}: {error}") from None
     except Exception as error:  # whatever the rig's own code raises
-        lines = [
-            f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)
-        ]
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
         raise InputError(f"{path}, line {line}: {type(error).__name__}: {error}") from None
-    laws = _each(module, path, "LAWS", (ForceLaw, Operator))
+
+    def held(name: str, *kinds: type) -> tuple[Any, ...]:
+        found = getattr(module, name, ())
+        wanted = " and ".join(kind.__name__ for kind in kinds)
+        if not isinstance(found, list | tuple):
+            raise InputError(f"{path}: {name} must be a list of {wanted}")
+        for one in found:
+            if not isinstance(one, kinds):
+                raise InputError(f"{path}: {name} holds {one!r}; write objects of {wanted}")
+        return tuple(found)
+
+    laws = held("LAWS", ForceLaw, Operator)
     return OwnPhysics(
         laws=tuple(law for law in laws if isinstance(law, ForceLaw)),
         operators=tuple(law for law in laws if isinstance(law, Operator)),
-        effects=_each(module, path, "EFFECTS", (Effect,)),
+        effects=held("EFFECTS", Effect),
     )
-
-
-def _each(
-    module: types.ModuleType, path: Path, name: str, kinds: tuple[type, ...]
-) -> tuple[Any, ...]:
-    found = getattr(module, name, ())
-    wanted = " and ".join(kind.__name__ for kind in kinds)
-    if not isinstance(found, list | tuple):
-        raise InputError(f"{path}: {name} must be a list of {wanted}")
-    for one in found:
-        if not isinstance(one, kinds):
-            raise InputError(f"{path}: {name} holds {one!r}; write objects of {wanted}")
-    return tuple(found)

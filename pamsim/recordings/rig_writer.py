@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from tomlkit.items import InlineTable, Item
+from tomlkit.items import InlineTable
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import LOCK, complete_file, is_part
@@ -19,8 +19,8 @@ from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.recordings.rig_file import RigFile
+from pamsim.recordings.sensors import MeasurementChain
 
-_SENSOR = "sensor"
 _DIGITS = 10
 _RANGE_DIGITS = 5
 # Files that describe the old parameters.
@@ -52,7 +52,7 @@ def write_rig(
             own or lies inside it, or a place that cannot be written.
     """
     old, new = source.folder.resolve(), folder.resolve()
-    if new == old or old in new.parents:
+    if new.is_relative_to(old):
         raise InputError(
             f"cannot write a rig to {folder}: it is the folder it is made from, or inside it"
         )
@@ -60,36 +60,25 @@ def write_rig(
     # Shared numbers first: they clear what single muscles had, which may follow again.
     for name in sorted(values, key=lambda name: ":" in name):
         _put(document, source, name, values[name])
-    outside = [key for key in ("mjcf", "scene") if _is_outside(source, document["rig"].get(key))]
-    files = [(source.folder / document["rig"][key]).resolve() for key in outside]
-    for key, file in zip(outside, files, strict=True):
+    # Rigs may share an MJCF outside their folders.
+    named = {key: document["rig"][key] for key in ("mjcf", "scene") if key in document["rig"]}
+    files = {key: (source.folder / name).resolve() for key, name in named.items()}
+    outside = {key: file for key, file in files.items() if not file.is_relative_to(old)}
+    for key, file in outside.items():
         document["rig"][key] = file.name
-    text = tomlkit.dumps(document)
-    if heading:
-        text = "".join(f"# {line}\n" for line in heading.splitlines()) + text
-    path = folder / "params.toml"
+    text = "".join(f"# {line}\n" for line in heading.splitlines()) + tomlkit.dumps(document)
     try:
         shutil.copytree(
-            source.folder,
-            folder,
-            dirs_exist_ok=True,
-            ignore=_left_behind,
-            copy_function=_copy,
+            source.folder, folder, dirs_exist_ok=True, ignore=_left_behind, copy_function=_copy
         )
-        for file in files:
+        for file in outside.values():
             _copy(str(file), str(folder / file.name))
     except (OSError, shutil.Error) as error:
         raise InputError(f"cannot write {folder}: {error}") from None
+    path = folder / "params.toml"
     with complete_file(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
-
-
-def _is_outside(source: RigFile, name: str | None) -> bool:
-    """Whether a file that a rig names lies outside its folder, as rigs may share an MJCF."""
-    if name is None:
-        return False
-    return not (source.folder / name).resolve().is_relative_to(source.folder.resolve())
 
 
 def _left_behind(folder: str, names: list[str]) -> set[str]:
@@ -104,28 +93,25 @@ def _copy(source: str, target: str) -> None:
 
 
 def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
-    muscle, _, parameter = name.rpartition(":")
-    if muscle:
-        if muscle not in source.tendons:
-            raise InputError(f"no muscle {muscle!r}; {nearest(muscle, source.tendons)}")
-        group, _, field = parameter.partition(".")
-        _revise(_table(document["muscles"][muscle], group), field, number)
-        return
+    owner, _, parameter = name.rpartition(":")
     group, _, field = parameter.partition(".")
-    law, _, own = field.partition(".")
-    if group == Hysteresis.group and own:
-        section = _operator(
-            _table(document, "muscle"), document["muscles"], source.operators[law].group
-        )
-        _revise(section, own, number)
+    muscles = document["muscles"]
+    if owner:
+        if owner not in source.tendons:
+            raise InputError(f"no muscle {owner!r}; {nearest(owner, source.tendons)}")
+        section = _table(muscles[owner], group)
+    elif group == Hysteresis.group and "." in field:
+        law, _, field = field.partition(".")
+        section = _operator(_table(document, "muscle"), muscles, source.operators[law].group)
     elif name in source.native or "." in field:
-        _revise(_table(document, "native"), name, number)
-    elif group == _SENSOR:
-        _revise(_table(document, _SENSOR), field, number)
+        section, field = _table(document, "native"), name
+    elif group == MeasurementChain.group:
+        section = _table(document, group)
     else:
-        _revise(_table(_table(document, "muscle"), group), field, number)
-        for own in document["muscles"].values():
+        section = _table(_table(document, "muscle"), group)
+        for own in muscles.values():
             own.get(group, {}).pop(field, None)
+    _revise(section, field, number)
 
 
 def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
@@ -133,8 +119,7 @@ def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
     law, section = group.law, _table(muscle, Hysteresis.group)
     if section.get("law") == law:
         return section
-    shared = [name for name, _ in specs(Hysteresis)]
-    for key in [key for key in section if key not in shared]:
+    for key in section.keys() - dict(specs(Hysteresis)):
         section.remove(key)
     for entries in own.values():
         entries.pop(Hysteresis.group, None)
@@ -162,23 +147,14 @@ def _revise(section: Any, key: str, number: Sourced) -> None:
     def pair(ends: tuple[float, float] | None) -> list[float] | None:
         return [written(end, _RANGE_DIGITS) for end in ends] if ends else None
 
-    section[key] = _entry(
-        {
-            "value": written(number.value, _DIGITS),
-            "unit": before["unit"],
-            "source": number.source,
-            "interval95": pair(number.interval95),
-            "bounds": pair(number.bounds) or before.get("bounds"),
-            "note": number.note or None,
-        }
-    )
-
-
-def _entry(fields: Mapping[str, Any]) -> Item:
-    """An inline table with the spaces people write; None stands for a key that is left out."""
-    inside = ", ".join(
-        f"{key} = {tomlkit.item(value).as_string()}"
-        for key, value in fields.items()
-        if value is not None
-    )
-    return tomlkit.value(f"{{ {inside} }}")
+    fields = {
+        "value": written(number.value, _DIGITS),
+        "unit": before["unit"],
+        "source": number.source,
+        "interval95": pair(number.interval95),
+        "bounds": pair(number.bounds) or before.get("bounds"),
+        "note": number.note or None,
+    }
+    # Parsed, for the spaces that people write.
+    stated = [f"{k} = {tomlkit.item(v).as_string()}" for k, v in fields.items() if v is not None]
+    section[key] = tomlkit.value(f"{{ {', '.join(stated)} }}")

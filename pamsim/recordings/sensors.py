@@ -19,20 +19,9 @@ _ON_INCREMENT = 0.02
 """Share of an increment by which written angles may miss it, as rounded in a file."""
 
 
-def _stated(unit: str, high: float, doc: str) -> float:
-    """A property of an instrument, 0 if it is not stated."""
-    return parameter(unit=unit, low=0.0, high=high, doc=doc, default=0.0)
-
-
-def _scale(of: str) -> float:
-    return parameter(
-        unit="1", low=0.1, high=10.0, doc=f"reported per true change of {of}", default=1.0
-    )
-
-
-def _bias(unit: str, most: float, of: str) -> float:
-    doc = f"reported less true {of} at zero"
-    return parameter(unit=unit, low=-most, high=most, doc=doc, default=0.0)
+def _stated(doc: str, unit: str, high: float, low: float = 0.0, neutral: float = 0.0) -> float:
+    """A property of an instrument, with the value that it has if it is not stated."""
+    return parameter(unit=unit, low=low, high=high, doc=doc, default=neutral)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,16 +29,16 @@ class MeasurementChain(ParameterGroup):
     """Encoder and pressure conversion of a rig, and their errors."""
 
     group: ClassVar[str] = "sensor"
-    encoder_increments: float = _stated("1", 1e7, "encoder increments per revolution; 0 if unknown")
-    converter_bits: float = _stated("1", 32.0, "bits of the converter; 0 if unknown")
-    converter_span: float = _stated("V", 100.0, "width of the converter's input range")
-    transducer_gain: float = _stated("Pa/V", 1e7, "pressure per volt of the transducer")
-    angle_bias: float = _bias("rad", 3.2, "angle")
-    angle_scale: float = _scale("angle")
-    angle_lag: float = _stated("s", 10.0, "time constant of the reported angle")
-    pressure_bias: float = _bias("Pa", 1e6, "pressure")
-    pressure_scale: float = _scale("pressure")
-    pressure_lag: float = _stated("s", 10.0, "time constant of the reported pressures")
+    encoder_increments: float = _stated("encoder increments per revolution; 0 if unknown", "1", 1e7)
+    converter_bits: float = _stated("bits of the converter; 0 if unknown", "1", 32.0)
+    converter_span: float = _stated("width of the converter's input range", "V", 100.0)
+    transducer_gain: float = _stated("pressure per volt of the transducer", "Pa/V", 1e7)
+    angle_bias: float = _stated("reported less true angle at zero", "rad", 3.2, -3.2)
+    angle_scale: float = _stated("reported per true change of angle", "1", 10.0, 0.1, 1.0)
+    angle_lag: float = _stated("time constant of the reported angle", "s", 10.0)
+    pressure_bias: float = _stated("reported less true pressure at zero", "Pa", 1e6, -1e6)
+    pressure_scale: float = _stated("reported per true change of pressure", "1", 10.0, 0.1, 1.0)
+    pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
 
     def __post_init__(self) -> None:
         """Check every field, and that a converter is stated whole.
@@ -60,7 +49,7 @@ class MeasurementChain(ParameterGroup):
         super().__post_init__()
         names = ("converter_bits", "converter_span", "transducer_gain")
         missing = [name for name in names if getattr(self, name) == 0.0]
-        if missing and len(missing) < len(names):
+        if 0 < len(missing) < len(names):
             raise ParameterError(
                 f"sensor.{missing[0]} is missing: a converter is stated by {', '.join(names)}, all"
                 " above 0, or by none of them"
@@ -124,10 +113,8 @@ def encoder_offset(reading: ArrayLike, increments: float) -> float:
     """Mean of reported less true angle of an encoder that counts whole increments [rad].
 
     Half an increment below, whatever the sensor's zero: what is left of the steps has mean 0, as
-    has the error of a converter that rounds.
-
-    It is 0 for readings (n,) [rad] that do not come in whole increments, such as simulated ones,
-    and if the increments per revolution are unknown, stated as 0.
+    has the error of a converter that rounds. It is 0 for readings (n,) [rad] that do not come in
+    whole increments, such as simulated ones, and if the increments per revolution are stated as 0.
     """
     if increments == 0.0:
         return 0.0
@@ -191,10 +178,9 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     if chain is None:
         raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
     reported = distorted(recording, chain)
-    if chain.encoder_increments > 0.0:
-        reported = dataclasses.replace(reported, positions=encoded(reported, chain))
-    if chain.pressure_step > 0.0:
-        reported = dataclasses.replace(
-            reported, pressure=convert_pressure(reported.pressure, chain.pressure_step)
-        )
-    return reported
+    step, pressure = chain.pressure_step, reported.pressure
+    return dataclasses.replace(
+        reported,
+        positions=encoded(reported, chain),
+        pressure=convert_pressure(pressure, step) if step > 0.0 else pressure,
+    )

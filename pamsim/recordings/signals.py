@@ -15,7 +15,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
@@ -24,16 +24,8 @@ DriveLike: TypeAlias = str | Mapping[str, str]
 """A drive as an experiment or a recording states it."""
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of measured quantity.
-
-    Attributes:
-        unit: SI.
-        shown: unit on screens and in files.
-        scale: of the shown unit in an SI unit.
-        suffix: end of a column's name.
-    """
+class Kind(NamedTuple):
+    """A quantity's SI unit, unit on screens and in files, its scale, and its columns' ending."""
 
     unit: str
     shown: str
@@ -66,16 +58,11 @@ MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
 """Quantity of a muscle -> its column by number, and by name."""
 
 
-@dataclass(frozen=True)
-class DriveKind:
-    """One way to drive a muscle or a joint.
+class DriveKind(NamedTuple):
+    """One way to drive a muscle, or a joint that has this kind of position.
 
-    Attributes:
-        of: ``muscle``, or the kind of position of a joint.
-        meaning: of its values.
-        unit: SI unit of its values.
-        quantity: whose column in a file holds them; empty if it needs none.
-        between: True if values run straight from one to the next, False if each is held.
+    ``quantity`` names the column in a file that holds its values [``unit``], and is empty if it
+    needs none. They run straight from one to the next if ``between``; else each is held.
     """
 
     of: str
@@ -87,20 +74,19 @@ class DriveKind:
 
 _MEASURED = "measured gauge pressure, which the muscle has whatever valves and air would do"
 _SEALED = "none: valves stay shut on the air of the start pressure"
+_SET = "set point of the gauge pressure"
+_ANGLE = "angle, imposed whatever torque that takes"
+_LENGTH = "position, imposed whatever force that takes"
 DRIVES: dict[str, DriveKind] = {
     "valve": DriveKind("muscle", "signed valve opening", "1", "valve", False),
     "pulse": DriveKind("muscle", "signed duty of a pulsed valve", "1", "pulse", False),
-    "pressure_set": DriveKind(
-        "muscle", "set point of the gauge pressure", "Pa", "pressure_set", False
-    ),
+    "pressure_set": DriveKind("muscle", _SET, "Pa", "pressure_set", False),
     "measured": DriveKind("muscle", _MEASURED, "Pa", "pressure", True),
     "sealed": DriveKind("muscle", _SEALED, "1", "", False),
     "torque": DriveKind("angle", "torque on a joint that turns", "N*m", "torque", True),
     "force": DriveKind("position", "force on a joint that slides", "N", "force", True),
-    "angle": DriveKind("angle", "angle, imposed whatever torque that takes", "rad", "angle", True),
-    "length": DriveKind(
-        "position", "position, imposed whatever force that takes", "m", "position", True
-    ),
+    "angle": DriveKind("angle", _ANGLE, "rad", "angle", True),
+    "length": DriveKind("position", _LENGTH, "m", "position", True),
 }
 """All drives; those of a joint count positive in the joint's positive direction."""
 MUSCLE_DRIVES = {name: kind for name, kind in DRIVES.items() if kind.of == "muscle"}
@@ -119,26 +105,20 @@ def owner_of(channel: str) -> str:
     return channel.rpartition(".")[0]
 
 
-def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
-    """Channels of one kind of all muscles, in their order.
+def _each(numbered: str, named: str, muscles: Sequence[str], count: int) -> tuple[str, ...]:
+    if muscles:
+        return tuple(map(named.format, muscles))
+    return tuple(numbered.format(number + 1) for number in range(count))
 
-    Args:
-        kind: ``pressure`` or ``force``.
-        muscles: names; none for numbers.
-        count: of the muscles.
-    """
+
+def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
+    """Channels of one kind, ``pressure`` or ``force``, of ``count`` muscles: named or numbered."""
     return _each(f"{kind}_{{}}", f"{{}}.{kind}", muscles, count)
 
 
 def muscle_columns(quantity: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
     """Columns of a quantity of `MUSCLE_COLUMNS` of all muscles, as `muscle_channels`."""
     return _each(*MUSCLE_COLUMNS[quantity], muscles, count)
-
-
-def _each(numbered: str, named: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
-    return tuple(
-        map(named.format, muscles) if muscles else map(numbered.format, range(1, count + 1))
-    )
 
 
 def column_of(channel: str) -> str:
@@ -151,12 +131,7 @@ def column_of(channel: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class SignalNames:
-    """What a rig records.
-
-    Attributes:
-        joints: recorded joint -> its kind, ``angle`` or ``position``.
-        muscles: names, in actuator order.
-    """
+    """What a rig records: joint -> its kind, ``angle`` or ``position``; muscles in their order."""
 
     joints: Mapping[str, str]
     muscles: tuple[str, ...]
@@ -218,14 +193,10 @@ class SignalNames:
         return muscle_columns(quantity, self.named_muscles, len(self.muscles))
 
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
-        """Refuse to drive joints that the rig does not record, or otherwise than they move.
-
-        Args:
-            driven: joint -> kind of its drive.
-            where: names the rig, for errors.
+        """Refuse joints, with the kind of drive, that the rig has not or that move otherwise.
 
         Raises:
-            InputError: naming the joint.
+            InputError: naming the joint, and the rig by ``where``.
         """
         for joint, kind in driven.items():
             if joint not in self.joints:
@@ -315,17 +286,16 @@ class Drive:
         """
         count = len(self.muscles)
         joints = range(count, count + len(self.joints))
-        if not self.names:
-            if count != len(muscles):
-                raise InputError(f"the drive commands {count} muscles, {where} has {len(muscles)}")
-            return [*range(count), *joints]
-        for name in self.names:
+        if not self.names and count != len(muscles):
+            raise InputError(f"the drive commands {count} muscles, {where} has {len(muscles)}")
+        names = self.names or tuple(muscles)
+        for name in names:
             if name not in muscles:
                 raise InputError(f"{where} has no muscle {name!r}; {nearest(name, muscles)}")
         for name in muscles:
-            if name not in self.names:
+            if name not in names:
                 raise InputError(f"{where} has a muscle {name!r}: give its drive")
-        return [*(self.names.index(name) for name in muscles), *joints]
+        return [*map(names.index, muscles), *joints]
 
 
 def checked(kind: object, known: Mapping[str, DriveKind], whose: str = "") -> str:
@@ -342,15 +312,13 @@ def checked(kind: object, known: Mapping[str, DriveKind], whose: str = "") -> st
 def command_columns(drives: Drive, muscles: tuple[str, ...]) -> tuple[str, ...]:
     """Column in a file of each muscle's and driven joint's command; empty of a sealed muscle.
 
-    Args:
-        drives: of a trial.
-        muscles: names; none where muscles have numbers, and the only joint no name.
+    ``muscles`` are names; none where muscles have numbers, and the only joint no name.
     """
     count = len(drives.muscles)
-    quantities = [DRIVES[kind].quantity for kind in drives.muscles]
-    joints = [(joint, DRIVES[kind].quantity) for joint, kind in drives.joints.items()]
+    of_muscles = (DRIVES[kind].quantity for kind in drives.muscles)
+    joints = ((joint, DRIVES[kind].quantity) for joint, kind in drives.joints.items())
     return (
-        *(muscle_columns(q, muscles, count)[i] if q else "" for i, q in enumerate(quantities)),
+        *(muscle_columns(q, muscles, count)[i] if q else "" for i, q in enumerate(of_muscles)),
         *(column_of(f"{joint}.{quantity}" if muscles else quantity) for joint, quantity in joints),
     )
 

@@ -68,8 +68,8 @@ def test_a_place_that_cannot_be_written_is_said(tmp_path):
             "too deep": (b"[" * 100_000, "not valid JSON"),
             "later version": (b'{"schema": "pamsim-test/2"}', "'pamsim-test/2'"),
             "no schema": (b"{}", "None"),
-            "a list": (b'["schema"]', "None"),
-            "a number": (b"1", "None"),
+            "a list": (b'["schema"]', "not ['schema']"),
+            "a number": (b"1", "not 1"),
         }
     ),
 )

@@ -1,20 +1,21 @@
-"""Compiled code has a place also where neither the source nor the home can be written."""
+"""Compiled code has a place wherever pamsim runs, and whoever waits for it is given a reason."""
 
 from __future__ import annotations
 
 import os
 import stat
 import tempfile
+import time
 from pathlib import Path
 
 import pytest
 
-from pamsim.core import numba_cache
-from pamsim.core.numba_cache import VARIABLE, choose_cache, writable
+from pamsim.core import compilation
+from pamsim.core.compilation import VARIABLE, choose_cache, compile_notice, writable
 
 
-@pytest.fixture(autouse=True)
-def _nowhere(tmp_path, monkeypatch):
+@pytest.fixture
+def nowhere(tmp_path, monkeypatch):
     """No folder set, the user's cache below a file, temporary files in the test's folder."""
     (tmp_path / "file").write_text("")
     (tmp_path / "tmp").mkdir()
@@ -25,17 +26,20 @@ def _nowhere(tmp_path, monkeypatch):
     os.environ.pop(VARIABLE, None)  # what a test has set is not for the others
 
 
+@pytest.mark.usefixtures("nowhere")
 def test_where_the_source_can_be_written_numba_chooses(tmp_path):
     choose_cache(tmp_path)
     assert VARIABLE not in os.environ
 
 
+@pytest.mark.usefixtures("nowhere")
 def test_a_folder_that_is_stated_stays(tmp_path, monkeypatch):
     monkeypatch.setenv(VARIABLE, "mine")
     choose_cache(tmp_path / "file" / "source")
     assert os.environ[VARIABLE] == "mine"
 
 
+@pytest.mark.usefixtures("nowhere")
 def test_without_a_place_it_is_a_temporary_folder_and_it_is_said(tmp_path):
     with pytest.warns(RuntimeWarning, match="Set NUMBA_CACHE_DIR"):
         choose_cache(tmp_path / "file" / "source")
@@ -44,6 +48,7 @@ def test_without_a_place_it_is_a_temporary_folder_and_it_is_said(tmp_path):
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
 
+@pytest.mark.usefixtures("nowhere")
 def test_a_folder_that_others_may_write_is_not_taken(tmp_path):
     planted = tmp_path / "tmp" / f"pamsim-{os.getuid()}"
     planted.mkdir()
@@ -53,7 +58,27 @@ def test_a_folder_that_others_may_write_is_not_taken(tmp_path):
     assert Path(os.environ[VARIABLE]) != planted
 
 
+@pytest.mark.usefixtures("nowhere")
 def test_a_folder_below_a_file_cannot_be_written(tmp_path):
     assert writable(tmp_path / "new" / "folder")
     assert not writable(tmp_path / "file" / "folder")
-    assert numba_cache._users() == tmp_path / "file" / "cache"
+    assert compilation._users() == tmp_path / "file" / "cache"
+
+
+@pytest.mark.parametrize(
+    ("terminal", "seconds", "printed"),
+    [
+        (True, 0.4, "pamsim: compiling the laws, once for this installation (a minute)\n"),
+        (True, 0.0, ""),
+        (False, 0.4, ""),
+    ],
+)
+def test_one_line_on_a_terminal_while_it_takes_long(
+    terminal, seconds, printed, capsys, monkeypatch
+):
+    monkeypatch.setattr(compilation, "_AFTER", 0.05)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: terminal)
+    with compile_notice("the laws", "a minute"):
+        time.sleep(seconds)
+    time.sleep(0.1)
+    assert capsys.readouterr() == ("", printed)
