@@ -73,7 +73,7 @@ class Controller(Protocol):
 
     @property
     def command(self) -> str:
-        """What is commanded: ``pressure`` or ``valve``."""
+        """What is commanded: ``pressure_set`` or ``valve``."""
         ...
 
     def start(self, first: Observation) -> Memory:

@@ -12,7 +12,6 @@ import pytest
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis import HysteresisInverse
 from pamsim.controllers.model_based import LeadLag, Lqg, Lti, SlidingMode
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import GainSchedule, Pid
@@ -42,7 +41,7 @@ def _forward():
         pamsim.load_rig("mas20_arm"),
         load=1.2,
         common_pressure=LEVEL,
-        hysteresis=HysteresisInverse.of(PLAYS),
+        hysteresis=PLAYS.inverse(),
         feedback=PID,
     )
 
