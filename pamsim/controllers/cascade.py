@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from pamsim.controllers.controller import (
     Command,
@@ -121,7 +121,7 @@ class Cascade:
         InputError: if the outer controller does not command pressures.
     """
 
-    command: ClassVar[str] = "valve"
+    command = "valve"
     outer: Controller
     inner: PressureLoop
 

@@ -10,7 +10,7 @@ muscles is undone, if asked, on the wanted angle before it enters the law
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from pamsim.controllers.arm import Arm, balanced_pressures, stiff_pressures
 from pamsim.controllers.cascade import regulated_lag
@@ -41,7 +41,7 @@ class FeedForward:
         feedback: adds to the difference, or None.
     """
 
-    command: ClassVar[str] = "pressure_set"
+    command = "pressure_set"
     arm: Arm
     common_pressure: float
     lead: float = 0.0

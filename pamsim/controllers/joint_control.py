@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -112,7 +112,7 @@ class JointControl:
         laws: of the joints, in the rig's order.
     """
 
-    command: ClassVar[str] = "pressure_set"
+    command = "pressure_set"
     statics: InverseStatics
     laws: tuple[PidLaw, ...]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 from pamsim.controllers.controller import Command, Observation, present_reference
 from pamsim.controllers.operating_point import LinearisationPoint
@@ -28,7 +28,7 @@ class LinearisedController:
         point: where its model holds; its limits bound the output.
     """
 
-    command: ClassVar[str] = "pressure_set"
+    command = "pressure_set"
     point: LinearisationPoint
 
 

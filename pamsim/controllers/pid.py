@@ -14,7 +14,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -115,7 +115,7 @@ class Pid(PidLaw):
         split: makes pressures of the difference.
     """
 
-    command: ClassVar[str] = "pressure_set"
+    command = "pressure_set"
     split: PressureSplit
 
     def start(self, first: Observation) -> PidMemory:
@@ -143,7 +143,7 @@ class GainSchedule:
         InputError: for an unknown, empty or not increasing schedule.
     """
 
-    command: ClassVar[str] = "pressure_set"
+    command = "pressure_set"
     pid: Pid
     by: str
     points: tuple[float, ...]
