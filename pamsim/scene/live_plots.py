@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -15,41 +15,29 @@ from pamsim.scene.series_colours import INK, Rgb, rgb, series_rgb
 
 COLUMN = 0.3
 """Share of the window's width that the plots take."""
+SPAN = 10.0
+"""Length of the curves over time [s]."""
 _WHITE, _INK, _GRID = (1.0, 1.0, 1.0, 0.92), (0.12, 0.14, 0.17), (0.84, 0.86, 0.88)
 _DARK = (0.1, 0.11, 0.13, 0.8)  # the engine gives the legend's letters a dark rim
 _LINE = 0.15  # of the legend, as a share of the curves' height
-SPAN = 10.0
-"""Length of the curves over time [s]."""
 _KEPT = 1000
 """Samples kept, which is also the most that the window's curves can hold."""
 _INTERVAL = 0.03
 """Least time between two samples [s]: the loop shows the last 30 s or more."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Curve:
-    """A curve in the units shown.
-
-    Attributes:
-        name: for the legend, with the present value; none if empty.
-        colour: 0 to 1 each.
-        points: (n, 2) across and up.
-    """
+class Curve(NamedTuple):
+    """Points (n, 2), across and up, in the units shown; without a name it has no legend."""
 
     name: str
     colour: Rgb
     points: NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Plot:
-    """Curves in one frame.
+class Plot(NamedTuple):
+    """Curves in one frame: what goes up and across, and the ends of the axis across.
 
-    Attributes:
-        title: what goes up, with its unit.
-        across: what goes to the right, with its unit.
-        curves: in the order drawn.
-        across_range: ends of the axis; those of the curves if None.
+    Without ends the axis is as long as the curves.
     """
 
     title: str
@@ -86,58 +74,44 @@ class LivePlots:
 
     def plots(self) -> tuple[Plot, ...]:
         """Joints over time, pressures over time, the first joint over what drives it."""
-        samples = np.array(self._samples)
         kinds = [KINDS[kind] for kind in self._names.joints.values()]
-        joints = samples[:, 1 : 1 + len(kinds)] * [kind.scale for kind in kinds]
-        pressures = samples[:, 1 + len(kinds) :] * KINDS["pressure"].scale
-        time = samples[:, 0]
+        joints, muscles = (
+            [_words(n) for n in names] for names in (self._names.joints, self._names.muscles)
+        )
+        count, alone = len(joints), len(joints) == 1
+        scales = [kind.scale for kind in kinds] + [KINDS["pressure"].scale] * len(muscles)
+        time, *values = (np.array(self._samples) * [1.0, *scales]).T
         recent = time >= time[-1] - SPAN
         window = float(max(time[-1] - SPAN, 0.0)), float(max(time[-1], SPAN))
 
-        def over_time(title: str, curves: Sequence[Curve]) -> Plot:
-            return Plot(title=title, across="time [s]", curves=tuple(curves), across_range=window)
+        def over_time(index: int, label: str, colour: Rgb) -> Curve:
+            return Curve(label, colour, np.column_stack([time, values[index]])[recent])
 
-        alone = len(kinds) == 1
         now = [
-            f"{_words(name)} {value:.1f} {kind.shown}"
-            for name, value, kind in zip(self._names.joints, joints[-1], kinds, strict=True)
+            f"{name} {value[-1]:.1f} {kind.shown}"
+            for name, value, kind in zip(joints, values, kinds, strict=False)
         ]
         turning = [
-            Curve(
-                name="" if alone else label,
-                colour=rgb(INK) if alone else series_rgb(index),
-                points=np.column_stack([time, joints[:, index]])[recent],
-            )
-            for index, label in enumerate(now)
+            over_time(k, "" if alone else label, rgb(INK) if alone else series_rgb(k))
+            for k, label in enumerate(now)
         ]
         filled = [
-            Curve(
-                name=f"{_words(name)} {pressures[-1, index]:.0f} kPa",
-                colour=series_rgb(index),
-                points=np.column_stack([time, pressures[:, index]])[recent],
-            )
-            for index, name in enumerate(self._names.muscles)
-            if np.isfinite(pressures[-1, index])
+            over_time(count + k, f"{name} {values[count + k][-1]:.0f} kPa", series_rgb(k))
+            for k, name in enumerate(muscles)
+            if np.isfinite(values[count + k][-1])
         ]
         units = " or ".join(dict.fromkeys(kind.shown for kind in kinds))
+        title = now[0] if alone else f"joints [{units}]"
         plots = [
-            over_time(now[0] if alone else f"joints [{units}]", turning),
-            over_time("pressure [kPa]", filled),
+            Plot(title, "time [s]", tuple(turning), window),
+            Plot("pressure [kPa]", "time [s]", tuple(filled), window),
         ]
-        first, second = self._names.muscles[0], self._names.muscles[1:2]
-        driving = pressures[:, 0] - pressures[:, 1] if second else pressures[:, 0]
+        pair = muscles[:2]
+        driving = values[count] - values[count + 1] if pair[1:] else values[count]
         if np.isfinite(driving).all():
-            loop = np.column_stack([driving, joints[:, 0]])
-            curve = Curve(name="", colour=rgb(INK), points=loop)
-            joint = _words(next(iter(self._names.joints)))
-            across = " - ".join(map(_words, (first, *second)))
-            plots.append(
-                Plot(
-                    title=f"{joint} [{kinds[0].shown}] over pressure",
-                    across=f"{across} [kPa]",
-                    curves=(curve,),
-                )
-            )
+            loop = Curve("", rgb(INK), np.column_stack([driving, values[0]]))
+            title, across = f"{joints[0]} [{kinds[0].shown}] over pressure", " - ".join(pair)
+            plots.append(Plot(title, f"{across} [kPa]", (loop,)))
         return tuple(plots)
 
 
@@ -150,14 +124,10 @@ def figures(
 ) -> list[tuple[mujoco.MjrRect, mujoco.MjvFigure]]:
     """The plots one below the other at the left edge of a window, as MuJoCo draws them."""
     width, height = int(COLUMN * viewport.width), viewport.height // max(len(plots), 1)
+    bottoms = [viewport.bottom + row * height for row in range(len(plots))][::-1]
     return [
-        (
-            mujoco.MjrRect(
-                viewport.left, viewport.bottom + (len(plots) - 1 - row) * height, width, height
-            ),
-            _figure(plot),
-        )
-        for row, plot in enumerate(plots)
+        (mujoco.MjrRect(viewport.left, bottom, width, height), _figure(plot))
+        for bottom, plot in zip(bottoms, plots, strict=True)
     ]
 
 
@@ -168,20 +138,18 @@ def _figure(plot: Plot) -> mujoco.MjvFigure:
     figure.figurergba, figure.panergba, figure.legendrgba = _WHITE, _WHITE, _DARK
     figure.textrgb, figure.gridrgb = _INK, _GRID
     figure.gridsize, figure.linewidth = (6 if plot.across_range else 4, 5), 2.0
-    named = sum(bool(curve.name) for curve in plot.curves)
-    figure.flg_legend = int(named > 0)
     figure.xformat, figure.yformat = "%.0f", "%.0f"
     if plot.across_range is not None:
         figure.range[0] = plot.across_range
+    named = sum(bool(curve.name) for curve in plot.curves)
+    figure.flg_legend = int(named > 0)
     figure.range[1] = 1.0, 0.0  # from the curves
     if named:  # with room for the legend above them
         values = np.concatenate([curve.points[:, 1] for curve in plot.curves])
         low, high = min(values.min(), 0.0), max(values.max(), 1.0)
         figure.range[1] = low, high + (0.1 + _LINE * named) * (high - low)
     for index, curve in enumerate(plot.curves):
-        count = len(curve.points)
-        figure.linepnt[index] = count
-        figure.linergb[index] = curve.colour
-        figure.linename[index] = curve.name
-        figure.linedata[index, : 2 * count] = curve.points.ravel()
+        figure.linename[index], figure.linergb[index] = curve.name, curve.colour
+        figure.linepnt[index] = len(curve.points)
+        figure.linedata[index, : curve.points.size] = curve.points.ravel()
     return figure

@@ -52,26 +52,16 @@ def watch_replay(
     """
     if not 0.0 < speed < np.inf:
         raise InputError(f"`speed` {speed:g} must be above 0")
-    model = replay.rig.model_for(load=replay.trial.load)
+    rig = replay.rig
+    model = rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
-    curves = LivePlots(replay.rig.names)
-    with open_viewer(window_model(replay.rig, {})) as viewer:
+    show = _shower(rig)
+    with open_viewer(window_model(rig, {})) as viewer:
         began = clock()
         while viewer.is_running:
-            now = ((clock() - began) * speed) % replay.duration
-            positions, filled = replay.positions(now), replay.pressures(now)
-            pose(model, data, replay.rig.position_addresses, positions)
-            data.time = now
-            curves.add(now, positions, filled)
-            viewer.show(
-                model,
-                data,
-                muscles=replay.rig.muscles,
-                pressures=filled,
-                lengths=muscle_lengths(model, data),
-                controls=(),
-                plots=curves.plots(),
-            )
+            data.time = ((clock() - began) * speed) % replay.duration
+            pose(model, data, rig.position_addresses, replay.positions(data.time))
+            show(viewer, model, data, replay.pressures(data.time), ())
             sleep(_FRAME)
 
 
@@ -105,8 +95,8 @@ def watch_live(
         InputError: if the pressures do not fit the rig.
         EngineError: without a display.
     """
-    highest = [muscle.valve.supply_pressure for muscle in rig.muscles.values()]
-    for name, wanted, most in zip(rig.muscles, start, highest, strict=False):
+    highest = {name: muscle.valve.supply_pressure for name, muscle in rig.muscles.items()}
+    for (name, most), wanted in zip(highest.items(), start, strict=False):
         if not 0.0 <= wanted <= most:
             raise InputError(
                 f"{name}: {wanted / PA_PER_KPA:g} kPa is outside [0, {most / PA_PER_KPA:g}] kPa,"
@@ -117,10 +107,9 @@ def watch_live(
     reset(model, data, start)
     data.ctrl[:] = start
     sizes = dict(effects or {})
-    tops = zip(rig.muscles, highest, strict=True)
-    sliders = {name: (0.0, most / PA_PER_KPA) for name, most in tops}
+    sliders = {name: (0.0, most / PA_PER_KPA) for name, most in highest.items()}
     sliders |= dict.fromkeys(sizes, (0.0, LARGEST))
-    curves = LivePlots(rig.names)
+    show = _shower(rig)
     with live(model), open_viewer(window_model(rig, sliders), note=_NOTE) as viewer:
         ahead = clock() - data.time
         while viewer.is_running:
@@ -128,30 +117,40 @@ def watch_live(
             if behind > _FALLEN_BEHIND:
                 ahead, behind = ahead + behind - _FALLEN_BEHIND, _FALLEN_BEHIND
             mujoco.mj_step(model, data, max(0, round(behind / model.opt.timestep)))
-            filled = pressures(model, data).tolist()
-            curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
-            viewer.show(
-                model,
-                data,
-                muscles=rig.muscles,
-                pressures=filled,
-                lengths=muscle_lengths(model, data),
-                controls=[*(data.ctrl / PA_PER_KPA), *sizes.values()],
-                plots=curves.plots(),
-            )
+            controls = [*(data.ctrl / PA_PER_KPA), *sizes.values()]
+            show(viewer, model, data, pressures(model, data).tolist(), controls)
             moved = viewer.controls
             data.ctrl[:] = moved[: len(highest)] * PA_PER_KPA
             wanted = dict(zip(sizes, moved[len(highest) :].tolist(), strict=True))
             if with_effects is not None and wanted != sizes:
-                sizes = wanted
-                model, data = _moved_over(with_effects(sizes).model_for(load=load), model, data)
+                sizes, before = wanted, save_state(model, data)
+                # Another model of the same rig has the same layout.
+                model = with_effects(sizes).model_for(load=load)
+                data = mujoco.MjData(model)
+                restore_state(model, data, before)
             sleep(_FRAME)
 
 
-def _moved_over(
-    model: mujoco.MjModel, before: mujoco.MjModel, data: mujoco.MjData
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The state of a model in another one of the same rig, which has the same layout."""
-    moved = mujoco.MjData(model)
-    restore_state(model, moved, save_state(before, data))
-    return model, moved
+def _shower(rig: Rig) -> Callable[..., None]:
+    """A function that shows a state of a rig in a window, with curves of what it has shown."""
+    curves = LivePlots(rig.names)
+
+    def show(
+        viewer: ArmViewer,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        filled: Sequence[float],
+        controls: Sequence[float],
+    ) -> None:
+        curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
+        viewer.show(
+            model,
+            data,
+            muscles=rig.muscles,
+            pressures=filled,
+            lengths=muscle_lengths(model, data),
+            controls=controls,
+            plots=curves.plots(),
+        )
+
+    return show

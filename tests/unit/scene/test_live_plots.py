@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from pamsim.engine.rig import load_rig
+from pamsim.scene.camera import fit_camera, window_places
 from pamsim.scene.live_plots import COLUMN, SPAN, LivePlots, figures
 from pamsim.scene.series_colours import series_rgb
-from pamsim.scene.viewer import fit_camera, window_model, window_places
+from pamsim.scene.viewer import window_model
 
 ROOM = mujoco.MjrRect(0, 0, 1200, 800)
 
