@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import mujoco
@@ -32,73 +31,68 @@ _CLEVIS = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
 class Strand:
     """One half of the chain: from the sprocket's far side over a guide roller to a muscle.
 
     The path is an arc on the sprocket, the common outer tangent, an arc on the roller, then a
     straight line. Coordinates are (along the muscles towards the arm, outwards), origin on the
     shaft.
+
+    Args:
+        model: a compiled rig with the sites the MJCF names.
+        data: state after ``mj_forward``.
+        number: of the muscle, 1 or 2.
+        length: of the muscle [m].
+
+    Attributes:
+        axes: (3, 2) the plane's two unit vectors in the world.
+        sprocket: effective radius of the sprocket [m].
+        breaks: (4,) path lengths at the ends of the four pieces [m].
+
+    Raises:
+        EngineError: the model has no such object, or the sprocket's radius cannot be drawn.
     """
 
-    origin: Vector
-    axes: Vector  # (3, 2) the plane's two unit vectors in the world
-    sprocket: float  # effective radius of the sprocket [m]
-    guide: tuple[float, float]  # centre of the roller [m]
-    roller: float  # radius of the roller [m]
-    end: float  # where the chain ends, first coordinate [m]
-
-    @classmethod
-    def of(cls, model: mujoco.MjModel, data: mujoco.MjData, number: int, length: float) -> Strand:
-        """Strand of muscle 1 or 2 at its active length [m], from the model's sites and tendon."""
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, number: int, length: float
+    ) -> None:
         tendon = object_id(model, mujoco.mjtObj.mjOBJ_TENDON, f"chain_{number}")
-        hub, hub_frame = site_pose(model, data, "sprocket")
+        self._hub, hub_frame = site_pose(model, data, "sprocket")
         anchor, frame = site_pose(model, data, f"muscle_{number}_anchor")
         roller, _ = site_pose(model, data, f"muscle_{number}_guide")
         forward, side = frame[:, 2], np.cross(hub_frame[:, 2], frame[:, 2])
-        axes = np.column_stack([forward, math.copysign(1.0, side @ (anchor - hub)) * side])
-        along, outward = ((roller - hub) @ axes).tolist()
-        sprocket = abs(float(model.wrap_prm[model.tendon_adr[tendon]]))
-        pulley = float(model.site(f"muscle_{number}_guide").size[0])
-        if not 2.0 * _ROLLER < sprocket < pulley + math.hypot(along, outward):
+        outward = math.copysign(1.0, side @ (anchor - self._hub)) * side
+        self.axes = np.column_stack([forward, outward])
+        self._guide = (roller - self._hub) @ self.axes
+        distance = math.hypot(*self._guide)
+        self._pulley = float(model.site(f"muscle_{number}_guide").size[0])
+        self.sprocket = abs(float(model.wrap_prm[model.tendon_adr[tendon]]))
+        if not 2.0 * _ROLLER < self.sprocket < self._pulley + distance:
             raise EngineError(
-                f"cannot draw a chain over a sprocket of radius {sprocket:g} m (chain_{number})"
+                f"cannot draw a chain over a sprocket of radius {self.sprocket:g} m"
+                f" (chain_{number})"
             )
-        return cls(
-            origin=hub,
-            axes=axes,
-            sprocket=sprocket,
-            guide=(along, outward),
-            roller=pulley,
-            end=float((anchor - hub) @ forward) + length + MOVING_REACH,
-        )
-
-    @property
-    def departure(self) -> float:
-        """Angle at which the chain leaves the sprocket, from the sprocket's far side [rad]."""
-        along, outward = self.guide
-        drop = math.acos((self.sprocket - self.roller) / math.hypot(along, outward))
-        return math.atan2(outward, along) - drop
-
-    @property
-    def breaks(self) -> Vector:
-        """(4,) path lengths at the ends of the four pieces [m]."""
-        arc = self.sprocket * self.departure
-        tangent = math.sqrt(math.hypot(*self.guide) ** 2 - (self.sprocket - self.roller) ** 2)
-        bend = self.roller * (math.pi / 2 - self.departure)
-        return np.cumsum([arc, tangent, bend, self.guide[0] - self.end])
+        drop = math.acos((self.sprocket - self._pulley) / distance)
+        self._departure = math.atan2(self._guide[1], self._guide[0]) - drop
+        pieces = [
+            self.sprocket * self._departure,
+            distance * math.sin(drop),
+            self._pulley * (math.pi / 2 - self._departure),
+            self._guide[0] - ((anchor - self._hub) @ forward + length + MOVING_REACH),
+        ]
+        self.breaks = np.cumsum(pieces)
 
     def points(self, path: Vector) -> Vector:
         """(n, 3) world points [m] at path lengths (n,) [m] from the sprocket's far side."""
         arc, tangent, bend, _ = self.breaks
-        turned = [0.0, self.departure, self.departure, math.pi / 2]
+        turned = [0.0, self._departure, self._departure, math.pi / 2]
         turn = np.interp(path, [0.0, arc, tangent, bend], turned)[:, None]
         normal, along = (np.hstack([np.cos(a), np.sin(a)]) for a in (turn, turn + math.pi / 2))
         guided = path[:, None] > tangent
         straight = np.maximum(path[:, None] - np.where(guided, bend, arc), 0.0)
-        radius = np.where(guided, self.roller, self.sprocket)
-        flat = np.where(guided, self.guide, 0.0) + radius * normal + straight * along
-        return self.origin + flat @ self.axes.T
+        radius = np.where(guided, self._pulley, self.sprocket)
+        flat = np.where(guided, self._guide, 0.0) + radius * normal + straight * along
+        return self._hub + flat @ self.axes.T
 
 
 def add_chain(
@@ -119,12 +113,11 @@ def add_chain(
         fine: whether the links have rollers and round ends.
 
     Raises:
-        EngineError: the model has no such object, or the sprocket's radius cannot be drawn, or the
-            scene is full.
+        EngineError: as `Strand`.
     """
     joint = object_id(model, mujoco.mjtObj.mjOBJ_JOINT, "shaft")
     beta = float(data.qpos[model.jnt_qposadr[joint]])
-    strand_1, strand_2 = (Strand.of(model, data, number, lengths[number - 1]) for number in (1, 2))
+    strand_1, strand_2 = (Strand(model, data, number, lengths[number - 1]) for number in (1, 2))
     hub, frame = site_pose(model, data, "sprocket")
     up, sprocket = frame[:, 2], strand_1.sprocket
     teeth = max(6, round(2.0 * math.pi * sprocket / _PITCH))
@@ -135,7 +128,7 @@ def add_chain(
 
     def box(centre: Vector, along: Vector, halves: Sequence[float], rgba: Rgba) -> None:
         axes = np.column_stack([along, np.cross(up, along), up])
-        add_box(scene, centre, axes, np.array(halves), rgba, gloss=0.5)
+        add_box(scene, centre, axes, halves, rgba)
 
     upright(hub, sprocket - _ROLLER, 0.0024)
     for angle in beta + (np.arange(teeth) + 0.5) * 2.0 * math.pi / teeth:

@@ -15,7 +15,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.physics.braid import Braid
 from pamsim.scene.series_colours import Rgb
-from pamsim.scene.solids import BOX, ELLIPSOID, Rgba, Vector, add_rod
+from pamsim.scene.solids import BOX, ELLIPSOID, Rgba, Vector, add_rod, frame_along
 
 DRAWN_FOR = 0.020
 """Inner diameter that the radii below are of, a MAS-20's [m]; others are drawn in proportion."""
@@ -51,14 +51,7 @@ _FITTING: tuple[tuple[float, float, float, Rgba | None], ...] = (
 
 
 def outer_radius(length: float, braid: Braid) -> float:
-    """Outer radius of the cylindrical part from a constant fibre length [m].
-
-    Args:
-        length: active length [m], between 0 and the length at which the fibres lie straight.
-        braid: size and fibre angle of the muscle.
-
-    Returns:
-        12 mm at the nominal length of a MAS-20.
+    """Outer radius [m] of the cylindrical part at an active length [m], by constant fibres.
 
     Raises:
         InputError: no braid of this fibre can have that length.
@@ -89,15 +82,13 @@ def add_muscle(
         anchor: (3,) where the active length starts [m].
         axis: (3,) unit vector from the anchor along the muscle [-].
         length: active length [m].
-        pressure: gauge pressure, which sets how much of its colour the tube has [Pa]; grey if NaN,
-            not known.
+        pressure: gauge [Pa]; the higher, the more of its colour the tube has; grey if NaN.
         colour: of the muscle, as of its curves, 0 to 1 each.
         braid: size and fibre angle of the muscle.
         fibres: whether to draw them.
 
     Raises:
         InputError: the length cannot be drawn.
-        EngineError: the scene is full.
     """
     radius, scale = outer_radius(length, braid), braid.diameter / DRAWN_FOR
     rubber, fibre = _UNKNOWN_RUBBER, _UNKNOWN_FIBRE
@@ -115,7 +106,7 @@ def add_muscle(
         along = np.linspace(0.0, length, _SEGMENTS + 1)
         inward = np.clip(shoulder - np.minimum(along, length - along), 0.0, None)
         skin = radius * np.sqrt(1.0 - (inward / max(semi_axis, 1e-9)) ** 2)
-        for thread in _helices(skin, along, turns) @ _frame(axis).T + anchor:
+        for thread in _helices(skin, along, turns) @ frame_along(axis).T + anchor:
             for start, end in pairwise(thread):
                 # Square: nobody sees it, and a box is drawn many times faster than a cylinder. Its
                 # shadow would fall on the rubber right below.
@@ -133,13 +124,6 @@ def _helices(radius: Vector, along: Vector, turns: float) -> Vector:
     twist = 2.0 * math.pi * turns * along / along[-1]
     angle = np.concatenate([starts[:, None] + sense * twist for sense in (1.0, -1.0)])
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * angle + along], axis=-1)
-
-
-def _frame(axis: Vector) -> Vector:
-    """A right-handed (3, 3) rotation whose third column is a unit vector."""
-    across = np.cross((0.0, 0.0, 1.0) if abs(axis[2]) < 0.9 else (1.0, 0.0, 0.0), axis)
-    across /= np.linalg.norm(across)
-    return np.column_stack([across, np.cross(axis, across), axis])
 
 
 def _mixed(one: Rgb, other: Rgb, share: float) -> Rgba:

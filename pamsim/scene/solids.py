@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -14,6 +15,8 @@ Vector = NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
 CYLINDER, CAPSULE = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
 BOX, ELLIPSOID = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_ELLIPSOID
+_ORIGIN, _UPRIGHT = np.zeros(3), np.eye(3)
+_SHADOWLESS, _SHADOWY = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
 
 
 def add_rod(
@@ -30,7 +33,7 @@ def add_rod(
     """Add a solid between two points.
 
     Args:
-        scene: it is added to.
+        scene: such as that of a renderer.
         start: (3,) one end of the axis [m].
         end: (3,) the other end [m].
         radius: across the axis; of a box half its thickness [m].
@@ -42,37 +45,36 @@ def add_rod(
     Raises:
         EngineError: if the scene is full.
     """
-    geom = _new(scene, CYLINDER, np.zeros(3), np.zeros(3), np.eye(3), rgba, gloss)
+    geom = add_box(scene, _ORIGIN, _UPRIGHT, _ORIGIN, rgba, gloss)
     mujoco.mjv_connector(geom, CYLINDER, radius, start, end)
     geom.type = kind
     if not shadow:
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        geom.category = _SHADOWLESS
 
 
 def add_box(
-    scene: mujoco.MjvScene, centre: Vector, axes: Vector, halves: Vector, rgba: Rgba, gloss: float
-) -> None:
-    """Add a box, its halves (3,) along the columns of its axes (3, 3); else as `add_rod`."""
-    _new(scene, BOX, halves, centre, axes, rgba, gloss)
-
-
-def _new(
     scene: mujoco.MjvScene,
-    kind: mujoco.mjtGeom,
-    size: Vector,
-    position: Vector,
+    centre: Vector,
     axes: Vector,
+    halves: Sequence[float] | Vector,
     rgba: Rgba,
-    gloss: float,
+    gloss: float = 0.5,
 ) -> Any:
+    """Add a box of half sizes (3,) [m] along the columns of its axes (3, 3); else as `add_rod`."""
     if scene.ngeom >= scene.maxgeom:
         raise EngineError(
             f"the scene is full ({scene.maxgeom} geoms): open it with a larger maxgeom"
         )
     geom = scene.geoms[scene.ngeom]
-    colour = np.array(rgba, dtype=np.float32)
-    mujoco.mjv_initGeom(geom, kind, size, position, axes.flatten(), colour)
-    geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC  # decor casts no shadow
-    geom.specular = geom.shininess = gloss
+    mujoco.mjv_initGeom(geom, BOX, halves, centre, axes.flatten(), np.array(rgba, np.float32))
+    geom.category, geom.specular, geom.shininess = _SHADOWY, gloss, gloss
     scene.ngeom += 1
     return geom
+
+
+def frame_along(axis: Vector) -> Vector:
+    """A right-handed (3, 3) rotation whose third column points along an axis (3,)."""
+    turn, frame = np.empty(4), np.empty(9)
+    mujoco.mju_quatZ2Vec(turn, axis)
+    mujoco.mju_quat2Mat(frame, turn)
+    return frame.reshape(3, 3)

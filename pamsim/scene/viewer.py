@@ -21,7 +21,7 @@ from pamsim.core.errors import EngineError
 from pamsim.engine.rig import Rig
 from pamsim.physics.muscle import Muscle
 from pamsim.scene.camera import fit_camera
-from pamsim.scene.live_plots import COLUMN, Plot, figures
+from pamsim.scene.live_plots import COLUMN, placed
 from pamsim.scene.picture import decorate
 
 _HIDDEN_GROUP = 5
@@ -80,7 +80,7 @@ class ArmViewer:
         pressures: Sequence[float],
         lengths: Sequence[float],
         controls: Sequence[float] | None = None,
-        plots: Sequence[Plot] = (),
+        plots: Sequence[mujoco.MjvFigure] = (),
     ) -> None:
         """Show a state and read the sliders; nothing happens once the window is closed.
 
@@ -91,7 +91,7 @@ class ArmViewer:
             pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
             lengths: (m,) their active lengths [m].
             controls: (nu,) where the sliders stand, in their unit; the data's if None.
-            plots: drawn beside the arm.
+            plots: drawn beside the arm, such as those of `LivePlots.figures`.
 
         Raises:
             EngineError: if the model has no site, tendon or geom that the drawing needs.
@@ -107,17 +107,15 @@ class ArmViewer:
             mujoco.mj_forward(self.model, self.data)
             viewport, scene = self._window.viewport, self._window.user_scn
             if viewport.height and not self._fitted:
-                room = {
-                    "aspect": viewport.width / viewport.height,
-                    "column": COLUMN if plots else 0.0,
-                }
-                fit_camera(self._window.cam, self.model, self.data, **room)
+                aspect, column = viewport.width / viewport.height, COLUMN if plots else 0.0
+                own = self._window.cam, self.model, self.data
+                fit_camera(*own, aspect=aspect, column=column)
                 self._fitted = True
             scene.ngeom = 0
             state = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
             decorate(scene, self.model, self.data, **state)
         if plots:
-            self._window.set_figures(figures(plots, viewport))
+            self._window.set_figures(placed(plots, viewport))
         self._window.sync()
 
     @property
@@ -145,11 +143,7 @@ class ArmViewer:
 
 
 def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
-    """Open MuJoCo's passive viewer; returns its handle.
-
-    Args:
-        model: shown; the window keeps it.
-        data: of it; the window reads and writes it in ``sync``.
+    """Open MuJoCo's passive viewer, which keeps model and data; returns its handle.
 
     Raises:
         EngineError: without a display or its OpenGL; the text names the fix.

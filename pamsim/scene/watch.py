@@ -18,8 +18,6 @@ from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
 from pamsim.scene.viewer import ArmViewer, window_model
 
-OpenViewer = Callable[..., ArmViewer]
-
 LARGEST = 3.0
 """End of an effect's slider, in units of its typical size."""
 _NOTE = "Control: set points [kPa]; effects, 0 off, 1 typical"
@@ -29,22 +27,12 @@ _FALLEN_BEHIND = 0.25
 """Lag behind the clock from which on time is given up rather than caught up with [s]."""
 
 
-def watch_replay(
-    replay: Replay,
-    *,
-    speed: float = 1.0,
-    open_viewer: OpenViewer = ArmViewer,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
-) -> None:
+def watch_replay(replay: Replay, *, speed: float = 1.0) -> None:
     """Show a trial over and over until the window is closed.
 
     Args:
         replay: of `read_replay`.
         speed: 1 for real time.
-        open_viewer: makes the window.
-        clock: seconds that pass [s].
-        sleep: waits for some of them [s].
 
     Raises:
         InputError: if the speed is not positive.
@@ -55,14 +43,13 @@ def watch_replay(
     rig = replay.rig
     model = rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
-    show = _shower(rig)
-    with open_viewer(window_model(rig, {})) as viewer:
-        began = clock()
+    curves = LivePlots(rig.names)
+    with ArmViewer(window_model(rig, {})) as viewer:
+        began = time.monotonic()
         while viewer.is_running:
-            data.time = ((clock() - began) * speed) % replay.duration
+            data.time = ((time.monotonic() - began) * speed) % replay.duration
             pose(model, data, rig.position_addresses, replay.positions(data.time))
-            show(viewer, model, data, replay.pressures(data.time), ())
-            sleep(_FRAME)
+            _show(viewer, rig, curves, model, data, replay.pressures(data.time))
 
 
 def watch_live(
@@ -72,9 +59,6 @@ def watch_live(
     load: float = 0.0,
     effects: Mapping[str, float] | None = None,
     with_effects: Callable[[Mapping[str, float]], Rig] | None = None,
-    open_viewer: OpenViewer = ArmViewer,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
 ) -> None:
     """Simulate a rig in real time, its set points and effects moved by the window's sliders.
 
@@ -87,9 +71,6 @@ def watch_live(
         effects: name -> size at which its slider starts, in units of the effect's typical one.
         with_effects: the rig with its effects at other sizes, name -> size; needed if there are
             effects.
-        open_viewer: makes the window.
-        clock: seconds that pass [s].
-        sleep: waits for some of them [s].
 
     Raises:
         InputError: if the pressures do not fit the rig.
@@ -109,16 +90,17 @@ def watch_live(
     sizes = dict(effects or {})
     sliders = {name: (0.0, most / PA_PER_KPA) for name, most in highest.items()}
     sliders |= dict.fromkeys(sizes, (0.0, LARGEST))
-    show = _shower(rig)
-    with live(model), open_viewer(window_model(rig, sliders), note=_NOTE) as viewer:
-        ahead = clock() - data.time
+    curves = LivePlots(rig.names)
+    with live(model), ArmViewer(window_model(rig, sliders), note=_NOTE) as viewer:
+        ahead = time.monotonic() - data.time
         while viewer.is_running:
-            behind = clock() - ahead - data.time
+            behind = time.monotonic() - ahead - data.time
             if behind > _FALLEN_BEHIND:
                 ahead, behind = ahead + behind - _FALLEN_BEHIND, _FALLEN_BEHIND
             mujoco.mj_step(model, data, max(0, round(behind / model.opt.timestep)))
             controls = [*(data.ctrl / PA_PER_KPA), *sizes.values()]
-            show(viewer, model, data, pressures(model, data).tolist(), controls)
+            filled = pressures(model, data).tolist()
+            _show(viewer, rig, curves, model, data, filled, controls)
             moved = viewer.controls
             data.ctrl[:] = moved[: len(highest)] * PA_PER_KPA
             wanted = dict(zip(sizes, moved[len(highest) :].tolist(), strict=True))
@@ -128,29 +110,26 @@ def watch_live(
                 model = with_effects(sizes).model_for(load=load)
                 data = mujoco.MjData(model)
                 restore_state(model, data, before)
-            sleep(_FRAME)
 
 
-def _shower(rig: Rig) -> Callable[..., None]:
-    """A function that shows a state of a rig in a window, with curves of what it has shown."""
-    curves = LivePlots(rig.names)
-
-    def show(
-        viewer: ArmViewer,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        filled: Sequence[float],
-        controls: Sequence[float],
-    ) -> None:
-        curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
-        viewer.show(
-            model,
-            data,
-            muscles=rig.muscles,
-            pressures=filled,
-            lengths=muscle_lengths(model, data),
-            controls=controls,
-            plots=curves.plots(),
-        )
-
-    return show
+def _show(
+    viewer: ArmViewer,
+    rig: Rig,
+    curves: LivePlots,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    filled: Sequence[float],
+    controls: Sequence[float] = (),
+) -> None:
+    """Show a state with its gauge pressures (m,) [Pa] until the next frame is due."""
+    curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
+    viewer.show(
+        model,
+        data,
+        muscles=rig.muscles,
+        pressures=filled,
+        lengths=muscle_lengths(model, data),
+        controls=controls,
+        plots=curves.figures(),
+    )
+    time.sleep(_FRAME)

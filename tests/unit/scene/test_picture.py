@@ -142,7 +142,7 @@ def test_positive_angle_turns_the_sprocket_towards_muscle_1(model: mujoco.MjMode
     data = at(model, 0.2)
     assert data.site("muscle_1_anchor").xpos[1] > 0.0
     assert data.body("load").xpos[1] > 0.0
-    assert Strand.of(model, data, 1, 0.24).axes[1, 1] > 0.0
+    assert Strand(model, data, 1, 0.24).axes[1, 1] > 0.0
 
 
 def test_only_arm_and_load_have_mass(model: mujoco.MjModel) -> None:
@@ -196,7 +196,7 @@ def test_chain_runs_smoothly_from_the_sprocket_to_the_muscle(
 ) -> None:
     model.wrap_prm[:] = -sprocket, sprocket
     data = at(model, 0.5)
-    strand = Strand.of(model, data, number, 0.23)
+    strand = Strand(model, data, number, 0.23)
     path = np.linspace(0.0, strand.breaks[3], 2001)
     points = strand.points(path)
     speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / np.diff(path)
