@@ -63,13 +63,7 @@ class Arm:
     supply: float
 
     def muscle_torque(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> float:
-        """Torque that the muscles must give for a motion [N m].
-
-        Args:
-            angle: [rad].
-            rate: [rad/s].
-            acceleration: [rad/s^2].
-        """
+        """Torque [N m] that the muscles must give at an angle [rad] and its two derivatives."""
         constant, cosine, sine, slope = self.rest_torque
         rest = constant + cosine * math.cos(angle) + sine * math.sin(angle) + slope * angle
         dry = self.friction * math.tanh(rate / _SLOW)
@@ -130,16 +124,13 @@ class Arm:
 
 
 def balanced_pressures(arm: Arm, angle: float, torque: float, common: float) -> Command:
-    """Pressures at which the pair gives a torque, the common pressure given.
+    """Pressures at which the pair gives a torque; if it is out of reach, those that come nearest.
 
     Args:
         arm: the arm.
         angle: of it [rad].
         torque: wanted of both muscles, towards positive angles [N m].
         common: mean of both pressures where neither is limited, gauge [Pa].
-
-    Returns:
-        Gauge pressures of muscles 1 and 2 [Pa]; for a torque out of reach, those that come nearest.
 
     Raises:
         InputError: if the common pressure is not between 0 and the supply.
@@ -155,17 +146,10 @@ def balanced_pressures(arm: Arm, angle: float, torque: float, common: float) -> 
 
 
 def stiff_pressures(arm: Arm, angle: float, torque: float, stiffness: float) -> Command:
-    """Pressures at which the pair gives a torque and the joint a stiffness.
+    """Pressures at which the pair gives a torque [N m] and the joint a stiffness [N m/rad].
 
-    Args:
-        arm: the arm.
-        angle: of it [rad].
-        torque: wanted of both muscles [N m].
-        stiffness: wanted of the joint, see `shut_stiffness` [N m/rad].
-
-    Returns:
-        Gauge pressures of muscles 1 and 2 [Pa]; for a stiffness out of reach, those that come
-        nearest among the pairs that give the torque.
+    For a stiffness out of reach, see `shut_stiffness`, those that come nearest among the pairs of
+    pressures that give the torque at this angle [rad].
     """
 
     def miss(common: float) -> float:
@@ -178,13 +162,7 @@ def stiff_pressures(arm: Arm, angle: float, torque: float, stiffness: float) -> 
 
 
 def shut_stiffness(arm: Arm, angle: float, pressures: Command) -> float:
-    """Stiffness of the joint with all valves shut [N m/rad].
-
-    Args:
-        arm: the arm.
-        angle: of it [rad].
-        pressures: of muscles 1 and 2, gauge [Pa].
-    """
+    """Stiffness of the joint [N m/rad] at an angle [rad], shut in at gauge pressures (2,) [Pa]."""
     lengths = -arm.radius * angle, arm.radius * angle
     muscles = map(muscle_stiffness, arm.pair, lengths, pressures)
     return joint_stiffness(list(muscles), (arm.radius, arm.radius)).total

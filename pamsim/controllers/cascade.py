@@ -31,14 +31,9 @@ from pamsim.physics.valves import clamped_opening
 
 
 def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[float, float]:
-    """Rates of pressure with the fill and with the exhaust valve fully open [Pa/s].
+    """Rates of gauge pressure [Pa/s] with the fill and with the exhaust valve fully open.
 
-    The supply sags by the flow to this muscle alone.
-
-    Args:
-        m: parameters of the muscle.
-        tendon_length: held [m].
-        pressure: gauge [Pa].
+    The tendon length [m] is held, and the supply sags by the flow to this muscle alone.
     """
     m = copy.copy(m)
     m.command = commands.VALVE
@@ -54,12 +49,9 @@ def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[fl
 
 
 def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:
-    """Time constant of a regulated pressure, mean of filling and venting [s].
+    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting.
 
-    Args:
-        m: parameters of the muscle.
-        tendon_length: held [m].
-        pressure: gauge [Pa].
+    The tendon length [m] is held.
     """
     fill, exhaust = full_rates(m, tendon_length, pressure)
     return 0.5 * m.valve.regulator_band * (1.0 / fill - 1.0 / exhaust)

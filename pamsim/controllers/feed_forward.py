@@ -10,7 +10,7 @@ muscles is undone, if asked, on the wanted angle before it enters the law
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pamsim.controllers.arm import Arm, balanced_pressures, stiff_pressures
 from pamsim.controllers.cascade import regulated_lag
@@ -56,28 +56,20 @@ class FeedForward:
         load: float = 0.0,
         common_pressure: float,
         lead: float | None = None,
-        hysteresis: PlaySum | None = None,
-        feedback: PidLaw | None = None,
+        **parts: Any,
     ) -> FeedForward:
-        """Feed-forward for a rig with a load.
+        """Feed-forward for a rig with a load [kg]; other arguments as the attributes.
 
-        Args:
-            rig: the rig.
-            load: mass on the arm [kg].
-            common_pressure: see the attributes, as for the others [Pa].
-            lead: if left out, the lag of muscle 1's regulated pressure there [s].
-            hysteresis: undoes the muscles' hysteresis, or None.
-            feedback: adds to the difference, or None.
+        The lead is the lag of muscle 1's regulated pressure, if left out.
 
         Raises:
             InputError: as `Arm.for_rig`, or if the common pressure cannot be had.
         """
         arm = Arm.for_rig(rig, load=load)
-        PressureSplit(common=common_pressure, supply=arm.supply)  # refuses what cannot be had
+        common = PressureSplit(common=common_pressure, supply=arm.supply).common
         if lead is None:
-            lead = regulated_lag(arm.pair[0], 0.0, common_pressure)
-        own = {"arm": arm, "common_pressure": common_pressure, "lead": lead}
-        return cls(**own, hysteresis=hysteresis, feedback=feedback)
+            lead = regulated_lag(arm.pair[0], 0.0, common)
+        return cls(arm=arm, common_pressure=common, lead=lead, **parts)
 
     def start(self, first: Observation) -> FeedForwardMemory:
         """Memory of an arm that moved to its angle from angle 0 without turning back."""

@@ -104,16 +104,8 @@ def decaying_triangle(
     """
     time = np.arange(round(period * periods * _RATE) + 1) / _RATE
     differences = amplitude * triangle(time, period, shrink)
-    return Experiment(
-        drive="pressure_set",
-        command_time=time,
-        command_value=np.array([split.pressures(float(item)) for item in differences]),
-        start_pressure=np.array(split.pressures(0.0)),
-        duration=float(time[-1]),
-        sample_rate=_RATE,
-        load=load,
-        name="decaying triangle",
-    )
+    named = {"load": load, "name": "decaying triangle"}
+    return split.experiment(time, differences, sample_rate=_RATE, **named)
 
 
 def loop_operator(rig: Rig, recording: Recording, *, plays: int = 12) -> PlaySumFit:

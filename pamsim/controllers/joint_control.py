@@ -17,6 +17,7 @@ import scipy.optimize
 
 from pamsim.controllers.cascade import regulated_lag
 from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -53,12 +54,8 @@ class InverseStatics:
     def __init__(self, rig: Rig, load: float, common: float) -> None:
         if rig.model.nq != rig.model.nv:
             raise InputError(f"rig {rig.name!r} has a free or ball joint: nothing holds it at rest")
-        self.supply = rig.supply_pressure
-        if not 0.0 <= common <= self.supply:
-            raise InputError(
-                f"common pressure {common / 1e3:g} kPa is not between 0 and the supply's"
-                f" {self.supply / 1e3:g} kPa; choose one that is"
-            )
+        split = PressureSplit(common=common, supply=rig.supply_pressure)
+        self.supply = split.supply
         self.common = np.full(len(rig.muscles), common)
         self._still = StillRig(rig, load, mujoco.MjData(rig.model))
         self._start, self._places = rig.model.qpos0.copy(), rig.position_addresses

@@ -7,11 +7,13 @@ models are deviations from a difference and the angle that it holds.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from pamsim.controllers.controller import Command, JointObservation, Observation
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.continuous_fit import fit_continuous
@@ -22,6 +24,7 @@ from pamsim.recordings.experiment import Experiment
 
 _STEPS = (0.0, 1.0, 0.0, -1.0, 0.0)
 _RATE = 50.0  # Hz
+_NAME = "steps about an operating point"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +58,23 @@ class PressureSplit:
         """Difference [Pa] that remains of a wanted one after the limits."""
         first, second = self.pressures(difference)
         return first - second
+
+    def experiment(
+        self, time: FloatArray, differences: FloatArray, *, hold: float = 0.0, **more: Any
+    ) -> Experiment:
+        """Run that starts at the first of some differences (n,) [Pa], each set at a time (n,) [s].
+
+        The last one is held for ``hold`` [s]; ``more`` are other attributes of `Experiment`.
+        """
+        command = np.array([self.pressures(each) for each in differences.tolist()])
+        return Experiment(
+            drive="pressure_set",
+            command_time=time,
+            command_value=command,
+            start_pressure=command[0],
+            duration=float(time[-1]) + hold,
+            **more,
+        )
 
     def beyond(self, difference: float) -> bool:
         """Whether the limits reduce a wanted difference [Pa]."""
@@ -134,20 +154,11 @@ def linearise_arm(
     """
     # The first level is short: it only shows the angle at rest.
     time = np.array([0.0, *(0.1 + hold * np.arange(len(_STEPS) - 1))])
-    command = np.array([split.pressures(difference + step * level) for level in _STEPS])
-    experiment = Experiment(
-        drive="pressure_set",
-        command_time=time,
-        command_value=command,
-        start_pressure=command[0],
-        duration=float(time[-1]) + hold,
-        sample_rate=_RATE,
-        load=load,
-        name="steps about an operating point",
-    )
+    levels = difference + step * np.array(_STEPS)
+    experiment = split.experiment(time, levels, hold=hold, sample_rate=_RATE, load=load, name=_NAME)
     run = simulate(rig, experiment).completed()
     record = SignalRecord(
-        name=experiment.name,
+        name=_NAME,
         time=run.time,
         inputs=run.command[:, 0] - run.command[:, 1],
         output=run.angle,

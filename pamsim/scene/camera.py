@@ -18,27 +18,20 @@ _CORNERS = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
 
 
 def seen_from(
-    points: Vector, eye: NDArray[np.floating], ahead: NDArray[np.floating], up: NDArray[np.floating]
+    points: Vector, eye: Vector, ahead: NDArray[np.floating], up: NDArray[np.floating]
 ) -> Vector:
-    """Tangents (n, 2), to the right and up, of points (n, 3) [m] before a camera.
+    """Tangents (n, 2), to the right and up, of points (n, 3) [m] seen from an eye (3,) [m].
 
-    Args:
-        points: (n, 3) [m].
-        eye: (3,) of the camera [m].
-        ahead: (3,) unit vector.
-        up: (3,) unit vector across it.
+    Ahead (3,) and up (3,) are unit vectors at right angles.
     """
     away = points - eye
     return away @ np.column_stack([np.cross(ahead, up), up]) / (away @ ahead)[:, None]
 
 
 def window_places(camera: mujoco.MjvCamera, points: Vector, half: Vector) -> Vector:
-    """Where a free camera shows points, (n, 2): -1 to 1 from left to right, from bottom to top.
+    """Where a free camera shows points (n, 3) [m]: (n, 2), -1 to 1 rightwards and upwards.
 
-    Args:
-        camera: free.
-        points: (n, 3) [m].
-        half: (2,) tangents of half the width and half the height seen.
+    ``half`` (2,) are the tangents of half the width and half the height seen.
     """
     ahead, _, up = _axes(camera)
     return seen_from(points, camera.lookat - camera.distance * ahead, ahead, up) / half

@@ -38,12 +38,9 @@ class LivePlots:
         self._samples: deque[FloatArray] = deque(maxlen=_KEPT)
 
     def add(self, time: float, positions: Sequence[float], pressures: Sequence[float]) -> None:
-        """Take a sample; an earlier time than the last starts over.
+        """Take joint positions [rad or m] and gauge pressures [Pa] of a time [s].
 
-        Args:
-            time: [s].
-            positions: of the joints [rad or m].
-            pressures: gauge pressures of the muscles [Pa], NaN where not known.
+        A time before the last starts over. A pressure that is not known is NaN.
         """
         since = time - self._samples[-1][0] if self._samples else _INTERVAL
         if since < 0.0:

@@ -97,7 +97,8 @@ def add_muscle(
         fibre = _mixed(rubber[:3], _WHITE, _FIBRE_LIGHT)
     shoulder, semi_axis = _shoulder(radius, scale * _NECK)
     tube = shoulder, length - shoulder
-    add_rod(scene, *(anchor + at * axis for at in tube), radius, rubber)
+    first, last = (anchor + at * axis for at in tube)
+    add_rod(scene, first, last, radius, rubber)
     for at in tube if shoulder > 0.0 else ():
         ends = anchor + (at - semi_axis) * axis, anchor + (at + semi_axis) * axis
         add_rod(scene, *ends, radius, rubber, kind=ELLIPSOID)

@@ -9,12 +9,12 @@ named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprock
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -121,9 +121,9 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        muscles: as the others of `decorate`.
-        pressures: (m,) [Pa].
-        lengths: (m,) [m].
+        muscles: as for `decorate`.
+        pressures: (m,) gauge [Pa], as for `decorate`.
+        lengths: (m,) active [m].
         width: picture width [px].
         height: picture height [px].
         camera: name of a camera in the model.
@@ -137,26 +137,24 @@ def render_arm(
         EngineError: OpenGL cannot start, or the model has no such camera, or as `decorate`.
         InputError: as `decorate`.
     """
-    with contextlib.ExitStack() as opened:
-        if renderer is None:
-            renderer = open_renderer(model, width=width, height=height)
-            opened.callback(renderer.close)
+    own = renderer
+    if own is None:
+        own = open_renderer(model, width=width, height=height)
+    try:
         object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
-        renderer.update_scene(data, camera=camera)
-        state = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
-        decorate(renderer.scene, model, data, **state, fine=fine)
-        return renderer.render()
+        own.update_scene(data, camera=camera)
+        state: Any = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
+        decorate(own.scene, model, data, **state, fine=fine)
+        return own.render()
+    finally:
+        if renderer is None:
+            own.close()
 
 
 def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
-    """Widen a model's cameras so that a narrow picture is not cut at its sides.
+    """Widen the cameras of a caller's own model so that no picture [px] is cut at its sides.
 
     A camera's angle is that of the picture's height; the scenes are composed for 16:10.
-
-    Args:
-        model: of the caller's own; its cameras are changed.
-        width: picture width [px].
-        height: picture height [px].
     """
     narrower = max(_COMPOSED_FOR * height / width, 1.0)
     half = np.radians(model.cam_fovy) / 2.0

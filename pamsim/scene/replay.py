@@ -185,8 +185,8 @@ def arm_camera(
             last[state] = np.asarray(picture)
         return last[state]
 
-    size = {"width": round(_FINER * width), "height": round(_FINER * height)}
-    with contextlib.closing(open_renderer(model, **size)) as renderer:
+    across, down = round(_FINER * width), round(_FINER * height)
+    with contextlib.closing(open_renderer(model, width=across, height=down)) as renderer:
         draw(0.0)
         labels = {}
         for number, name in enumerate(rig.muscles, start=1):

@@ -15,6 +15,7 @@ Vector = NDArray[np.float64]
 Rgba = tuple[float, float, float, float]
 CYLINDER, CAPSULE = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
 BOX, ELLIPSOID = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_ELLIPSOID
+_NOBODY = int(mujoco.mjtObj.mjOBJ_UNKNOWN)
 _ORIGIN, _UPRIGHT = np.zeros(3), np.eye(3)
 _SHADOWLESS, _SHADOWY = int(mujoco.mjtCatBit.mjCAT_DECOR), int(mujoco.mjtCatBit.mjCAT_DYNAMIC)
 
@@ -67,7 +68,9 @@ def add_box(
         )
     geom = scene.geoms[scene.ngeom]
     mujoco.mjv_initGeom(geom, BOX, halves, centre, axes.flatten(), np.array(rgba, np.float32))
-    geom.category, geom.specular, geom.shininess = _SHADOWY, gloss, gloss
+    # The call above leaves what memory held in these: whose geom it is, and how it is sorted.
+    geom.objtype, geom.category, geom.transparent = _NOBODY, _SHADOWY, 0
+    geom.specular = geom.shininess = gloss
     scene.ngeom += 1
     return geom
 

@@ -181,11 +181,9 @@ def _require_display() -> None:
 
 
 def window_model(rig: Rig, sliders: Mapping[str, tuple[float, float]]) -> mujoco.MjModel:
-    """Model of a window, which moves nothing by itself.
+    """Model of a window on a rig loaded with its scene.
 
-    Args:
-        rig: loaded with its scene.
-        sliders: name -> ends of its range, in any unit: no control of this model moves anything.
+    It has sliders, name -> ends of its range, in any unit: none moves anything by itself.
     """
     spec = mujoco.MjSpec.from_file(str(rig.file.scene or rig.file.mjcf))
     for name, ends in sliders.items():
