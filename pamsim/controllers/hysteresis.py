@@ -108,17 +108,16 @@ def decaying_triangle(
     return split.experiment(time, differences, sample_rate=_RATE, **named)
 
 
-def loop_operator(rig: Rig, recording: Recording, *, plays: int = 12) -> PlaySumFit:
+def loop_operator(rig: Rig, recording: Recording) -> PlaySumFit:
     """Fit the operator from the angle the force law predicts to the angle reached.
 
     Args:
         rig: its law, gravity and springs predict; its hysteresis is not used.
         recording: of an arm that started at rest near angle 0, run slowly.
-        plays: number of thresholds, evenly over the largest predicted angle.
 
     Raises:
         InputError: as `rest_angles` and `identify_play_sum`.
     """
     load = np.full(recording.time.size, recording.load)
     predicted = rest_angles(rig, recording.pressure, load, recording.angle)
-    return identify_play_sum(predicted, recording.angle, plays=plays)
+    return identify_play_sum(predicted, recording.angle)

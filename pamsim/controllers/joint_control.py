@@ -68,12 +68,12 @@ class InverseStatics:
 
     def per_pressure(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
         """(j, m) derivatives of the torques by the pressures [N m/Pa or N/Pa]."""
-        return _slopes(lambda pressure: self.torques(position, pressure), pressure, _STEP)
+        return _jacobian(lambda pressure: self.torques(position, pressure), pressure, _STEP)
 
     def stiffness(self, position: Sequence[float]) -> FloatArray:
         """(j,) fall of each joint's torque with its position at the common pressure."""
         at = np.array(position)
-        return -np.diag(_slopes(lambda at: self.torques(at, self.common), at, _TURN))
+        return -np.diag(_jacobian(lambda at: self.torques(at, self.common), at, _TURN))
 
     def pressures(self, position: Sequence[float], torque: FloatArray) -> FloatArray:
         """(m,) pressures [Pa] at which the rig at a position has torques (j,) left over."""
@@ -92,12 +92,12 @@ class InverseStatics:
         return pressure
 
 
-def _slopes(
+def _jacobian(
     function: Callable[[FloatArray], FloatArray], at: FloatArray, step: float
 ) -> FloatArray:
     """(j, m) derivatives of a function with j values by its m arguments."""
-    ends = ((function(at + each), function(at - each)) for each in step * np.eye(len(at)))
-    return np.column_stack([(ahead - behind) / (2.0 * step) for ahead, behind in ends])
+    rises = [function(at + each) - function(at - each) for each in step * np.eye(len(at))]
+    return np.column_stack(rises) / (2.0 * step)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -148,18 +148,17 @@ class JointControl:
         at = model.qpos0[rig.position_addresses].tolist()
         muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
         lag = max(regulated_lag(m, 0.0, max(common, 1.0)) for m in muscles)
-        stiffness = statics.stiffness(at)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
-        for joint, stiff, able in zip(rig.joints, stiffness, most, strict=True):
+        own = rig.velocity_addresses
+        columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]
+        laws = []
+        for joint, *numbers in zip(rig.joints, *columns, strict=True):
+            stiff, able, damping, mass = map(float, numbers)
             if not stiff > _LEAST_STIFFNESS * able:
                 raise InputError(
                     f"joint {joint!r} has no stiffness at {common / 1e3:g} kPa in all muscles:"
                     " choose another `common_pressure`"
                 )
-        own = rig.velocity_addresses
-        columns = stiffness, model.dof_damping[own], np.diag(inertia)[own]
-        laws = []
-        for stiff, damping, mass in zip(*(column.tolist() for column in columns), strict=True):
             g2 = SecondOrderModel(
                 gain=1.0 / stiff, a1=damping / stiff + lag, a2=(mass + lag * damping) / stiff
             )
