@@ -47,14 +47,8 @@ def fit_camera(
 ) -> None:
     """Turn a free camera so that the arm fills the window beside the plots wherever it moves.
 
-    It looks in the direction of the scene's camera ``overview``, if there is one.
-
-    Args:
-        camera: changed in place.
-        model: shown.
-        data: of it.
-        aspect: width of the window over its height.
-        column: share of the width at the left that is left free.
+    It looks in the direction of the scene's camera ``overview``, if there is one. The window has an
+    aspect, width over height, and a column at its left, a share of its width, that is left free.
     """
     mujoco.mjv_defaultFreeCamera(model, camera)
     fixed = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, "overview")

@@ -36,13 +36,7 @@ class Strand:
 
     The path is an arc on the sprocket, the common outer tangent, an arc on the roller, then a
     straight line. Coordinates are (along the muscles towards the arm, outwards), origin on the
-    shaft.
-
-    Args:
-        model: a compiled rig with the sites the MJCF names.
-        data: state after ``mj_forward``.
-        number: of the muscle, 1 or 2.
-        length: of the muscle [m].
+    shaft. It is that of muscle 1 or 2 at an active length [m].
 
     Attributes:
         axes: (3, 2) the plane's two unit vectors in the world.
@@ -105,12 +99,8 @@ def add_chain(
 ) -> None:
     """Lay the chain along both strands, turned by the shaft's angle, with a tooth in every gap.
 
-    Args:
-        scene: it is added to.
-        model: a compiled rig with the sites the MJCF names.
-        data: state after ``mj_forward``.
-        lengths: (2,) active lengths of muscles 1 and 2 [m].
-        fine: whether the links have rollers and round ends.
+    It ends where muscles 1 and 2 of active lengths (2,) [m] do. Fine links have rollers and round
+    ends.
 
     Raises:
         EngineError: as `Strand`.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -51,7 +51,8 @@ class LivePlots:
 
     def figures(self) -> list[mujoco.MjvFigure]:
         """Joints over time, pressures over time, the first joint over what drives it."""
-        joints, muscles = map(_words, (self._names.joints, self._names.muscles))
+        joints = [name.replace("_", " ") for name in self._names.joints]
+        muscles = [name.replace("_", " ") for name in self._names.muscles]
         kinds = [KINDS[kind] for kind in self._names.joints.values()]
         scales = [1.0, *(kind.scale for kind in kinds), *[KINDS["pressure"].scale] * len(muscles)]
         time, *values = (np.array(self._samples) * scales).T
@@ -85,10 +86,6 @@ class LivePlots:
             loop = ("", _LOOP, driving, positions[0])
             found.append(_figure(title, f"{' - '.join(muscles[:2])} [kPa]", [loop]))
         return found
-
-
-def _words(names: Iterable[str]) -> list[str]:
-    return [name.replace("_", " ") for name in names]
 
 
 def placed(

@@ -15,7 +15,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.physics.braid import Braid
 from pamsim.scene.series_colours import Rgb
-from pamsim.scene.solids import BOX, ELLIPSOID, Rgba, Vector, add_rod, frame_along
+from pamsim.scene.solids import BOX, ELLIPSOID, Rgba, Vector, add_rod
 
 DRAWN_FOR = 0.020
 """Inner diameter that the radii below are of, a MAS-20's [m]; others are drawn in proportion."""
@@ -67,7 +67,7 @@ def outer_radius(length: float, braid: Braid) -> float:
 def add_muscle(
     scene: mujoco.MjvScene,
     anchor: Vector,
-    axis: Vector,
+    frame: Vector,
     length: float,
     pressure: float,
     colour: Rgb,
@@ -77,20 +77,14 @@ def add_muscle(
 ) -> None:
     """Add one muscle with its two end fittings; a chain begins `MOVING_REACH` beyond its end.
 
-    Args:
-        scene: it is added to.
-        anchor: (3,) where the active length starts [m].
-        axis: (3,) unit vector from the anchor along the muscle [-].
-        length: active length [m].
-        pressure: gauge [Pa]; the higher, the more of its colour the tube has; grey if NaN.
-        colour: of the muscle, as of its curves, 0 to 1 each.
-        braid: size and fibre angle of the muscle.
-        fibres: whether to draw them.
+    The active length [m] starts at an anchor (3,) [m], along the third axis of a frame (3, 3). The
+    tube has the more of its colour the higher the gauge pressure [Pa], and is grey if that is NaN.
 
     Raises:
         InputError: the length cannot be drawn.
     """
-    radius, scale = outer_radius(length, braid), braid.diameter / DRAWN_FOR
+    axis, scale = frame[:, 2], braid.diameter / DRAWN_FOR
+    radius = outer_radius(length, braid)
     rubber, fibre = _UNKNOWN_RUBBER, _UNKNOWN_FIBRE
     if not math.isnan(pressure):
         rubber = _mixed(_VENTED, colour, min(max(pressure / FULL_PRESSURE, 0.0), 1.0))
@@ -107,7 +101,7 @@ def add_muscle(
         along = np.linspace(0.0, length, _SEGMENTS + 1)
         inward = np.clip(shoulder - np.minimum(along, length - along), 0.0, None)
         skin = radius * np.sqrt(1.0 - (inward / max(semi_axis, 1e-9)) ** 2)
-        for thread in _helices(skin, along, turns) @ frame_along(axis).T + anchor:
+        for thread in _helices(skin, along, turns) @ frame.T + anchor:
             for start, end in pairwise(thread):
                 # Square: nobody sees it, and a box is drawn many times faster than a cylinder. Its
                 # shadow would fall on the rubber right below.

@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.engine.rig import load_rig
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
@@ -74,22 +74,29 @@ def picture_rest(
         load = _USUAL_LOAD if loaded.takes_load else 0.0
     experiment = pressure_step(pressures, pressures, duration=0.01, load=load)
     rest = simulate(loaded, experiment).completed()
+    picture: dict[str, int] = dict(zip(("width", "height"), size, strict=True))
     model = loaded.model_for(load=load)
-    require_camera(model, camera)
-    show_whole(model, width=size[0], height=size[1])
-    data = mujoco.MjData(model)
-    pose(model, data, loaded.position_addresses, rest.positions[-1].tolist())
-    image = render_arm(
-        model,
-        data,
-        muscles=loaded.muscles,
-        pressures=rest.pressure[-1].tolist(),
-        lengths=muscle_lengths(model, data),
-        width=size[0],
-        height=size[1],
-        camera=camera,
-    )
+    show_whole(model, **picture)
+    state = rest.positions[-1].tolist(), rest.pressure[-1].tolist()
+    image = draw_rig(loaded, model, mujoco.MjData(model), *state, camera=camera, **picture)
     write_picture(path, image)
+
+
+def draw_rig(
+    rig: Rig,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    positions: Sequence[float],
+    pressures: Sequence[float],
+    **how: Any,
+) -> npt.NDArray[np.uint8]:
+    """Put a model of a rig at joint positions [rad or m] and draw it at gauge pressures [Pa].
+
+    Other arguments, what is returned and what is raised are those of `render_arm`.
+    """
+    pose(model, data, rig.position_addresses, positions)
+    how |= {"muscles": rig.muscles, "pressures": pressures}
+    return render_arm(model, data, lengths=muscle_lengths(model, data), **how)
 
 
 def require_camera(model: mujoco.MjModel, camera: str) -> None:
@@ -134,14 +141,14 @@ def render_arm(
         (height, width, 3) picture, red, green, blue from 0 to 255.
 
     Raises:
-        EngineError: OpenGL cannot start, or the model has no such camera, or as `decorate`.
-        InputError: as `decorate`.
+        EngineError: OpenGL cannot start, or as `decorate`.
+        InputError: the model has no such camera, or as `decorate`.
     """
+    require_camera(model, camera)
     own = renderer
     if own is None:
         own = open_renderer(model, width=width, height=height)
     try:
-        object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
         own.update_scene(data, camera=camera)
         state: Any = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
         decorate(own.scene, model, data, **state, fine=fine)
@@ -257,7 +264,7 @@ def decorate(
         if muscle.braid is not None and has_site(model, site):
             anchor, frame = site_pose(model, data, site)
             look = pressure, series_rgb(number), muscle.braid
-            add_muscle(scene, anchor, frame[:, 2], length, *look, fibres=fine)
+            add_muscle(scene, anchor, frame, length, *look, fibres=fine)
     if has_site(model, "sprocket"):
         add_chain(scene, model, data, lengths, fine=fine)
     if has_site(model, "load_seat"):

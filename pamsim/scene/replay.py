@@ -19,8 +19,8 @@ from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
 from pamsim.scene.camera import seen_from
-from pamsim.scene.picture import open_renderer, render_arm, require_camera
-from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
+from pamsim.scene.picture import draw_rig, open_renderer, require_camera
+from pamsim.scene.pose import has_site, site_pose
 
 Picture = NDArray[np.uint8]
 
@@ -170,16 +170,8 @@ def arm_camera(
         pressures = np.round(np.divide(replay.pressures(time), _PRESSURE_STEP)) * _PRESSURE_STEP
         state = positions.tobytes() + pressures.tobytes()
         if state not in last:
-            pose(model, data, rig.position_addresses, positions.tolist())
-            fine = render_arm(
-                model,
-                data,
-                muscles=rig.muscles,
-                pressures=pressures.tolist(),
-                lengths=muscle_lengths(model, data),
-                camera=camera,
-                renderer=renderer,
-            )
+            now = positions.tolist(), pressures.tolist()
+            fine = draw_rig(rig, model, data, *now, camera=camera, renderer=renderer)
             last.clear()
             picture = Image.fromarray(fine).resize((width, height), Image.Resampling.LANCZOS)
             last[state] = np.asarray(picture)

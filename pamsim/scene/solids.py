@@ -31,17 +31,9 @@ def add_rod(
     gloss: float = 0.5,
     shadow: bool = True,
 ) -> None:
-    """Add a solid between two points.
+    """Add a solid between two points (3,) [m], with a radius [m], of a box half its thickness.
 
-    Args:
-        scene: such as that of a renderer.
-        start: (3,) one end of the axis [m].
-        end: (3,) the other end [m].
-        radius: across the axis; of a box half its thickness [m].
-        rgba: colour and opacity, 0 to 1.
-        kind: ``CYLINDER``, ``CAPSULE``, ``BOX`` or ``ELLIPSOID``.
-        gloss: specular reflection, 0 to 1.
-        shadow: whether it casts one.
+    Colour, opacity and gloss, its specular reflection, are from 0 to 1.
 
     Raises:
         EngineError: if the scene is full.
@@ -73,11 +65,3 @@ def add_box(
     geom.specular = geom.shininess = gloss
     scene.ngeom += 1
     return geom
-
-
-def frame_along(axis: Vector) -> Vector:
-    """A right-handed (3, 3) rotation whose third column points along an axis (3,)."""
-    turn, frame = np.empty(4), np.empty(9)
-    mujoco.mju_quatZ2Vec(turn, axis)
-    mujoco.mju_quat2Mat(frame, turn)
-    return frame.reshape(3, 3)

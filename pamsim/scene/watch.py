@@ -28,11 +28,7 @@ _FALLEN_BEHIND = 0.25
 
 
 def watch_replay(replay: Replay, *, speed: float = 1.0) -> None:
-    """Show a trial over and over until the window is closed.
-
-    Args:
-        replay: of `read_replay`.
-        speed: 1 for real time.
+    """Show a trial over and over until the window is closed; a speed of 1 is real time.
 
     Raises:
         InputError: if the speed is not positive.

@@ -83,7 +83,7 @@ def muscle(length: float, braid: Braid, *, fibres: bool = True) -> list:
     """Geoms of a muscle along the first axis."""
     drawn = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), maxgeom=1000)
     look = length, 3e5, (0.0, 0.0, 1.0), braid
-    add_muscle(drawn, np.zeros(3), np.array([1.0, 0.0, 0.0]), *look, fibres=fibres)
+    add_muscle(drawn, np.zeros(3), np.roll(np.eye(3), 1, axis=0), *look, fibres=fibres)
     return list(drawn.geoms[: drawn.ngeom])
 
 
