@@ -73,14 +73,11 @@ class PressureLoop(PidLaw):
     ) -> PressureLoop:
         """Loop designed for the faster of filling and venting of muscle 1 at angle 0.
 
-        Args:
-            rig: the rig.
-            period: between two samples [s].
-            common_pressure: at which the valves' flow is taken, gauge [Pa].
-            closed_loop_time: time constant wanted, of at least two periods [s].
+        The valves' flow is taken at a common gauge pressure [Pa]. Period and closed-loop time
+        constant are in s.
 
         Raises:
-            InputError: for a shorter one, which a sampled loop cannot have.
+            InputError: for a time constant below two periods, which a sampled loop cannot have.
         """
         if closed_loop_time < 2.0 * period:
             raise InputError(

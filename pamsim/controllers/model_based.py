@@ -32,49 +32,6 @@ class LinearisedController:
     point: LinearisationPoint
 
 
-class LeadLagMemory(NamedTuple):
-    """Errors [rad] that led to the outputs [Pa] of a lead-lag filter, latest first."""
-
-    errors: tuple[float, ...]
-    outputs: tuple[float, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class LeadLag(LinearisedController):
-    """Sampled lead-lag filter of the error.
-
-    Attributes:
-        design: see `pamsim.linear.lead_lag_design.design_lead_lag`.
-        model: G2, whose inverse goes ahead.
-    """
-
-    design: LeadLagDesign
-    model: SecondOrderModel
-
-    def start(self, first: Observation) -> LeadLagMemory:
-        """Memory that keeps the pressures at rest at first."""
-        ahead = self.model.input_for(first.joint.position - self.point.angle, 0.0, 0.0)
-        count = len(self.design.denominator) - 1
-        rest = self.point.measured_departure(first) - ahead
-        return LeadLagMemory((0.0,) * count, (rest,) * count)
-
-    def step(
-        self, observation: Observation, memory: LeadLagMemory
-    ) -> tuple[Command, LeadLagMemory]:
-        """Pressures from now on, and the memory for the next sample."""
-        joint, design = observation.joint, self.design
-        error = present_reference(joint, design.period)[0] - joint.position
-        # Limited first: the filter must not compensate a reference that is out of reach.
-        ahead = self.point.given(self.point.input_for(self.model, joint))
-        filtered = _dot(design.numerator, (error, *memory.errors))
-        filtered -= _dot(design.denominator[1:], memory.outputs)
-        let_through = self.point.given(ahead + filtered) - ahead
-        realised = error + (let_through - filtered) / design.numerator[0]
-        return self.point.pressures(ahead + filtered), LeadLagMemory(
-            (realised, *memory.errors[:-1]), (let_through, *memory.outputs[:-1])
-        )
-
-
 class LqgMemory(NamedTuple):
     """State as predicted at the last sample [rad, rad/s], and integral of the error [rad s]."""
 
@@ -177,30 +134,58 @@ class Lti(LinearisedController):
 
     Attributes:
         design: see `pamsim.linear.sampled_controller.sampled_controller`.
+        model: G2, whose own input goes ahead; or None.
     """
 
     design: SampledController
+    model: SecondOrderModel | None = None
 
     def start(self, first: Observation) -> tuple[float, ...]:
         """State that keeps the pressures at rest, if the controller integrates; else zeros."""
         departure = self.point.measured_departure(first)
+        if self.model is not None:
+            departure -= self.model.input_for(first.joint.position - self.point.angle, 0.0, 0.0)
         return tuple(departure * x for x in self.design.rest)
 
     def step(
         self, observation: Observation, memory: tuple[float, ...]
     ) -> tuple[Command, tuple[float, ...]]:
         """Pressures from now on, and the state at the next sample."""
-        design = self.design
-        angle = observation.joint.position - self.point.angle
-        goal = present_reference(observation.joint, design.period)[0] - self.point.angle
+        joint, design, point = observation.joint, self.design, self.point
+        angle = joint.position - point.angle
+        goal = present_reference(joint, design.period)[0] - point.angle
         seen = (goal - angle,) if len(design.direct) == 1 else (goal, angle)
         wanted = _dot(design.output, memory) + _dot(design.direct, seen)
-        missed = self.point.given(wanted) - wanted
+        if self.model is not None:
+            # Limited first: feedback must not compensate a reference that is out of reach.
+            wanted += point.given(point.input_for(self.model, joint))
+        missed = point.given(wanted) - wanted
         state = tuple(
             _dot(a, memory) + _dot(b, seen) + k * missed
             for a, b, k in zip(design.transition, design.input, design.correction, strict=True)
         )
-        return self.point.pressures(wanted), state
+        return point.pressures(wanted), state
+
+
+def lead_lag(design: LeadLagDesign, model: SecondOrderModel, point: LinearisationPoint) -> Lti:
+    """Lead-lag filter of the error beside the input of G2, about the point where it holds.
+
+    At limits its state becomes what it had been under the error that gives the limited output. It
+    starts as if it had always given what the pressures at rest need.
+    """
+    (first, *numerator), (_, *denominator) = design.numerator, design.denominator
+    order = range(len(denominator))
+    into = tuple(b - a * first for b, a in zip(numerator, denominator, strict=True))
+    filtered = SampledController(
+        period=design.period,
+        transition=tuple((-denominator[k], *(float(j == k + 1) for j in order[1:])) for k in order),
+        input=tuple((b,) for b in into),
+        output=tuple(float(k == 0) for k in order),
+        direct=(first,),
+        rest=tuple(-sum(denominator[k:]) for k in order),
+        correction=tuple(b / first for b in into),
+    )
+    return Lti(design=filtered, model=model, point=point)
 
 
 def _dot(a: Sequence[float], b: Sequence[float]) -> float:

@@ -16,7 +16,7 @@ from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import Controller
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
-from pamsim.controllers.model_based import LeadLag, Lqg, SlidingMode
+from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
 from pamsim.controllers.operating_point import LinearisedArm, PressureSplit, linearise_arm
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
@@ -109,13 +109,13 @@ class Suite:
             self.local_models, pid=self.pid(closed_loop_time), closed_loop_time=closed_loop_time
         )
 
-    def lead_lag(self, crossover: float) -> LeadLag:
+    def lead_lag(self, crossover: float) -> Lti:
         """Lead-lag of a crossover [rad/s]: 50 deg of phase margin with a period of delay."""
         model = self.linearised.model
         design = design_lead_lag(
             model, period=self.period, crossover=crossover, phase_margin=_PHASE_MARGIN, delay=1
         )
-        return LeadLag(design=design, model=model, point=self.linearised.point)
+        return lead_lag(design, model, self.linearised.point)
 
     def lqg(self, integral_time: float) -> Lqg:
         """LQG with integral action over a time [s]."""

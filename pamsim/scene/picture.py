@@ -171,17 +171,10 @@ def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
 def open_renderer(
     model: mujoco.MjModel, *, width: int, height: int, quick: bool = False
 ) -> mujoco.Renderer:
-    """Start off-screen drawing; the caller closes it.
+    """Start off-screen drawing of a width and a height [px]; the caller closes it.
 
-    Args:
-        model: the model to draw.
-        width: picture width [px].
-        height: picture height [px].
-        quick: leave out shadows and smoothing, which take most of the time of a frame where no
-            graphics card draws it.
-
-    Returns:
-        A renderer large enough for the picture, whatever buffer size the model asks for.
+    The renderer is large enough, whatever buffer size the model asks for. A quick one leaves out
+    shadows and smoothing, which take most of the time of a frame where no graphics card draws it.
 
     Raises:
         EngineError: OpenGL cannot start.
