@@ -1,26 +1,40 @@
-"""Inverse dynamics of the arm: the torque that a motion needs, read once from the MuJoCo model.
+"""Inverse dynamics and inverse force law of the arm: the pressures that a motion needs.
 
 Gravity gives a hinge the torque a cos(beta) + b sin(beta), a linear spring adds c - k beta. These
 four numbers hold at every angle. They are fitted to the engine at several angles, so that the
 controller needs no engine and no table.
+
+At a common pressure p0 the torque of the pair rises with the pressure difference; among the pairs
+of pressures that give one torque, the stiffness rises with p0. So each is the root of a function of
+one unknown, sought inside the limits of the supply. Hysteresis is left out, as in
+`pamsim.physics.antagonist`.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
+import scipy.optimize
 
+from pamsim.controllers.controller import Command
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.record import view
+from pamsim.physics.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
+from pamsim.physics.record import Parameters, view
+
+# scipy carries no types: what it returns is Any at this file's boundary.
+_root: Any = scipy.optimize.brentq
 
 _ANGLES = np.linspace(-1.0, 1.0, 9)  # rad
 _EXACT = 1e-9  # of the largest torque or length: rounding lies far below
-
+_NEAR = 1e-4  # Pa, far below what turns the arm by 1e-6 rad
 _SLOW = 0.02
 """Rate at which dry friction has reached three quarters of its size [rad/s]."""
 
@@ -30,7 +44,7 @@ class Arm:
     """An arm of one hinge between two equal-armed muscles.
 
     Attributes:
-        pair: parameter rows of muscles 1 and 2, see `pamsim.physics.record`.
+        pair: parameters of muscles 1 and 2, see `pamsim.physics.record`.
         radius: moment arm of both [m].
         rest_torque: (c, a, b, -k) of c + a cos(beta) + b sin(beta) - k beta, the torque on the arm
             at rest but for the muscles' [N m].
@@ -40,7 +54,7 @@ class Arm:
         supply: lowest supply pressure of both, gauge [Pa].
     """
 
-    pair: tuple[tuple[float, ...], tuple[float, ...]]
+    pair: tuple[Parameters, Parameters]
     radius: float
     rest_torque: tuple[float, float, float, float]
     inertia: float
@@ -49,13 +63,7 @@ class Arm:
     supply: float
 
     def muscle_torque(self, angle: float, rate: float = 0.0, acceleration: float = 0.0) -> float:
-        """Torque that the muscles must give for a motion [N m].
-
-        Args:
-            angle: [rad].
-            rate: [rad/s].
-            acceleration: [rad/s^2].
-        """
+        """Torque [N m] that the muscles must give at an angle [rad] and its two derivatives."""
         constant, cosine, sine, slope = self.rest_torque
         rest = constant + cosine * math.cos(angle) + sine * math.sin(angle) + slope * angle
         dry = self.friction * math.tanh(rate / _SLOW)
@@ -81,29 +89,33 @@ class Arm:
                 f"rig {rig.name!r} is not one hinge between two muscles; controllers of the"
                 " pressure difference need one that is"
             )
-        data = mujoco.MjData(model)
-        torques = np.empty(_ANGLES.size)
-        lengths = np.empty((_ANGLES.size, 2))
-        tendons = [int(model.actuator_trnid[i, 0]) for i in muscles]
+        data, inertia = mujoco.MjData(model), np.empty((1, 1))
+        torques, lengths = np.empty(_ANGLES.size), np.empty((_ANGLES.size, 2))
         for k, angle in enumerate(_ANGLES):
             data.qpos[0] = angle
             mujoco.mj_fwdPosition(model, data)
             mujoco.mj_fwdVelocity(model, data)
             torques[k] = data.qfrc_passive[0] - data.qfrc_bias[0]
-            lengths[k] = data.ten_length[tendons]
-        radius = float(lengths[-1, 1] - lengths[0, 1]) / float(_ANGLES[-1] - _ANGLES[0])
+            lengths[k] = data.ten_length[[model.actuator_trnid[i, 0] for i in muscles]]
+        mujoco.mj_fullM(model, data, inertia)
+        radius = float((lengths[-1, 1] - lengths[0, 1]) / (_ANGLES[-1] - _ANGLES[0]))
         law = radius * np.outer(_ANGLES, (-1.0, 1.0))
         if not np.max(np.abs(lengths - law)) <= _EXACT * abs(radius):
             raise InputError(
                 f"rig {rig.name!r}: its tendons are not -/+ r beta long, as over a sprocket"
             )
-        inertia = np.empty((1, 1))
-        mujoco.mj_fullM(model, data, inertia)
+        design = np.column_stack([np.ones(_ANGLES.size), np.cos(_ANGLES), np.sin(_ANGLES), _ANGLES])
+        rest = np.linalg.lstsq(design, torques, rcond=None)[0]
+        scale = max(float(np.max(np.abs(torques))), _EXACT)
+        if not np.max(np.abs(design @ rest - torques)) <= _EXACT * scale:
+            raise InputError(
+                f"rig {rig.name!r}: what loads its hinge at rest is not gravity and a linear spring"
+            )
         first, second = (view(model.actuator_user[i]) for i in muscles)
         return cls(
             pair=(first, second),
             radius=radius,
-            rest_torque=_rest_torque(rig.name, torques),
+            rest_torque=tuple(rest.tolist()),
             inertia=float(inertia[0, 0]),
             damping=float(model.dof_damping[0]),
             friction=float(model.dof_frictionloss[0]),
@@ -111,13 +123,55 @@ class Arm:
         )
 
 
-def _rest_torque(name: str, torques: np.ndarray) -> tuple[float, float, float, float]:
-    design = np.column_stack([np.ones(_ANGLES.size), np.cos(_ANGLES), np.sin(_ANGLES), _ANGLES])
-    coefficients = np.linalg.lstsq(design, torques, rcond=None)[0]
-    scale = max(float(np.max(np.abs(torques))), _EXACT)
-    if not np.max(np.abs(design @ coefficients - torques)) <= _EXACT * scale:
-        raise InputError(
-            f"rig {name!r}: what loads its hinge at rest is not gravity and a linear spring"
-        )
-    constant, cosine, sine, slope = map(float, coefficients)
-    return constant, cosine, sine, slope
+def balanced_pressures(arm: Arm, angle: float, torque: float, common: float) -> Command:
+    """Pressures at which the pair gives a torque; if it is out of reach, those that come nearest.
+
+    Args:
+        arm: the arm.
+        angle: of it [rad].
+        torque: wanted of both muscles, towards positive angles [N m].
+        common: mean of both pressures where neither is limited, gauge [Pa].
+
+    Raises:
+        InputError: if the common pressure is not between 0 and the supply.
+    """
+    split = PressureSplit(common=common, supply=arm.supply)
+
+    def miss(difference: float) -> float:
+        pressures = split.pressures(difference)
+        return antagonist_torque(arm.pair, arm.radius, angle, pressures) - torque
+
+    widest = 2.0 * max(common, arm.supply - common)
+    return split.pressures(_nearest_root(miss, -widest, widest))
+
+
+def stiff_pressures(arm: Arm, angle: float, torque: float, stiffness: float) -> Command:
+    """Pressures at which the pair gives a torque [N m] and the joint a stiffness [N m/rad].
+
+    For a stiffness out of reach, see `shut_stiffness`, those that come nearest among the pairs of
+    pressures that give the torque at this angle [rad].
+    """
+
+    def miss(common: float) -> float:
+        pressures = balanced_pressures(arm, angle, torque, common)
+        return shut_stiffness(arm, angle, pressures) - stiffness
+
+    # Along pairs of one torque both pressures rise together, to where one meets a limit.
+    low, high = (sum(balanced_pressures(arm, angle, torque, p)) / 2.0 for p in (0.0, arm.supply))
+    return balanced_pressures(arm, angle, torque, _nearest_root(miss, low, high))
+
+
+def shut_stiffness(arm: Arm, angle: float, pressures: Command) -> float:
+    """Stiffness of the joint [N m/rad] at an angle [rad], shut in at gauge pressures (2,) [Pa]."""
+    lengths = -arm.radius * angle, arm.radius * angle
+    muscles = map(muscle_stiffness, arm.pair, lengths, pressures)
+    return joint_stiffness(list(muscles), (arm.radius, arm.radius)).total
+
+
+def _nearest_root(miss: Callable[[float], float], low: float, high: float) -> float:
+    """Where a rising function vanishes, or the end of the interval that comes nearest."""
+    if miss(low) >= 0.0:
+        return low
+    if miss(high) <= 0.0:
+        return high
+    return float(_root(miss, low, high, xtol=_NEAR))

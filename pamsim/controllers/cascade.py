@@ -1,43 +1,71 @@
 """Pressure loops under a controller of positions: from set points to valve openings.
 
-Each muscle has a PI loop on its pressure; its integral is reduced where the valve is fully open
-(back calculation, as in `pamsim.controllers.pid`).
+Each muscle has a PI loop on its pressure, designed for the speed of its valves,
+dP/dt = n R T mdot / V at full opening. Inside the band of a pressure regulator the opening is the
+error over the band, so that the pressure follows its set point as a lag does.
 """
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from pamsim.controllers.controller import Command, Controller, Memory, Observation
-from pamsim.controllers.pressure_rate import full_rates
+from pamsim.controllers.controller import (
+    Command,
+    Controller,
+    JointObservation,
+    Memory,
+    Observation,
+)
+from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.physics.record import parameters
+from pamsim.physics import commands
+from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.muscle_valves import air_flow, fill_valve, sags
+from pamsim.physics.record import Parameters, parameters
+from pamsim.physics.static_muscle import static_volume
+from pamsim.physics.supply import VALVE, supply_sag
 from pamsim.physics.valves import clamped_opening
 
 
-@dataclass(frozen=True, kw_only=True)
-class PressureLoop:
-    """PI from the error of one pressure to the opening of its valves.
+def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[float, float]:
+    """Rates of gauge pressure [Pa/s] with the fill and with the exhaust valve fully open.
 
-    Attributes:
-        period: between two samples [s].
-        gain: [1/Pa].
-        integral_time: [s].
-        tracking_time: in which the integral follows a valve that is fully open [s].
+    The tendon length [m] is held, and the supply sags by the flow to this muscle alone.
     """
+    m = copy.copy(m)
+    m.command = commands.VALVE
+    absolute = pressure + m.chamber.atmosphere
+    inside = static_volume(m, tendon_length, pressure)
+    scale = m.chamber.polytropic_index * GAS_CONSTANT * m.chamber.temperature / inside
+    sag, valve = 0.0, [0.0] * VALVE
+    if sags(m):
+        fill_valve(m, absolute, 1.0, valve)
+        sag = supply_sag([valve], m.valve.supply_resistance, m.valve.supply_square, 0.0, 0.0)
+    fill = air_flow(m, absolute, 1.0, 0.0, sag)
+    return scale * fill, scale * air_flow(m, absolute, -1.0, 0.0)
 
-    period: float
-    gain: float
-    integral_time: float
-    tracking_time: float
+
+def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:
+    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting.
+
+    The tendon length [m] is held.
+    """
+    fill, exhaust = full_rates(m, tendon_length, pressure)
+    return 0.5 * m.valve.regulator_band * (1.0 / fill - 1.0 / exhaust)
+
+
+class PressureLoop(PidLaw):
+    """PI from the error of one pressure to the opening of its valves; its gain is in 1/Pa."""
 
     def opening(self, error: float, integral: float) -> tuple[float, float]:
         """Opening in [-1, 1] for an error [Pa], and the integral part from now on [-]."""
-        wanted = self.gain * error + integral
+        joint = JointObservation(position=0.0, velocity=0.0, reference=error)
+        wanted, after = self.wanted(joint, PidMemory(integral))
         given = clamped_opening(wanted)
-        grown = self.gain * error / self.integral_time + (given - wanted) / self.tracking_time
-        return given, integral + self.period * grown
+        return given, self.limited(after, given - wanted).integral
 
     @classmethod
     def for_rig(
@@ -45,14 +73,11 @@ class PressureLoop:
     ) -> PressureLoop:
         """Loop designed for the faster of filling and venting of muscle 1 at angle 0.
 
-        Args:
-            rig: the rig.
-            period: between two samples [s].
-            common_pressure: at which the valves' flow is taken, gauge [Pa].
-            closed_loop_time: time constant wanted, of at least two periods [s].
+        The valves' flow is taken at a common gauge pressure [Pa]. Period and closed-loop time
+        constant are in s.
 
         Raises:
-            InputError: for a shorter one, which a sampled loop cannot have.
+            InputError: for a time constant below two periods, which a sampled loop cannot have.
         """
         if closed_loop_time < 2.0 * period:
             raise InputError(
@@ -61,23 +86,13 @@ class PressureLoop:
             )
         muscle = next(iter(rig.muscles.values()))
         fill, exhaust = full_rates(parameters(muscle), 0.0, common_pressure)
-        rate = max(fill, -exhaust)
-        return cls(
-            period=period,
-            gain=1.0 / (closed_loop_time * rate),
-            integral_time=8.0 * closed_loop_time,
-            tracking_time=8.0 * closed_loop_time,
-        )
+        slow = 8.0 * closed_loop_time
+        gain = 1.0 / (closed_loop_time * max(fill, -exhaust))
+        return cls(period=period, gain=gain, integral_time=slow, tracking_time=slow)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class CascadeMemory:
-    """What a cascade keeps.
-
-    Attributes:
-        outer: memory of the outer controller.
-        integrals: of the muscles' pressure loops [-].
-    """
+class CascadeMemory(NamedTuple):
+    """Memory of the outer controller, and integral parts of the muscles' pressure loops [-]."""
 
     outer: Memory
     integrals: tuple[float, ...]
@@ -90,19 +105,16 @@ class Cascade:
     Attributes:
         outer: controller that commands pressures.
         inner: loop of each muscle.
-        command: always ``valve``.
+
+    Raises:
+        InputError: if the outer controller does not command pressures.
     """
 
+    command = "valve"
     outer: Controller
     inner: PressureLoop
-    command: str = "valve"
 
     def __post_init__(self) -> None:
-        """Check the outer controller.
-
-        Raises:
-            InputError: if it does not command pressures.
-        """
         if self.outer.command != "pressure_set":
             raise InputError(
                 f"the outer controller of a cascade commands {self.outer.command!r}; it must"
@@ -111,18 +123,14 @@ class Cascade:
 
     def start(self, first: Observation) -> CascadeMemory:
         """Memory with shut valves."""
-        return CascadeMemory(outer=self.outer.start(first), integrals=(0.0,) * len(first.pressure))
+        return CascadeMemory(self.outer.start(first), (0.0,) * len(first.pressure))
 
     def step(
         self, observation: Observation, memory: CascadeMemory
     ) -> tuple[Command, CascadeMemory]:
         """Openings from now on, and the memory for the next sample."""
         wanted, outer = self.outer.step(observation, memory.outer)
-        steps = [
-            self.inner.opening(goal - pressure, integral)
-            for goal, pressure, integral in zip(
-                wanted, observation.pressure, memory.integrals, strict=True
-            )
-        ]
+        muscles = zip(wanted, observation.pressure, memory.integrals, strict=True)
+        steps = [self.inner.opening(goal - now, integral) for goal, now, integral in muscles]
         openings, integrals = zip(*steps, strict=True)
-        return openings, CascadeMemory(outer=outer, integrals=integrals)
+        return openings, CascadeMemory(outer, integrals)

@@ -73,7 +73,7 @@ class Controller(Protocol):
 
     @property
     def command(self) -> str:
-        """What is commanded: ``pressure`` or ``valve``."""
+        """What is commanded: ``pressure_set`` or ``valve``."""
         ...
 
     def start(self, first: Observation) -> Memory:
@@ -86,11 +86,9 @@ class Controller(Protocol):
 
 
 def present_reference(joint: JointObservation, period: float) -> tuple[float, float]:
-    """Reference [rad or m] and its rate at the present sample.
+    """Reference [rad or m] and its rate at the present sample, one period [s] earlier.
 
-    Args:
-        joint: its reference is one period ahead; acceleration is assumed constant over it.
-        period: between two samples [s].
+    The acceleration is taken as constant meanwhile.
     """
     acceleration = joint.reference_acceleration
     rate = joint.reference_rate - period * acceleration

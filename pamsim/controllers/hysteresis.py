@@ -1,4 +1,4 @@
-"""Undoes the hysteresis of the arm: the experiment, the operator fitted to it, its inverse.
+"""Hysteresis of the arm for a feed-forward that undoes it: the experiment, and the operator.
 
 The force law without hysteresis predicts the angle at rest for given pressures; with hysteresis the
 arm lags behind it. A Prandtl-Ishlinskii operator P maps the predicted angle to the reached one, and
@@ -11,12 +11,12 @@ negative make an operator that lags and can be inverted (Kuhnen 2003).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.core.errors import InputError
@@ -29,62 +29,21 @@ from pamsim.recordings.excitation import triangle
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 
-
-@dataclass(frozen=True, kw_only=True)
-class HysteresisInverse:
-    """From the wanted angle to the angle at which the force law is evaluated.
-
-    Attributes:
-        inverse: P^-1, angle to angle [rad].
-    """
-
-    inverse: PlaySum
-
-    @classmethod
-    def of(cls, lagging: PlaySum) -> HysteresisInverse:
-        """Inverse of an operator P from predicted to reached angle."""
-        return cls(inverse=lagging.inverse())
-
-    def start(self, angle: float) -> tuple[float, ...]:
-        """Memory of an arm that moved from angle 0 to an angle [rad] without turning back."""
-        return self.inverse.step(self.inverse.virgin(), angle)[0]
-
-    def undone(self, angle: float, plays: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-        """Angle at which the force law is evaluated [rad], and the new memory.
-
-        Args:
-            angle: wanted [rad].
-            plays: memory.
-        """
-        plays_after, compensated = self.inverse.step(plays, angle)
-        return compensated, plays_after
-
-
-FloatArray = NDArray[np.float64]
 _nnls: Any = scipy.optimize.nnls
 
 _NOTHING = 1e-6  # of the sum of all weights: a play operator of smaller weight is dropped
+_RATE = 20.0
+"""Of commands and samples [Hz]: a step of the set points is then below the regulator's band."""
 
 
-@dataclass(frozen=True)
-class PlaySumFit:
-    """An operator and its error on the loop it was fitted to.
-
-    Attributes:
-        operator: with the plays that the data want.
-        rms: root mean square of measured less fitted output [output unit].
-    """
+class PlaySumFit(NamedTuple):
+    """An operator with the plays that the data want, and its rms error on the loop it is of."""
 
     operator: PlaySum
     rms: float
 
 
-def identify_play_sum(
-    input: ArrayLike,
-    output: ArrayLike,
-    *,
-    plays: int = 12,
-) -> PlaySumFit:
+def identify_play_sum(input: ArrayLike, output: ArrayLike, *, plays: int = 12) -> PlaySumFit:
     """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop.
 
     Args:
@@ -92,9 +51,6 @@ def identify_play_sum(
             shows every threshold [input unit].
         output: shape ``(n,)`` [output unit].
         plays: number of thresholds, evenly over the largest input.
-
-    Returns:
-        The operator and its error.
 
     Raises:
         InputError: shapes differ, an input that never moves, or an output that no operator with
@@ -107,32 +63,24 @@ def identify_play_sum(
     if not largest > 0.0:
         raise InputError("the input stays at 0; give a loop, such as a decaying triangle")
     thresholds = [largest * (k + 0.5) / plays for k in range(plays)]
-    columns = np.column_stack([v, *(_played(v, r) for r in thresholds)])
-    weights, miss = _nnls(columns, y)
-    total = float(np.sum(weights))
-    if not weights[0] > _NOTHING * total:
+    played = (
+        list(accumulate(v.tolist(), lambda held, x, r=r: play(x, held, r), initial=0.0))[1:]
+        for r in thresholds
+    )
+    (linear, *weights), miss = _nnls(np.column_stack([v, *played]), y)
+    least = _NOTHING * (linear + sum(weights))
+    if not linear > least:
         raise InputError(
             "the loop has no part that follows its input at once, so that its operator has no"
             " inverse; give fewer plays or a loop that reaches farther"
         )
-    kept = [k for k in range(len(thresholds)) if weights[k + 1] > _NOTHING * total]
+    kept = [(r, float(w)) for r, w in zip(thresholds, weights, strict=True) if w > least]
     operator = PlaySum(
-        linear=float(weights[0]),
-        thresholds=tuple(float(thresholds[k]) for k in kept),
-        weights=tuple(float(weights[k + 1]) for k in kept),
+        linear=float(linear),
+        thresholds=tuple(r for r, _ in kept),
+        weights=tuple(w for _, w in kept),
     )
-    return PlaySumFit(operator=operator, rms=float(miss) / float(np.sqrt(v.size)))
-
-
-def _played(values: FloatArray, threshold: float) -> FloatArray:
-    held, output = 0.0, np.empty_like(values)
-    for k, x in enumerate(values.tolist()):
-        output[k] = held = play(x, held, threshold)
-    return output
-
-
-_RATE = 20.0
-"""Of commands and samples [Hz]: a step of the set points is then below the regulator's band."""
+    return PlaySumFit(operator, float(miss / np.sqrt(v.size)))
 
 
 def decaying_triangle(
@@ -156,29 +104,20 @@ def decaying_triangle(
     """
     time = np.arange(round(period * periods * _RATE) + 1) / _RATE
     differences = amplitude * triangle(time, period, shrink)
-    return Experiment(
-        drive="pressure_set",
-        command_time=time,
-        command_value=np.array([split.pressures(float(item)) for item in differences]),
-        start_pressure=np.array(split.pressures(0.0)),
-        duration=float(time[-1]),
-        sample_rate=_RATE,
-        load=load,
-        name="decaying triangle",
-    )
+    named = {"load": load, "name": "decaying triangle"}
+    return split.experiment(time, differences, sample_rate=_RATE, **named)
 
 
-def loop_operator(rig: Rig, recording: Recording, *, plays: int = 12) -> PlaySumFit:
+def loop_operator(rig: Rig, recording: Recording) -> PlaySumFit:
     """Fit the operator from the angle the force law predicts to the angle reached.
 
     Args:
         rig: its law, gravity and springs predict; its hysteresis is not used.
         recording: of an arm that started at rest near angle 0, run slowly.
-        plays: number of thresholds, evenly over the largest predicted angle.
 
     Raises:
         InputError: as `rest_angles` and `identify_play_sum`.
     """
     load = np.full(recording.time.size, recording.load)
     predicted = rest_angles(rig, recording.pressure, load, recording.angle)
-    return identify_play_sum(predicted, recording.angle, plays=plays)
+    return identify_play_sum(predicted, recording.angle)

@@ -7,20 +7,20 @@ there: its force laws and moment arms decide which muscles take part.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
+from pamsim.controllers.cascade import regulated_lag
 from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import PidLaw, PidMemory
-from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import still_torques
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
@@ -28,7 +28,6 @@ from pamsim.linear.imc_tuning import imc_gains
 from pamsim.linear.second_order_model import SecondOrderModel
 from pamsim.physics.record import view
 
-FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _nearest: Any = scipy.optimize.lsq_linear
 
@@ -37,7 +36,6 @@ _TURN = 1e-5  # rad or m, for derivatives
 _ROUNDS = 3  # the laws are linear in pressure, but for kinks
 _LOOSE = 1e-3
 """Weight of staying near the common pressure against giving the torques, relative."""
-
 _LEAST_STIFFNESS = 1e-3  # of what full pressure gives a joint per rad or m
 
 
@@ -56,17 +54,13 @@ class InverseStatics:
     def __init__(self, rig: Rig, load: float, common: float) -> None:
         if rig.model.nq != rig.model.nv:
             raise InputError(f"rig {rig.name!r} has a free or ball joint: nothing holds it at rest")
-        self.supply = rig.supply_pressure
-        if not 0.0 <= common <= self.supply:
-            raise InputError(
-                f"common pressure {common / 1e3:g} kPa is not between 0 and the supply's"
-                f" {self.supply / 1e3:g} kPa; choose one that is"
-            )
+        split = PressureSplit(common=common, supply=rig.supply_pressure)
+        self.supply = split.supply
         self.common = np.full(len(rig.muscles), common)
         self._still = still_torques(rig, load, mujoco.MjData(rig.model))
         self._start, self._places = rig.model.qpos0.copy(), rig.position_addresses
 
-    def torques(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
+    def torques(self, position: Sequence[float] | FloatArray, pressure: FloatArray) -> FloatArray:
         """(j,) torques on the recorded joints [N m or N] at rest at positions and pressures."""
         where = self._start.copy()
         where[self._places] = position
@@ -74,41 +68,36 @@ class InverseStatics:
 
     def per_pressure(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
         """(j, m) derivatives of the torques by the pressures [N m/Pa or N/Pa]."""
-        return np.column_stack(
-            [
-                (self.torques(position, pressure + step) - self.torques(position, pressure - step))
-                / (2.0 * _STEP)
-                for step in _STEP * np.eye(len(pressure))
-            ]
-        )
+        return _jacobian(lambda pressure: self.torques(position, pressure), pressure, _STEP)
 
     def stiffness(self, position: Sequence[float]) -> FloatArray:
         """(j,) fall of each joint's torque with its position at the common pressure."""
-        each = _TURN * np.eye(len(position))
         at = np.array(position)
-        return np.array(
-            [
-                (self.torques(at - turn, self.common) - self.torques(at + turn, self.common))[joint]
-                / (2.0 * _TURN)
-                for joint, turn in enumerate(each)
-            ]
-        )
+        return -np.diag(_jacobian(lambda at: self.torques(at, self.common), at, _TURN))
 
     def pressures(self, position: Sequence[float], torque: FloatArray) -> FloatArray:
         """(m,) pressures [Pa] at which the rig at a position has torques (j,) left over."""
         pressure = self.common.copy()
+        tie = _LOOSE * np.eye(len(pressure))
         for _ in range(_ROUNDS):
             gain = self.per_pressure(position, pressure) * self.supply
             size = max(float(np.abs(gain).max()), 1e-12)
             missing = torque - self.torques(position, pressure) + gain @ (pressure / self.supply)
-            tie = _LOOSE * np.eye(len(pressure))
             found = _nearest(
                 np.vstack([gain / size, tie]),
-                np.concatenate([missing / size, _LOOSE * self.common / self.supply]),
+                np.concatenate([missing / size, tie @ self.common / self.supply]),
                 bounds=(0.0, 1.0),
             )
             pressure = self.supply * found.x
         return pressure
+
+
+def _jacobian(
+    function: Callable[[FloatArray], FloatArray], at: FloatArray, step: float
+) -> FloatArray:
+    """(j, m) derivatives of a function with j values by its m arguments."""
+    rises = [function(at + each) - function(at - each) for each in step * np.eye(len(at))]
+    return np.column_stack(rises) / (2.0 * step)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,12 +107,11 @@ class JointControl:
     Attributes:
         statics: of the rig.
         laws: of the joints, in the rig's order.
-        command: always ``pressure_set``.
     """
 
+    command = "pressure_set"
     statics: InverseStatics
     laws: tuple[PidLaw, ...]
-    command: str = "pressure_set"
 
     @classmethod
     def for_rig(
@@ -158,38 +146,24 @@ class JointControl:
         inertia = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, inertia)
         at = model.qpos0[rig.position_addresses].tolist()
-        lag = max(
-            regulated_lag(view(model.actuator_user[i]), 0.0, max(common, 1.0))
-            for i in muscle_ids(model)
-        )
+        muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
+        lag = max(regulated_lag(m, 0.0, max(common, 1.0)) for m in muscles)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
-        laws: list[PidLaw] = []
-        for joint, dof, stiff, able in zip(
-            rig.joints, rig.velocity_addresses, statics.stiffness(at), most, strict=True
-        ):
+        own = rig.velocity_addresses
+        columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]
+        laws = []
+        for joint, *numbers in zip(rig.joints, *columns, strict=True):
+            stiff, able, damping, mass = map(float, numbers)
             if not stiff > _LEAST_STIFFNESS * able:
                 raise InputError(
                     f"joint {joint!r} has no stiffness at {common / 1e3:g} kPa in all muscles:"
                     " choose another `common_pressure`"
                 )
-            damping = float(model.dof_damping[dof])
-            gains = imc_gains(
-                SecondOrderModel(
-                    gain=1.0 / float(stiff),
-                    a1=damping / float(stiff) + lag,
-                    a2=(float(inertia[dof, dof]) + lag * damping) / float(stiff),
-                ),
-                closed_loop_time=closed_loop_time,
+            g2 = SecondOrderModel(
+                gain=1.0 / stiff, a1=damping / stiff + lag, a2=(mass + lag * damping) / stiff
             )
-            laws.append(
-                PidLaw(
-                    period=period,
-                    filter_time=period,
-                    tracking_time=max(gains.derivative_time, 2.0 * period),
-                    rate_weight=1.0,
-                    **dataclasses.asdict(gains),
-                )
-            )
+            gains = imc_gains(g2, closed_loop_time=closed_loop_time)
+            laws.append(PidLaw.tuned(gains, period=period))
         return cls(statics=statics, laws=tuple(laws))
 
     def start(self, first: Observation) -> tuple[PidMemory, ...]:
@@ -202,24 +176,16 @@ class JointControl:
             raise InputError(
                 f"this control is for {len(self.laws)} joints, the rig has {len(first.joints)}"
             )
-        return tuple(PidMemory(integral=0.0, rate=0.0) for _ in self.laws)
+        return (PidMemory(),) * len(self.laws)
 
     def step(
         self, observation: Observation, memory: tuple[PidMemory, ...]
     ) -> tuple[Command, tuple[PidMemory, ...]]:
         """Pressures from now on, and the memory for the next sample."""
-        wanted = [
-            law.wanted(joint, own)
-            for law, joint, own in zip(self.laws, observation.joints, memory, strict=True)
-        ]
-        goal = [joint.reference for joint in observation.joints]
-        torque = np.array([torque for torque, _ in wanted])
-        pressure = self.statics.pressures(goal, torque)
-        missed = (self.statics.torques(goal, pressure) - torque).tolist()
-        remembered = tuple(
-            law.remembered(joint, own, rate, less)
-            for law, joint, own, (_, rate), less in zip(
-                self.laws, observation.joints, memory, wanted, missed, strict=True
-            )
+        torques, after = zip(
+            *map(PidLaw.wanted, self.laws, observation.joints, memory), strict=True
         )
-        return tuple(pressure.tolist()), remembered
+        goal = [joint.reference for joint in observation.joints]
+        pressure = self.statics.pressures(goal, np.array(torques))
+        missed = (self.statics.torques(goal, pressure) - torques).tolist()
+        return tuple(pressure.tolist()), tuple(map(PidLaw.limited, self.laws, after, missed))

@@ -55,17 +55,14 @@ class NeuralPolicy:
 
     def step(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """See `Controller.step`."""
-        joints = observation.joints
-        seen = [
-            *(joint.position for joint in joints),
-            *(joint.velocity for joint in joints),
-            *observation.pressure,
-            *(joint.reference for joint in joints),
-            *(joint.reference_rate for joint in joints),
-            *(joint.reference_acceleration for joint in joints),
-            *(joint.stiffness or 0.0 for joint in joints),
-        ]
-        value = (np.array(seen) - self.policy.centre) / self.policy.scale
+
+        def of_joints(*names: str) -> list[float]:
+            return [getattr(joint, name) or 0.0 for name in names for joint in observation.joints]
+
+        moved = of_joints("position", "velocity")
+        wanted = of_joints("reference", "reference_rate", "reference_acceleration", "stiffness")
+        value = np.array([*moved, *observation.pressure, *wanted])
+        value = (value - self.policy.centre) / self.policy.scale
         *hidden, (weight, bias) = zip(self.policy.weights, self.policy.biases, strict=True)
         for inner, offset in hidden:
             value = np.tanh(inner @ value + offset)

@@ -9,11 +9,14 @@ calculation: Astrom and Hagglund, Advanced PID Control, 2006, section 3.5).
 
 from __future__ import annotations
 
-import bisect
 import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple, Self
+
+import numpy as np
 
 from pamsim.controllers.controller import Command, JointObservation, Observation, present_reference
 from pamsim.controllers.operating_point import PressureSplit
@@ -22,23 +25,23 @@ from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.linear.local_models import LocalModelMap
 
+SCHEDULES = ("difference", "angle")
+"""What gains may depend on: measured p1 - p2 [Pa], or measured angle [rad]."""
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PidMemory:
-    """What a PID keeps.
 
-    Attributes:
-        integral: its integral part, of what it commands.
-        rate: lagged rate of the position, less c of the wanted one [per s].
+class PidMemory(NamedTuple):
+    """What a PID keeps: the integral part of its command, and the lagged rate [per s].
+
+    The rate is that of the position, less c of the wanted one.
     """
 
-    integral: float
-    rate: float
+    integral: float = 0.0
+    rate: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class PidLaw:
-    """PID from the position of a joint to what moves it: a pressure difference, or a torque.
+    """PID from a position to what moves it: a pressure difference, or a torque.
 
     Attributes:
         period: between two samples [s].
@@ -48,6 +51,9 @@ class PidLaw:
         filter_time: time constant of the lag on the rate; 0 for none [s].
         rate_weight: c, from 0 to 1.
         tracking_time: Tt; infinite to let the integral wind up [s].
+
+    Raises:
+        InputError: for a time that the difference equations cannot take.
     """
 
     period: float
@@ -59,11 +65,6 @@ class PidLaw:
     tracking_time: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check the times.
-
-        Raises:
-            InputError: for a time that the difference equations cannot take.
-        """
         for name in ("period", "integral_time", "tracking_time"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"PID: {name} = {getattr(self, name)!r} s must be above 0")
@@ -76,29 +77,34 @@ class PidLaw:
                 f" period {self.period:g} s, so that the integral would oscillate; lengthen it"
             )
 
-    def wanted(self, joint: JointObservation, memory: PidMemory) -> tuple[float, float]:
-        """What is commanded before the limits, and the lagged rate used for it [per s]."""
+    @classmethod
+    def tuned(cls, gains: PidGains, *, period: float, **more: Any) -> Self:
+        """PID of some gains beside a feed-forward or for smooth references.
+
+        Args:
+            gains: such as those of `pamsim.linear.imc_tuning.imc_gains`.
+            period: between two samples, which is also the filter's time [s].
+            more: other attributes.
+        """
+        tracking = max(gains.derivative_time, 2.0 * period)
+        own = {"period": period, "filter_time": period, "tracking_time": tracking, **more}
+        return cls(rate_weight=1.0, **own, **dataclasses.asdict(gains))
+
+    def wanted(self, joint: JointObservation, memory: PidMemory) -> tuple[float, PidMemory]:
+        """What is commanded before the limits, and the memory if they take nothing."""
         goal, goal_rate = present_reference(joint, self.period)
         share = self.period / (self.filter_time + self.period)
         rate = joint.velocity - self.rate_weight * goal_rate
         rate = memory.rate + share * (rate - memory.rate)
         error = goal - joint.position
-        return self.gain * (error - self.derivative_time * rate) + memory.integral, rate
+        wanted = self.gain * (error - self.derivative_time * rate) + memory.integral
+        grown = self.period * self.gain * error / self.integral_time
+        return wanted, PidMemory(memory.integral + grown, rate)
 
-    def remembered(
-        self, joint: JointObservation, memory: PidMemory, rate: float, missed: float
-    ) -> PidMemory:
-        """Memory for the next sample.
-
-        Args:
-            joint: at this sample.
-            memory: before it.
-            rate: lagged, of this sample [per s].
-            missed: what was given less what was wanted.
-        """
-        error = present_reference(joint, self.period)[0] - joint.position
-        grown = self.gain * error / self.integral_time + missed / self.tracking_time
-        return PidMemory(integral=memory.integral + self.period * grown, rate=rate)
+    def limited(self, memory: PidMemory, missed: float) -> PidMemory:
+        """Memory after limits that gave ``missed`` more than was wanted."""
+        reduced = memory.integral + self.period * missed / self.tracking_time
+        return PidMemory(reduced, memory.rate)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,55 +113,46 @@ class Pid(PidLaw):
 
     Attributes:
         split: makes pressures of the difference.
-        command: always ``pressure_set``.
     """
 
+    command = "pressure_set"
     split: PressureSplit
-    command: str = "pressure_set"
 
     def start(self, first: Observation) -> PidMemory:
         """Memory that keeps the pressures at rest."""
-        return PidMemory(integral=first.pressure[0] - first.pressure[1], rate=0.0)
+        return PidMemory(integral=first.pressure[0] - first.pressure[1])
 
     def step(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        joint = observation.joint
-        wanted, rate = self.wanted(joint, memory)
+        wanted, after = self.wanted(observation.joint, memory)
         missed = self.split.given(wanted) - wanted
-        return self.split.pressures(wanted), self.remembered(joint, memory, rate, missed)
-
-
-SCHEDULES = ("difference", "angle")
-"""What gains may depend on: measured p1 - p2 [Pa], or measured angle [rad]."""
+        return self.split.pressures(wanted), self.limited(after, missed)
 
 
 @dataclass(frozen=True, kw_only=True)
 class GainSchedule:
-    """A PID over the operating point.
+    """A PID over the operating point: gains on lines between points, constant beyond.
 
     Attributes:
         pid: whose gain, integral and derivative time are replaced at every sample.
         by: one of `SCHEDULES`.
         points: increasing values of it at which gains are known [Pa or rad].
         gains: at each of them.
-        command: always ``pressure``.
+
+    Raises:
+        InputError: for an unknown, empty or not increasing schedule.
     """
 
+    command = "pressure_set"
     pid: Pid
     by: str
     points: tuple[float, ...]
     gains: tuple[PidGains, ...]
-    command: str = "pressure_set"
 
     def __post_init__(self) -> None:
-        """Check the schedule.
-
-        Raises:
-            InputError: if it is unknown, empty or not increasing.
-        """
         if self.by not in SCHEDULES:
             raise InputError(f"no schedule by {self.by!r}; {nearest(self.by, SCHEDULES)}")
-        rising = all(a < b for a, b in zip(self.points, self.points[1:], strict=False))
+        rising = all(a < b for a, b in pairwise(self.points))
         if not self.points or len(self.points) != len(self.gains) or not rising:
             raise InputError("a schedule needs increasing points with gains at each")
 
@@ -186,24 +183,19 @@ class GainSchedule:
         places = [item.point.pressure for item in models.models] if at is None else list(at)
         if len(places) != len(models.models):
             raise InputError(f"{len(places)} places for {len(models.models)} local models")
-        tuned_at: dict[float, list[PidGains]] = {}
+        tuned: dict[float, list[tuple[float, ...]]] = {}
         for place, item in zip(places, models.models, strict=True):
             if item.fit.status is FitStatus.CONVERGED:
-                gains_here = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
-                tuned_at.setdefault(place, []).append(gains_here)
-        points = tuple(sorted(tuned_at))
-        gains = tuple(_mean(tuned_at[place]) for place in points)
-        return cls(pid=pid, by=by, points=points, gains=gains)
+                gains = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
+                tuned.setdefault(place, []).append(dataclasses.astuple(gains))
+        points = tuple(sorted(tuned))
+        means = (np.mean(tuned[place], axis=0).tolist() for place in points)
+        return cls(pid=pid, by=by, points=points, gains=tuple(map(_gains, means)))
 
     def at(self, place: float) -> PidGains:
         """Gains at an operating point [Pa or rad]."""
-        right = bisect.bisect_right(self.points, place)
-        if right == 0:
-            return self.gains[0]
-        if right == len(self.points):
-            return self.gains[-1]
-        low, high = self.points[right - 1], self.points[right]
-        return _between(self.gains[right - 1], self.gains[right], (place - low) / (high - low))
+        columns = zip(*map(dataclasses.astuple, self.gains), strict=True)
+        return _gains([float(np.interp(place, self.points, column)) for column in columns])
 
     def start(self, first: Observation) -> PidMemory:
         """Memory that keeps the pressures at rest."""
@@ -211,27 +203,12 @@ class GainSchedule:
 
     def step(self, observation: Observation, memory: PidMemory) -> tuple[Command, PidMemory]:
         """Pressures from now on, and the memory for the next sample."""
-        place = (
-            observation.joint.position
-            if self.by == "angle"
-            else observation.pressure[0] - observation.pressure[1]
-        )
-        here = self.at(place)
-        return dataclasses.replace(self.pid, **dataclasses.asdict(here)).step(observation, memory)
+        first, second = observation.pressure
+        place = observation.joint.position if self.by == "angle" else first - second
+        here = dataclasses.replace(self.pid, **dataclasses.asdict(self.at(place)))
+        return here.step(observation, memory)
 
 
-def _between(low: PidGains, high: PidGains, share: float) -> PidGains:
-    return PidGains(
-        gain=low.gain + share * (high.gain - low.gain),
-        integral_time=low.integral_time + share * (high.integral_time - low.integral_time),
-        derivative_time=low.derivative_time + share * (high.derivative_time - low.derivative_time),
-    )
-
-
-def _mean(items: Sequence[PidGains]) -> PidGains:
-    count = len(items)
-    return PidGains(
-        gain=sum(item.gain for item in items) / count,
-        integral_time=sum(item.integral_time for item in items) / count,
-        derivative_time=sum(item.derivative_time for item in items) / count,
-    )
+def _gains(values: Sequence[float]) -> PidGains:
+    gain, integral_time, derivative_time = values
+    return PidGains(gain=gain, integral_time=integral_time, derivative_time=derivative_time)

@@ -6,7 +6,6 @@ slow triangle that shows its hysteresis. Designs assume the load that is given h
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,8 +15,8 @@ from types import MappingProxyType
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import Controller
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis import HysteresisInverse, decaying_triangle, loop_operator
-from pamsim.controllers.model_based import LeadLag, Lqg, SlidingMode
+from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
+from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
 from pamsim.controllers.operating_point import LinearisedArm, PressureSplit, linearise_arm
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
@@ -25,23 +24,18 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.imc_tuning import imc_gains
 from pamsim.linear.lead_lag_design import design_lead_lag
-from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
+from pamsim.linear.local_models import LocalModel, LocalModelMap, OperatingPoint, local_model_map
 from pamsim.linear.regulator_design import design_regulator
+from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)
 """Pressure differences of the local models, as shares of twice the common pressure."""
-
 _ROOM = 0.8
 """Share of the possible difference that the triangle uses."""
-
-_MARGIN = math.radians(50.0)
-_WORST = math.radians(2.0)
-_ENCODER = math.radians(0.1)
-_PRESSURE = 1e4
-"""Phase margin; error as bad as `_PUSH`; noise of the angle and of the pressures [rad, Pa]."""
-
-_PUSH = 3e4
-"""Pressure difference that is as bad as `_WORST` [Pa]."""
+_PHASE_MARGIN = math.radians(50.0)
+_WORST_ERROR, _WORST_INPUT = math.radians(2.0), 3e4
+"""As bad as each other for the LQG regulator [rad, Pa]."""
+_ENCODER_NOISE, _PRESSURE_NOISE = math.radians(0.1), 1e4  # rad, Pa
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +47,9 @@ class Suite:
         period: between two samples [s].
         common_pressure: mean of both muscles' [Pa].
         load: mass on the arm [kg].
+
+    Raises:
+        InputError: if the rig has not one joint between two muscles.
     """
 
     rig: Rig
@@ -61,11 +58,6 @@ class Suite:
     load: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the rig.
-
-        Raises:
-            InputError: if it has not one joint between two muscles.
-        """
         if len(self.rig.joints) != 1 or len(self.rig.muscles) != 2:
             raise InputError(
                 f"these controllers drive one joint between two muscles, rig {self.rig.name!r} has"
@@ -84,63 +76,57 @@ class Suite:
         return linearise_arm(self.rig, self.split, load=self.load)
 
     @cached_property
-    def inverse(self) -> HysteresisInverse:
-        """Of the loops that a slow triangle draws."""
-        amplitude = _ROOM * 2.0 * min(self.split.common, self.split.supply - self.split.common)
-        run = simulate(self.rig, decaying_triangle(self.split, amplitude=amplitude, load=self.load))
-        return HysteresisInverse.of(loop_operator(self.rig, run.completed()).operator)
-
-    def pid(self, closed_loop_time: float) -> Pid:
-        """PID by internal model control; its derivative is that of the error."""
-        gains = imc_gains(self.linearised.model, closed_loop_time=closed_loop_time)
-        return Pid(
-            split=self.split,
-            period=self.period,
-            filter_time=self.period,
-            tracking_time=max(gains.derivative_time, 2.0 * self.period),
-            rate_weight=1.0,
-            **dataclasses.asdict(gains),
+    def local_models(self) -> LocalModelMap:
+        """G2 about several pressure differences."""
+        arms = (
+            linearise_arm(
+                self.rig, self.split, difference=2.0 * share * self.split.common, load=self.load
+            )
+            for share in _SCHEDULED
         )
-
-    def scheduled(self, closed_loop_time: float) -> GainSchedule:
-        """PID over the operating point, from local models of G2's structure."""
-        arms = self._local
-        models = local_model_map(
+        return local_model_map(
             [
                 LocalModel(OperatingPoint(pressure=arm.point.difference, load=self.load), arm.fit)
                 for arm in arms
             ]
         )
-        return GainSchedule.from_models(
-            models, pid=self.pid(closed_loop_time), closed_loop_time=closed_loop_time
-        )
 
     @cached_property
-    def _local(self) -> tuple[LinearisedArm, ...]:
-        span = 2.0 * self.split.common
-        return tuple(
-            linearise_arm(self.rig, self.split, difference=share * span, load=self.load)
-            for share in _SCHEDULED
+    def inverse(self) -> PlaySum:
+        """Inverse of the hysteresis in the loops that a slow triangle draws."""
+        amplitude = _ROOM * 2.0 * min(self.split.common, self.split.supply - self.split.common)
+        run = simulate(self.rig, decaying_triangle(self.split, amplitude=amplitude, load=self.load))
+        return loop_operator(self.rig, run.completed()).operator.inverse()
+
+    def pid(self, closed_loop_time: float) -> Pid:
+        """PID by internal model control; its derivative is that of the error."""
+        gains = imc_gains(self.linearised.model, closed_loop_time=closed_loop_time)
+        return Pid.tuned(gains, period=self.period, split=self.split)
+
+    def scheduled(self, closed_loop_time: float) -> GainSchedule:
+        """PID over the operating point, from local models of G2's structure."""
+        return GainSchedule.from_models(
+            self.local_models, pid=self.pid(closed_loop_time), closed_loop_time=closed_loop_time
         )
 
-    def lead_lag(self, crossover: float) -> LeadLag:
+    def lead_lag(self, crossover: float) -> Lti:
         """Lead-lag of a crossover [rad/s]: 50 deg of phase margin with a period of delay."""
         model = self.linearised.model
         design = design_lead_lag(
-            model, period=self.period, crossover=crossover, phase_margin=_MARGIN, delay=1
+            model, period=self.period, crossover=crossover, phase_margin=_PHASE_MARGIN, delay=1
         )
-        return LeadLag(design=design, model=model, point=self.linearised.point)
+        return lead_lag(design, model, self.linearised.point)
 
     def lqg(self, integral_time: float) -> Lqg:
         """LQG with integral action over a time [s]."""
         design = design_regulator(
             self.linearised.model,
             period=self.period,
-            largest_error=_WORST,
-            largest_input=_PUSH,
+            largest_error=_WORST_ERROR,
+            largest_input=_WORST_INPUT,
             integral_time=integral_time,
-            input_noise=_PRESSURE,
-            output_noise=_ENCODER,
+            input_noise=_PRESSURE_NOISE,
+            output_noise=_ENCODER_NOISE,
         )
         return Lqg(design=design, point=self.linearised.point, tracking_time=integral_time)
 
@@ -169,48 +155,44 @@ class Suite:
 
     def cascade(self, closed_loop_time: float) -> Cascade:
         """Compensated feed-forward with PID over pressure loops: for valves."""
-        return Cascade(
-            outer=self.feed_forward(closed_loop_time, compensated=True),
-            inner=PressureLoop.for_rig(
-                self.rig,
-                period=self.period,
-                common_pressure=self.common_pressure,
-                closed_loop_time=2.0 * self.period,
-            ),
+        inner = PressureLoop.for_rig(
+            self.rig,
+            period=self.period,
+            common_pressure=self.common_pressure,
+            closed_loop_time=2.0 * self.period,
         )
+        return Cascade(outer=self.feed_forward(closed_loop_time, compensated=True), inner=inner)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Family:
     """A kind of controller and the values of the number that is left to choose.
 
     Attributes:
-        tried: values of it; a single unused 0 if there is nothing to choose.
         make: controller of a suite for a value.
+        tried: values of it; a single unused 0 if there is nothing to choose.
     """
 
-    tried: tuple[float, ...]
     make: Callable[[Suite, float], Controller]
+    tried: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4)
 
-
-_TIMES = (0.05, 0.1, 0.2, 0.4)
 
 FAMILIES: Mapping[str, Family] = MappingProxyType(
     {
-        "PID": Family(tried=_TIMES, make=Suite.pid),
-        "scheduled PID": Family(tried=_TIMES, make=Suite.scheduled),
-        "lead-lag": Family(tried=(6.0, 10.0, 14.0), make=Suite.lead_lag),
-        "LQG": Family(tried=(0.1, 0.3, 1.0), make=Suite.lqg),
-        "sliding mode": Family(tried=(4.0, 6.0, 9.0, 13.0), make=Suite.sliding_mode),
-        "feed-forward": Family(tried=(0.0,), make=lambda suite, _: suite.feed_forward()),
+        "PID": Family(Suite.pid),
+        "scheduled PID": Family(Suite.scheduled),
+        "lead-lag": Family(Suite.lead_lag, (6.0, 10.0, 14.0)),
+        "LQG": Family(Suite.lqg, (0.1, 0.3, 1.0)),
+        "sliding mode": Family(Suite.sliding_mode, (4.0, 6.0, 9.0, 13.0)),
+        "feed-forward": Family(lambda suite, _: suite.feed_forward(), (0.0,)),
         "feed-forward, compensated": Family(
-            tried=(0.0,), make=lambda suite, _: suite.feed_forward(compensated=True)
+            lambda suite, _: suite.feed_forward(compensated=True), (0.0,)
         ),
-        "feed-forward + PID": Family(tried=_TIMES, make=Suite.feed_forward),
+        "feed-forward + PID": Family(Suite.feed_forward),
         "feed-forward, compensated + PID": Family(
-            tried=_TIMES, make=lambda suite, time: suite.feed_forward(time, compensated=True)
+            lambda suite, time: suite.feed_forward(time, compensated=True)
         ),
-        "valves: cascade": Family(tried=_TIMES, make=Suite.cascade),
+        "valves: cascade": Family(Suite.cascade),
     }
 )
 """Name -> family. All but the last command pressures; compensated: with the hysteresis undone."""

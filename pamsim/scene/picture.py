@@ -14,28 +14,24 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.engine.rig import load_rig
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.pictures import write_picture
-from pamsim.scene.chain_shape import STEEL, chain_solids
-from pamsim.scene.muscle_shape import Rgba, Solid, muscle_solids, rod
+from pamsim.scene.chain_shape import STEEL, add_chain
+from pamsim.scene.muscle_shape import add_muscle
 from pamsim.scene.pose import has_site, muscle_lengths, object_id, pose, site_pose
 from pamsim.scene.series_colours import series_rgb
+from pamsim.scene.solids import Rgba, add_rod
 
-_KINDS = {
-    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
-    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
-    "box": mujoco.mjtGeom.mjGEOM_BOX,
-    "ellipsoid": mujoco.mjtGeom.mjGEOM_ELLIPSOID,
-}
 _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
 _USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
 _IRON_DENSITY = 7300.0
@@ -76,24 +72,31 @@ def picture_rest(
     loaded = load_rig(rig, scene=True)
     if load is None:
         load = _USUAL_LOAD if loaded.takes_load else 0.0
-    rest = simulate(loaded, pressure_step(pressures, pressures, duration=0.01, load=load))
-    rest.completed()
+    experiment = pressure_step(pressures, pressures, duration=0.01, load=load)
+    rest = simulate(loaded, experiment).completed()
+    picture: dict[str, int] = dict(zip(("width", "height"), size, strict=True))
     model = loaded.model_for(load=load)
-    require_camera(model, camera)
-    show_whole(model, width=size[0], height=size[1])
-    data = mujoco.MjData(model)
-    pose(model, data, loaded.position_addresses, rest.positions[-1].tolist())
-    image = render_arm(
-        model,
-        data,
-        muscles=loaded.muscles,
-        pressures=rest.pressure[-1].tolist(),
-        lengths=muscle_lengths(model, data),
-        width=size[0],
-        height=size[1],
-        camera=camera,
-    )
+    show_whole(model, **picture)
+    state = rest.positions[-1].tolist(), rest.pressure[-1].tolist()
+    image = draw_rig(loaded, model, mujoco.MjData(model), *state, camera=camera, **picture)
     write_picture(path, image)
+
+
+def draw_rig(
+    rig: Rig,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    positions: Sequence[float],
+    pressures: Sequence[float],
+    **how: Any,
+) -> npt.NDArray[np.uint8]:
+    """Put a model of a rig at joint positions [rad or m] and draw it at gauge pressures [Pa].
+
+    Other arguments, what is returned and what is raised are those of `render_arm`.
+    """
+    pose(model, data, rig.position_addresses, positions)
+    how |= {"muscles": rig.muscles, "pressures": pressures}
+    return render_arm(model, data, lengths=muscle_lengths(model, data), **how)
 
 
 def require_camera(model: mujoco.MjModel, camera: str) -> None:
@@ -125,10 +128,9 @@ def render_arm(
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        muscles: of the rig, in actuator order.
-        pressures: (m,) gauge pressures of the muscles [Pa]; each tube has more of its
-            muscle's colour the higher it is; NaN where not known: grey.
-        lengths: (m,) their active lengths [m].
+        muscles: as for `decorate`.
+        pressures: (m,) gauge [Pa], as for `decorate`.
+        lengths: (m,) active [m].
         width: picture width [px].
         height: picture height [px].
         camera: name of a camera in the model.
@@ -139,48 +141,27 @@ def render_arm(
         (height, width, 3) picture, red, green, blue from 0 to 255.
 
     Raises:
-        EngineError: OpenGL cannot start, or the model has no such camera, or a chain's parts only
-            in part.
-        InputError: a length cannot be drawn, or pressures or lengths are not one per muscle.
+        EngineError: OpenGL cannot start, or as `decorate`.
+        InputError: the model has no such camera, or as `decorate`.
     """
-    if renderer is None:
-        renderer = open_renderer(model, width=width, height=height)
-        try:
-            return render_arm(
-                model,
-                data,
-                muscles=muscles,
-                pressures=pressures,
-                lengths=lengths,
-                camera=camera,
-                renderer=renderer,
-                fine=fine,
-            )
-        finally:
-            renderer.close()
-    object_id(model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
-    renderer.update_scene(data, camera=camera)
-    decorate(
-        renderer.scene,
-        model,
-        data,
-        muscles=muscles,
-        pressures=pressures,
-        lengths=lengths,
-        fine=fine,
-    )
-    return renderer.render()
+    require_camera(model, camera)
+    own = renderer
+    if own is None:
+        own = open_renderer(model, width=width, height=height)
+    try:
+        own.update_scene(data, camera=camera)
+        state: Any = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
+        decorate(own.scene, model, data, **state, fine=fine)
+        return own.render()
+    finally:
+        if renderer is None:
+            own.close()
 
 
 def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
-    """Widen a model's cameras so that a narrow picture is not cut at its sides.
+    """Widen the cameras of a caller's own model so that no picture [px] is cut at its sides.
 
     A camera's angle is that of the picture's height; the scenes are composed for 16:10.
-
-    Args:
-        model: of the caller's own; its cameras are changed.
-        width: picture width [px].
-        height: picture height [px].
     """
     narrower = max(_COMPOSED_FOR * height / width, 1.0)
     half = np.radians(model.cam_fovy) / 2.0
@@ -190,17 +171,10 @@ def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
 def open_renderer(
     model: mujoco.MjModel, *, width: int, height: int, quick: bool = False
 ) -> mujoco.Renderer:
-    """Start off-screen drawing; the caller closes it.
+    """Start off-screen drawing of a width and a height [px]; the caller closes it.
 
-    Args:
-        model: the model to draw.
-        width: picture width [px].
-        height: picture height [px].
-        quick: leave out shadows and smoothing, which take most of the time of a frame where no
-            graphics card draws it.
-
-    Returns:
-        A renderer large enough for the picture, whatever buffer size the model asks for.
+    The renderer is large enough, whatever buffer size the model asks for. A quick one leaves out
+    shadows and smoothing, which take most of the time of a frame where no graphics card draws it.
 
     Raises:
         EngineError: OpenGL cannot start.
@@ -214,17 +188,14 @@ def open_renderer(
         quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, finest[1])
     try:
         renderer = mujoco.Renderer(model, height=height, width=width)
-        renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
-        return renderer
-    except (
-        Exception
-    ) as error:  # each OpenGL backend fails in its own way, ImportError to FatalError
-        raise EngineError(
-            f"{_NO_GL} ({str(error).splitlines()[0] if str(error) else error!r})"
-        ) from error
+    except Exception as error:  # each OpenGL backend fails in its own way, from ImportError on
+        reason = next(iter(str(error).splitlines()), repr(error))
+        raise EngineError(f"{_NO_GL} ({reason})") from error
     finally:
         view.offwidth, view.offheight = asked
         quality.offsamples, quality.numslices = finest
+    renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
+    return renderer
 
 
 def has_screen() -> bool:
@@ -266,8 +237,9 @@ def decorate(
         model: a compiled rig with the named sites.
         data: state after ``mj_forward``.
         muscles: of the rig, in actuator order; those that push are not drawn.
-        pressures: (m,) gauge pressures [Pa].
-        lengths: (m,) active lengths [m].
+        pressures: (m,) gauge pressures of the muscles [Pa]; each tube has more of its
+            muscle's colour the higher it is; NaN where not known: grey.
+        lengths: (m,) their active lengths [m].
         fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
 
     Raises:
@@ -279,23 +251,20 @@ def decorate(
             f"each of {len(muscles)} muscles needs a pressure and a length, got {len(pressures)}"
             f" and {len(lengths)}"
         )
-    solids: list[Solid] = []
     each = zip(muscles.values(), pressures, lengths, strict=True)
     for number, (muscle, pressure, length) in enumerate(each):
         site = f"muscle_{number + 1}_anchor"
         if muscle.braid is not None and has_site(model, site):
             anchor, frame = site_pose(model, data, site)
             look = pressure, series_rgb(number), muscle.braid
-            solids += muscle_solids(anchor, frame[:, 2], length, *look, fibres=fine)
+            add_muscle(scene, anchor, frame, length, *look, fibres=fine)
     if has_site(model, "sprocket"):
-        solids += chain_solids(model, data, lengths, fine=fine)
+        add_chain(scene, model, data, lengths, fine=fine)
     if has_site(model, "load_seat"):
-        solids += _load_solids(scene, model, data)
-    for solid in solids:
-        _add(scene, solid)
+        _add_load(scene, model, data)
 
 
-def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> list[Solid]:
+def _add_load(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
     disc = object_id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
     seat, frame = site_pose(model, data, "load_seat")
@@ -303,42 +272,22 @@ def _load_solids(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjD
     mass = float(model.body_mass[object_id(model, mujoco.mjtObj.mjOBJ_BODY, "load")])
     top = mass / (_IRON_DENSITY * math.pi * radius**2)
     # The gaps between the discs show the core. Without load it sinks into the tip of the arm.
-    core = (0.96 * radius, max(top / 2 - 0.001, 0.0005)) if mass > 0.0 else (0.001, 0.0005)
-    own = False
-    for geom in scene.geoms[: scene.ngeom]:
-        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc:
-            own = True
-            geom.size[:] = core[0], core[0], core[1]
-            geom.pos[:] = seat + ((top / 2) if mass > 0.0 else -0.001) * up
+    core, half, middle = 0.001, 0.0005, -0.001
+    if mass > 0.0:
+        core, half, middle = 0.96 * radius, max(top / 2 - 0.001, 0.0005), top / 2
+    own = [
+        geom
+        for geom in scene.geoms[: scene.ngeom]
+        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc
+    ]
+    for geom in own:
+        geom.size[:] = core, core, half
+        geom.pos[:] = seat + middle * up
     if mass <= 0.0:
-        return []
-    count = max(1, round(mass / 0.5))
-    solids = [rod(seat, seat + (top + 0.004) * up, 0.005, STEEL, gloss=0.8)]
+        return
+    add_rod(scene, seat, seat + (top + 0.004) * up, 0.005, STEEL, gloss=0.8)
     if not own:  # a viewer's scene for additions holds none of the model's geoms
-        solids.append(rod(seat, seat + 2.0 * core[1] * up, core[0], _IRON))
-    for k in range(count):
-        low, high = k * top / count + 0.0006, (k + 1) * top / count - 0.0006
-        solids.append(rod(seat + low * up, seat + high * up, radius, _IRON, gloss=0.8))
-    return solids
-
-
-def _add(scene: mujoco.MjvScene, solid: Solid) -> None:
-    """Append one solid to a scene."""
-    if scene.ngeom >= scene.maxgeom:
-        raise EngineError(
-            f"the scene is full ({scene.maxgeom} geoms): open it with a larger maxgeom"
-        )
-    geom = scene.geoms[scene.ngeom]
-    mujoco.mjv_initGeom(
-        geom,
-        _KINDS[solid.kind],
-        np.array(solid.size),
-        solid.position,
-        solid.rotation.flatten(),
-        np.array(solid.rgba, dtype=np.float32),
-    )
-    if solid.shadow:  # decor, which the geom is as yet, casts none
-        geom.category = mujoco.mjtCatBit.mjCAT_DYNAMIC
-    geom.specular = solid.gloss
-    geom.shininess = solid.gloss
-    scene.ngeom += 1
+        add_rod(scene, seat, seat + 2.0 * half * up, core, _IRON)
+    edges = np.linspace(0.0, top, max(1, round(mass / 0.5)) + 1)
+    for low, high in zip(edges[:-1] + 0.0006, edges[1:] - 0.0006, strict=True):
+        add_rod(scene, seat + low * up, seat + high * up, radius, _IRON, gloss=0.8)

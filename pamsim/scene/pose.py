@@ -10,7 +10,7 @@ from pamsim.core.errors import EngineError
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.record import view
 from pamsim.physics.static_muscle import muscle_length
-from pamsim.scene.muscle_shape import Vector
+from pamsim.scene.solids import Vector
 
 
 def pose(
@@ -33,18 +33,9 @@ def pose(
 
 
 def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
-    """Lengths of all muscles at the last computed tendon lengths.
-
-    Returns:
-        (m,) [m], in actuator order.
-    """
-    return [
-        muscle_length(
-            view(model.actuator_user[index]),
-            float(data.actuator_length[model.actuator_outadr[index]]),
-        )
-        for index in muscle_ids(model)
-    ]
+    """Lengths (m,) [m] of all muscles, in actuator order, at the last computed tendon lengths."""
+    lengths = data.actuator_length[model.actuator_outadr].tolist()
+    return [muscle_length(view(model.actuator_user[i]), lengths[i]) for i in muscle_ids(model)]
 
 
 def has_site(model: mujoco.MjModel, name: str) -> bool:
@@ -53,7 +44,7 @@ def has_site(model: mujoco.MjModel, name: str) -> bool:
 
 
 def site_pose(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> tuple[Vector, Vector]:
-    """Return position (3,) [m] and frame (3, 3) of a site in the world.
+    """Position (3,) [m] and frame (3, 3) of a site in the world.
 
     Raises:
         EngineError: if the model does not have it.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from PIL import Image
 
 from pamsim.core.errors import InputError, nearest
@@ -18,8 +18,17 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
-from pamsim.scene.picture import open_renderer, render_arm, require_camera
-from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
+from pamsim.scene.camera import seen_from
+from pamsim.scene.picture import draw_rig, open_renderer, require_camera
+from pamsim.scene.pose import has_site, site_pose
+
+Picture = NDArray[np.uint8]
+
+# Steps too small to be seen, of a joint [rad or m] and a pressure [Pa]: an arm at rest is drawn
+# once.
+_POSITION_STEP, _PRESSURE_STEP = math.radians(0.02), 1e3
+_FINER = 1.5
+"""Drawn so much larger and then reduced: smoother than the engine's own smoothing, in less time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,20 +57,15 @@ class Replay:
 
     def positions(self, time: float) -> list[float]:
         """Positions of the rig's joints at a time, linear between samples [rad or m]."""
-        return [
-            float(np.interp(time, self.trial.time, self.trial.measured[channel]))
-            for channel in self.rig.names.joint_channels
-        ]
+        return [self._measured(channel, time) for channel in self.rig.names.joint_channels]
 
     def pressures(self, time: float) -> list[float]:
         """Gauge pressures at a time [Pa], one per muscle; NaN where none was measured."""
-        measured = self.trial.measured
-        return [
-            float(np.interp(time, self.trial.time, measured[channel]))
-            if channel in measured
-            else math.nan
-            for channel in self.trial.pressure_channels
-        ]
+        return [self._measured(channel, time) for channel in self.trial.pressure_channels]
+
+    def _measured(self, channel: str, time: float) -> float:
+        values = self.trial.measured.get(channel)
+        return math.nan if values is None else float(np.interp(time, self.trial.time, values))
 
 
 def read_replay(
@@ -122,15 +126,6 @@ def frame_times(duration: float, *, fps: float, speed: float) -> NDArray[np.floa
     return np.arange(count, dtype=np.float64) * (speed / fps)
 
 
-Picture = NDArray[np.uint8]
-
-# Steps too small to be seen, of a joint [rad or m] and a pressure [Pa]: an arm at rest is drawn
-# once.
-_POSITION_STEP, _PRESSURE_STEP = math.radians(0.02), 1e3
-_FINER = 1.5
-"""Drawn so much larger and then reduced: smoother than the engine's own smoothing, in less time."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class ArmCamera:
     """Draws the arm of a replay.
@@ -160,75 +155,47 @@ def arm_camera(
         InputError: for an unknown camera.
         EngineError: if OpenGL cannot start, or the rig has no site that the picture needs.
     """
-    model = replay.rig.model_for(load=replay.trial.load)
+    rig = replay.rig
+    model = rig.model_for(load=replay.trial.load)
     require_camera(model, camera)
     quality = model.vis.quality
     # Drawn in software, each of these costs time in every frame; at a film's size none is missed.
     quality.shadowsize, quality.offsamples = min(quality.shadowsize, 2048), 0
     quality.numslices, quality.numstacks = min(quality.numslices, 32), 3
     data = mujoco.MjData(model)
-    renderer = open_renderer(model, width=round(_FINER * width), height=round(_FINER * height))
-    addresses = replay.rig.position_addresses
-    last: dict[tuple[int | None, ...], Picture] = {}
+    last: dict[bytes, Picture] = {}
 
     def draw(time: float) -> Picture:
-        positions = [round(p / _POSITION_STEP) for p in replay.positions(time)]
-        pressures = [
-            None if math.isnan(pressure) else round(pressure / _PRESSURE_STEP)
-            for pressure in replay.pressures(time)
-        ]
-        state = (*positions, *pressures)
+        positions = np.round(np.divide(replay.positions(time), _POSITION_STEP)) * _POSITION_STEP
+        pressures = np.round(np.divide(replay.pressures(time), _PRESSURE_STEP)) * _PRESSURE_STEP
+        state = positions.tobytes() + pressures.tobytes()
         if state not in last:
-            pose(model, data, addresses, [p * _POSITION_STEP for p in positions])
-            fine = render_arm(
-                model,
-                data,
-                muscles=replay.rig.muscles,
-                pressures=[math.nan if p is None else p * _PRESSURE_STEP for p in pressures],
-                lengths=muscle_lengths(model, data),
-                camera=camera,
-                renderer=renderer,
-            )
-            picture = np.asarray(
-                Image.fromarray(fine).resize((width, height), Image.Resampling.LANCZOS)
-            )
+            now = positions.tolist(), pressures.tolist()
+            fine = draw_rig(rig, model, data, *now, camera=camera, renderer=renderer)
             last.clear()
-            last[state] = picture
+            picture = Image.fromarray(fine).resize((width, height), Image.Resampling.LANCZOS)
+            last[state] = np.asarray(picture)
         return last[state]
 
-    try:
+    across, down = round(_FINER * width), round(_FINER * height)
+    with contextlib.closing(open_renderer(model, width=across, height=down)) as renderer:
         draw(0.0)
-        sites = {n: f"muscle_{i}_anchor" for i, n in enumerate(replay.rig.muscles, start=1)}
-        muscles = [name for name, site in sites.items() if has_site(model, site)]
-        anchors = np.reshape([site_pose(model, data, sites[name])[0] for name in muscles], (-1, 3))
-        places = _pixel_places(renderer.scene, anchors, width=width, height=height).tolist()
-        labels = {name: (x, y) for name, (x, y) in zip(muscles, places, strict=True)}
+        labels = {}
+        for number, name in enumerate(rig.muscles, start=1):
+            if has_site(model, site := f"muscle_{number}_anchor"):
+                anchor, _ = site_pose(model, data, site)
+                column, row = _pixel(renderer.scene, anchor, width, height)
+                labels[name] = column, row
         yield ArmCamera(draw=draw, labels=labels)
-    finally:
-        renderer.close()
 
 
-def _pixel_places(
-    scene: mujoco.MjvScene, points: ArrayLike, *, width: int, height: int
-) -> NDArray[np.float64]:
-    """Project points with the perspective camera of a scene's last update.
-
-    Args:
-        scene: of a renderer, after ``update_scene``.
-        points: (k, 3) in front of the camera [m].
-        width: of the picture [px].
-        height: of the picture [px].
-
-    Returns:
-        (k, 2) column and row, counted from the upper left corner [px].
-    """
+def _pixel(
+    scene: mujoco.MjvScene, point: NDArray[np.float64], width: int, height: int
+) -> list[float]:
+    """Column and row [px] at which the last update's camera of a scene shows a point (3,) [m]."""
     left, right = scene.camera[0], scene.camera[1]
     eye = (np.array(left.pos) + np.array(right.pos)) / 2.0
-    forward, up = np.array(left.forward), np.array(left.up)
-    seen = np.asarray(points, dtype=float) - eye
-    depth = seen @ forward
+    seen = seen_from(point[None], eye, np.array(left.forward), np.array(left.up))[0]
     # The frustum's heights are given at its near plane; pixels are square.
-    per_metre = height * left.frustum_near / (left.frustum_top - left.frustum_bottom) / depth
-    column = width / 2.0 + per_metre * (seen @ np.cross(forward, up))
-    row = height / 2.0 - per_metre * (seen @ up)
-    return np.column_stack([column, row])
+    scale = height * left.frustum_near / (left.frustum_top - left.frustum_bottom)
+    return (np.array([width, height]) / 2.0 + scale * seen * [1.0, -1.0]).tolist()

@@ -7,12 +7,11 @@ no click in it can change a simulation. Its sliders are read from `ArmViewer.con
 from __future__ import annotations
 
 import copy
-import math
 import sys
 import threading
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -21,50 +20,15 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import EngineError
 from pamsim.engine.rig import Rig
 from pamsim.physics.muscle import Muscle
-from pamsim.scene.live_plots import COLUMN, Plot, figures
+from pamsim.scene.camera import fit_camera
+from pamsim.scene.live_plots import COLUMN, placed
 from pamsim.scene.picture import decorate
 
-_FILLED = 0.94
-"""Share of the window beside the plots that the arm fills, in width or in height."""
-_ROUNDS = 30
-_CAMERA = "overview"
 _HIDDEN_GROUP = 5
 """Group of geoms that a window hides by default."""
 _CLOSING = 10.0
 """Longest wait for a window that closes [s]."""
 _REMEDY = "to see an arm without one, write a film: `pamsim render`"
-
-
-class Window(Protocol):
-    """What is used of the handle that `mujoco.viewer.launch_passive` returns."""
-
-    user_scn: Any
-    cam: Any
-    viewport: Any
-
-    def is_running(self) -> bool:
-        """Whether it is still open."""
-        ...
-
-    def lock(self) -> Any:
-        """Keep the drawing thread from reading meanwhile."""
-        ...
-
-    def set_figures(self, viewports_figures: Any) -> None:
-        """Draw figures over the scene."""
-        ...
-
-    def set_texts(self, texts: Any) -> None:
-        """Write over the scene."""
-        ...
-
-    def sync(self) -> None:
-        """Exchange state and controls with the window."""
-        ...
-
-    def close(self) -> None:
-        """Close it."""
-        ...
 
 
 class ArmViewer:
@@ -116,7 +80,7 @@ class ArmViewer:
         pressures: Sequence[float],
         lengths: Sequence[float],
         controls: Sequence[float] | None = None,
-        plots: Sequence[Plot] = (),
+        plots: Sequence[mujoco.MjvFigure] = (),
     ) -> None:
         """Show a state and read the sliders; nothing happens once the window is closed.
 
@@ -127,7 +91,7 @@ class ArmViewer:
             pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
             lengths: (m,) their active lengths [m].
             controls: (nu,) where the sliders stand, in their unit; the data's if None.
-            plots: drawn beside the arm.
+            plots: drawn beside the arm, such as those of `LivePlots.figures`.
 
         Raises:
             EngineError: if the model has no site, tendon or geom that the drawing needs.
@@ -141,24 +105,17 @@ class ArmViewer:
             self.data.time = data.time
             self.model.body_mass[:], self.model.body_quat[:] = model.body_mass, model.body_quat
             mujoco.mj_forward(self.model, self.data)
-            viewport = self._window.viewport
+            viewport, scene = self._window.viewport, self._window.user_scn
             if viewport.height and not self._fitted:
-                aspect = viewport.width / viewport.height
-                column = COLUMN if plots else 0.0
-                fit_camera(self._window.cam, self.model, self.data, aspect=aspect, column=column)
+                aspect, column = viewport.width / viewport.height, COLUMN if plots else 0.0
+                own = self._window.cam, self.model, self.data
+                fit_camera(*own, aspect=aspect, column=column)
                 self._fitted = True
-            scene = self._window.user_scn
             scene.ngeom = 0
-            decorate(
-                scene,
-                self.model,
-                self.data,
-                muscles=muscles,
-                pressures=pressures,
-                lengths=lengths,
-            )
+            state = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
+            decorate(scene, self.model, self.data, **state)
         if plots:
-            self._window.set_figures(figures(plots, viewport))
+            self._window.set_figures(placed(plots, viewport))
         self._window.sync()
 
     @property
@@ -185,12 +142,8 @@ class ArmViewer:
         self.close()
 
 
-def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Window:
-    """Open MuJoCo's passive viewer.
-
-    Args:
-        model: shown; the window keeps it.
-        data: of it; the window reads and writes it in ``sync``.
+def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
+    """Open MuJoCo's passive viewer, which keeps model and data; returns its handle.
 
     Raises:
         EngineError: without a display or its OpenGL; the text names the fix.
@@ -228,11 +181,9 @@ def _require_display() -> None:
 
 
 def window_model(rig: Rig, sliders: Mapping[str, tuple[float, float]]) -> mujoco.MjModel:
-    """Compile it.
+    """Model of a window on a rig loaded with its scene.
 
-    Args:
-        rig: loaded with its scene.
-        sliders: name -> ends of its range, in any unit: no control of this model moves anything.
+    It has sliders, name -> ends of its range, in any unit: none moves anything by itself.
     """
     spec = mujoco.MjSpec.from_file(str(rig.file.scene or rig.file.mjcf))
     for name, ends in sliders.items():
@@ -246,89 +197,3 @@ def window_model(rig: Rig, sliders: Mapping[str, tuple[float, float]]) -> mujoco
     # The radius of a sprocket, by which its chain is drawn. The rig may have tendons of its own.
     model.wrap_prm[:] = rig.model.wrap_prm[: len(model.wrap_prm)]
     return model
-
-
-def fit_camera(
-    camera: mujoco.MjvCamera,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    *,
-    aspect: float,
-    column: float,
-) -> None:
-    """Turn a free camera so that the arm fills the window beside the plots wherever it moves.
-
-    It looks in the direction of the scene's camera ``overview``, if there is one.
-
-    Args:
-        camera: changed in place.
-        model: shown.
-        data: of it; put into the limits of its joints and back.
-        aspect: width of the window over its height.
-        column: share of the width at the left that is left free.
-    """
-    mujoco.mjv_defaultFreeCamera(model, camera)
-    fixed = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, _CAMERA)
-    if fixed >= 0:
-        mujoco.mj_forward(model, data)
-        ahead = -data.cam_xmat[fixed].reshape(3, 3)[:, 2]
-        camera.azimuth = math.degrees(math.atan2(ahead[1], ahead[0]))
-        camera.elevation = math.degrees(math.asin(ahead[2]))
-    points = _reach(model, data)
-    camera.lookat = points.mean(axis=0)
-    camera.distance = 3.0 * float(np.ptp(points, axis=0).max())
-    low, high = np.array([2.0 * column - 1.0, -1.0]), np.ones(2)
-    half = math.tan(math.radians(model.vis.global_.fovy) / 2.0) * np.array([aspect, 1.0])
-    for _ in range(_ROUNDS):
-        placed = window_places(camera, points, half)
-        least, most = placed.min(axis=0), placed.max(axis=0)
-        move = ((least + most) - (low + high)) / 2.0 * half * camera.distance
-        camera.lookat = camera.lookat + move @ _axes(camera)[1:]
-        camera.distance *= float(((most - least) / (high - low)).max()) / _FILLED
-
-
-def window_places(
-    camera: mujoco.MjvCamera, points: NDArray[np.float64], half: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Where a free camera shows points, (n, 2): -1 to 1 from left to right, from bottom to top.
-
-    Args:
-        camera: free.
-        points: (n, 3) [m].
-        half: (2,) tangents of half the width and half the height seen.
-    """
-    axes = _axes(camera)
-    ahead, *across = ((points - camera.lookat) @ axes.T + [camera.distance, 0.0, 0.0]).T
-    return np.column_stack(across) / ahead[:, None] / half
-
-
-def _axes(camera: mujoco.MjvCamera) -> NDArray[np.float64]:
-    """Ahead, right and up of a free camera, (3, 3)."""
-    turn, lift = math.radians(camera.azimuth), math.radians(camera.elevation)
-    ahead = np.array(
-        [math.cos(lift) * math.cos(turn), math.cos(lift) * math.sin(turn), math.sin(lift)]
-    )
-    right = np.array([math.sin(turn), -math.cos(turn), 0.0])
-    return np.array([ahead, right, np.cross(right, ahead)])
-
-
-def _reach(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:
-    """Corners of every geom but floors, at rest and with each joint at its limits, (n, 3) [m]."""
-    before = data.qpos.copy()
-    poses = [before]
-    for joint in np.flatnonzero(model.jnt_limited):
-        for limit in model.jnt_range[joint]:
-            poses.append(before.copy())
-            poses[-1][model.jnt_qposadr[joint]] = limit
-    solid = model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
-    signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
-    corners = model.geom_aabb[solid, None, :3] + signs * model.geom_aabb[solid, None, 3:]
-    found = []
-    for positions in poses:
-        data.qpos[:] = positions
-        mujoco.mj_kinematics(model, data)
-        turned = data.geom_xmat[solid].reshape(-1, 3, 3)
-        found.append(corners @ turned.transpose(0, 2, 1) + data.geom_xpos[solid, None])
-    data.qpos[:] = before
-    mujoco.mj_kinematics(model, data)
-    return np.concatenate(found).reshape(-1, 3)

@@ -18,8 +18,6 @@ from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import Replay
 from pamsim.scene.viewer import ArmViewer, window_model
 
-OpenViewer = Callable[..., ArmViewer]
-
 LARGEST = 3.0
 """End of an effect's slider, in units of its typical size."""
 _NOTE = "Control: set points [kPa]; effects, 0 off, 1 typical"
@@ -29,22 +27,8 @@ _FALLEN_BEHIND = 0.25
 """Lag behind the clock from which on time is given up rather than caught up with [s]."""
 
 
-def watch_replay(
-    replay: Replay,
-    *,
-    speed: float = 1.0,
-    open_viewer: OpenViewer = ArmViewer,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
-) -> None:
-    """Show a trial over and over until the window is closed.
-
-    Args:
-        replay: of `read_replay`.
-        speed: 1 for real time.
-        open_viewer: makes the window.
-        clock: seconds that pass [s].
-        sleep: waits for some of them [s].
+def watch_replay(replay: Replay, *, speed: float = 1.0) -> None:
+    """Show a trial over and over until the window is closed; a speed of 1 is real time.
 
     Raises:
         InputError: if the speed is not positive.
@@ -52,27 +36,16 @@ def watch_replay(
     """
     if not 0.0 < speed < np.inf:
         raise InputError(f"`speed` {speed:g} must be above 0")
-    model = replay.rig.model_for(load=replay.trial.load)
+    rig = replay.rig
+    model = rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
-    curves = LivePlots(replay.rig.names)
-    with open_viewer(window_model(replay.rig, {})) as viewer:
-        began = clock()
+    curves = LivePlots(rig.names)
+    with ArmViewer(window_model(rig, {})) as viewer:
+        began = time.monotonic()
         while viewer.is_running:
-            now = ((clock() - began) * speed) % replay.duration
-            positions, filled = replay.positions(now), replay.pressures(now)
-            pose(model, data, replay.rig.position_addresses, positions)
-            data.time = now
-            curves.add(now, positions, filled)
-            viewer.show(
-                model,
-                data,
-                muscles=replay.rig.muscles,
-                pressures=filled,
-                lengths=muscle_lengths(model, data),
-                controls=(),
-                plots=curves.plots(),
-            )
-            sleep(_FRAME)
+            data.time = ((time.monotonic() - began) * speed) % replay.duration
+            pose(model, data, rig.position_addresses, replay.positions(data.time))
+            _show(viewer, rig, curves, model, data, replay.pressures(data.time))
 
 
 def watch_live(
@@ -82,9 +55,6 @@ def watch_live(
     load: float = 0.0,
     effects: Mapping[str, float] | None = None,
     with_effects: Callable[[Mapping[str, float]], Rig] | None = None,
-    open_viewer: OpenViewer = ArmViewer,
-    clock: Callable[[], float] = time.monotonic,
-    sleep: Callable[[float], None] = time.sleep,
 ) -> None:
     """Simulate a rig in real time, its set points and effects moved by the window's sliders.
 
@@ -97,16 +67,13 @@ def watch_live(
         effects: name -> size at which its slider starts, in units of the effect's typical one.
         with_effects: the rig with its effects at other sizes, name -> size; needed if there are
             effects.
-        open_viewer: makes the window.
-        clock: seconds that pass [s].
-        sleep: waits for some of them [s].
 
     Raises:
         InputError: if the pressures do not fit the rig.
         EngineError: without a display.
     """
-    highest = [muscle.valve.supply_pressure for muscle in rig.muscles.values()]
-    for name, wanted, most in zip(rig.muscles, start, highest, strict=False):
+    highest = {name: muscle.valve.supply_pressure for name, muscle in rig.muscles.items()}
+    for (name, most), wanted in zip(highest.items(), start, strict=False):
         if not 0.0 <= wanted <= most:
             raise InputError(
                 f"{name}: {wanted / PA_PER_KPA:g} kPa is outside [0, {most / PA_PER_KPA:g}] kPa,"
@@ -117,41 +84,48 @@ def watch_live(
     reset(model, data, start)
     data.ctrl[:] = start
     sizes = dict(effects or {})
-    tops = zip(rig.muscles, highest, strict=True)
-    sliders = {name: (0.0, most / PA_PER_KPA) for name, most in tops}
+    sliders = {name: (0.0, most / PA_PER_KPA) for name, most in highest.items()}
     sliders |= dict.fromkeys(sizes, (0.0, LARGEST))
     curves = LivePlots(rig.names)
-    with live(model), open_viewer(window_model(rig, sliders), note=_NOTE) as viewer:
-        ahead = clock() - data.time
+    with live(model), ArmViewer(window_model(rig, sliders), note=_NOTE) as viewer:
+        ahead = time.monotonic() - data.time
         while viewer.is_running:
-            behind = clock() - ahead - data.time
+            behind = time.monotonic() - ahead - data.time
             if behind > _FALLEN_BEHIND:
                 ahead, behind = ahead + behind - _FALLEN_BEHIND, _FALLEN_BEHIND
             mujoco.mj_step(model, data, max(0, round(behind / model.opt.timestep)))
+            controls = [*(data.ctrl / PA_PER_KPA), *sizes.values()]
             filled = pressures(model, data).tolist()
-            curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
-            viewer.show(
-                model,
-                data,
-                muscles=rig.muscles,
-                pressures=filled,
-                lengths=muscle_lengths(model, data),
-                controls=[*(data.ctrl / PA_PER_KPA), *sizes.values()],
-                plots=curves.plots(),
-            )
+            _show(viewer, rig, curves, model, data, filled, controls)
             moved = viewer.controls
             data.ctrl[:] = moved[: len(highest)] * PA_PER_KPA
             wanted = dict(zip(sizes, moved[len(highest) :].tolist(), strict=True))
             if with_effects is not None and wanted != sizes:
-                sizes = wanted
-                model, data = _moved_over(with_effects(sizes).model_for(load=load), model, data)
-            sleep(_FRAME)
+                sizes, before = wanted, save_state(model, data)
+                # Another model of the same rig has the same layout.
+                model = with_effects(sizes).model_for(load=load)
+                data = mujoco.MjData(model)
+                restore_state(model, data, before)
 
 
-def _moved_over(
-    model: mujoco.MjModel, before: mujoco.MjModel, data: mujoco.MjData
-) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """The state of a model in another one of the same rig, which has the same layout."""
-    moved = mujoco.MjData(model)
-    restore_state(model, moved, save_state(before, data))
-    return model, moved
+def _show(
+    viewer: ArmViewer,
+    rig: Rig,
+    curves: LivePlots,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    filled: Sequence[float],
+    controls: Sequence[float] = (),
+) -> None:
+    """Show a state with its gauge pressures (m,) [Pa] until the next frame is due."""
+    curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
+    viewer.show(
+        model,
+        data,
+        muscles=rig.muscles,
+        pressures=filled,
+        lengths=muscle_lengths(model, data),
+        controls=controls,
+        plots=curves.figures(),
+    )
+    time.sleep(_FRAME)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.cascade import Cascade, PressureLoop
+from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_rate import full_rates, regulated_lag
 from pamsim.core.errors import InputError
 from pamsim.physics.record import parameters
 from tests.unit.controllers.closed_loop import (

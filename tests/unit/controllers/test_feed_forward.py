@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.controllers.arm import balanced_pressures, shut_stiffness
+from pamsim.controllers.cascade import regulated_lag
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis import HysteresisInverse, decaying_triangle, loop_operator
-from pamsim.controllers.inverse_law import balanced_pressures, shut_stiffness
+from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
-from pamsim.controllers.pressure_rate import regulated_lag
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine
@@ -86,13 +86,23 @@ def test_feedback_knows_the_limited_difference(forward):
 
 
 def test_an_operator_without_plays_changes_nothing(forward):
-    idle = HysteresisInverse.of(PlaySum(linear=1.0, thresholds=(), weights=()))
+    idle = PlaySum(linear=1.0, thresholds=(), weights=()).inverse()
     same = dataclasses.replace(forward, hysteresis=idle)
     observation = observe(wanted=(0.2, 0.5, 1.0))
     assert (
         same.step(observation, same.start(observation))[0]
         == forward.step(observation, forward.start(observation))[0]
     )
+
+
+def test_the_way_to_the_first_angle_is_remembered(forward):
+    lagging = PlaySum(linear=0.4, thresholds=(0.02, 0.1), weights=(0.3, 0.2))
+    undoing = dataclasses.replace(forward, hysteresis=lagging.inverse())
+    observation = observe(wanted=(0.1, 0.0, 0.0))
+    back, fresh = (
+        undoing.step(observation, undoing.start(observe(angle=angle)))[0] for angle in (0.3, 0.0)
+    )
+    assert back[0] - back[1] < fresh[0] - fresh[1] - 1e3
 
 
 def test_undone_hysteresis_is_undone(strong):
@@ -102,7 +112,7 @@ def test_undone_hysteresis_is_undone(strong):
     assert found.rms < math.radians(0.3)
     wanted = sine(0.2, 10.0)
     plain = FeedForward.for_rig(strong, load=1.2, common_pressure=LEVEL)
-    undoing = dataclasses.replace(plain, hysteresis=HysteresisInverse.of(found.operator))
+    undoing = dataclasses.replace(plain, hysteresis=found.operator.inverse())
     without, compensated = (
         miss(run(strong, item, wanted, 7.5), wanted, after=2.5) for item in (plain, undoing)
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.controllers.model_based import LeadLag
+from pamsim.controllers.model_based import lead_lag
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.linear.lead_lag_design import design_lead_lag
@@ -78,30 +78,27 @@ def test_an_impossible_design_is_refused(asked, message):
         design_lead_lag(MODEL, period=PERIOD, **asked)
 
 
-@pytest.fixture(scope="module")
-def lead_lag():
-    design = design_lead_lag(MODEL, period=PERIOD, crossover=14.0, phase_margin=math.radians(50.0))
-    return LeadLag(design=design, model=MODEL, point=POINT)
+DESIGN = design_lead_lag(MODEL, period=PERIOD, crossover=14.0, phase_margin=math.radians(50.0))
+CONTROLLER = lead_lag(DESIGN, MODEL, POINT)
 
 
-def test_it_runs_the_filter_of_the_design(lead_lag):
+def test_it_runs_the_filter_of_the_design():
     errors = 0.02 * np.sin(np.arange(60) ** 1.3)
-    memory, outputs = lead_lag.start(observe(angle=POINT.angle, pressure=POINT.pressures(0.0))), []
+    rest = observe(angle=POINT.angle, pressure=POINT.pressures(0.0))
+    memory, outputs = CONTROLLER.start(rest), []
     for error in errors.tolist():
         observation = observe(angle=POINT.angle - error, wanted=(POINT.angle, 0.0, 0.0))
-        command, memory = lead_lag.step(observation, memory)
+        command, memory = CONTROLLER.step(observation, memory)
         outputs.append(command[0] - command[1] - POINT.difference)
-    design = lead_lag.design
-    np.testing.assert_allclose(
-        outputs, lfilter(design.numerator, design.denominator, errors), atol=1e-6
-    )
+    expected = lfilter(DESIGN.numerator, DESIGN.denominator, errors)
+    np.testing.assert_allclose(outputs, expected, atol=1e-6)
 
 
-def test_a_disturbance_is_held_down_by_the_gain_at_rest(lead_lag):
+def test_a_disturbance_is_held_down_by_the_gain_at_rest():
     plant = LinearPlant(PERIOD, disturbance=lambda time: 1e4)
     wanted = POINT.angle + 0.1
-    angles, _ = plant.close(lead_lag, lambda time: (wanted, 0.0, 0.0), 1500)
-    at_rest = sum(lead_lag.design.numerator) / sum(lead_lag.design.denominator)
+    angles, _ = plant.close(CONTROLLER, lambda time: (wanted, 0.0, 0.0), 1500)
+    at_rest = sum(DESIGN.numerator) / sum(DESIGN.denominator)
     left = MODEL.gain * 1e4 / (1.0 + MODEL.gain * at_rest)
     assert angles[-1] - wanted == pytest.approx(left, rel=1e-3)
 
@@ -109,21 +106,21 @@ def test_a_disturbance_is_held_down_by_the_gain_at_rest(lead_lag):
 class Unlimited:
     """The filter with a memory that knows no limits."""
 
-    def __init__(self, lead_lag):
-        split = PressureSplit(common=1e9, supply=2e9)
-        self._filter = dataclasses.replace(lead_lag, point=dataclasses.replace(POINT, split=split))
-        self.start = lead_lag.start
+    def __init__(self):
+        point = dataclasses.replace(POINT, split=PressureSplit(common=1e9, supply=2e9))
+        self._filter = dataclasses.replace(CONTROLLER, point=point)
+        self.start = CONTROLLER.start
 
     def step(self, observation, memory):
         (first, second), memory = self._filter.step(observation, memory)
         return POINT.split.pressures(first - second), memory
 
 
-def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not(lead_lag):
+def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not():
     def wanted(time):
         return (3.0, 0.0, 0.0) if time < 6.0 else (0.2, 0.0, 0.0)
 
-    angles, _ = LinearPlant(PERIOD).close(lead_lag, wanted, 350)
+    angles, _ = LinearPlant(PERIOD).close(CONTROLLER, wanted, 350)
     assert abs(angles[-1] - 0.2) < 0.1
-    left, _ = LinearPlant(PERIOD).close(Unlimited(lead_lag), wanted, 350)
+    left, _ = LinearPlant(PERIOD).close(Unlimited(), wanted, 350)
     assert abs(left[-1] - 0.2) > 0.5

@@ -12,8 +12,7 @@ import pytest
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.hysteresis import HysteresisInverse
-from pamsim.controllers.model_based import LeadLag, Lqg, Lti, SlidingMode
+from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
 from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.linear.imc_tuning import PidGains
@@ -42,7 +41,7 @@ def _forward():
         pamsim.load_rig("mas20_arm"),
         load=1.2,
         common_pressure=LEVEL,
-        hysteresis=HysteresisInverse.of(PLAYS),
+        hysteresis=PLAYS.inverse(),
         feedback=PID,
     )
 
@@ -61,7 +60,7 @@ def _lqg():
 
 def _lead_lag():
     design = design_lead_lag(MODEL, period=PERIOD, crossover=14.0, phase_margin=0.8)
-    return LeadLag(design=design, model=MODEL, point=POINT)
+    return lead_lag(design, MODEL, POINT)
 
 
 def _cascade():

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.controllers.model_based import SlidingMemory, SlidingMode
+from pamsim.controllers.model_based import SlidingMode
 from tests.unit.controllers.closed_loop import observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 
@@ -58,7 +58,7 @@ def test_the_integral_leaves_no_offset():
 def test_the_integral_waits_at_the_limits():
     controller = sliding()
     observation = observe(angle=POINT.angle, wanted=(9.0, 0.0, 0.0))
-    before = SlidingMemory(integral=-0.3)
+    before = -0.3
     command, after = controller.step(observation, before)
     assert command == (POINT.split.supply, 0.0)
     assert after == before

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from pamsim.engine.rig import load_rig
-from pamsim.scene.live_plots import COLUMN, SPAN, LivePlots, figures
+from pamsim.scene.camera import fit_camera, window_places
+from pamsim.scene.live_plots import COLUMN, SPAN, LivePlots, placed
 from pamsim.scene.series_colours import series_rgb
-from pamsim.scene.viewer import fit_camera, window_model, window_places
+from pamsim.scene.viewer import window_model
 
 ROOM = mujoco.MjrRect(0, 0, 1200, 800)
 
 
 def moved(names, count=400, interval=0.05):
-    """Plots of joints that swing, and pressures that drive them a quarter of a period ahead."""
+    """Curves of joints that swing, and pressures that drive them a quarter of a period ahead."""
     live = LivePlots(names)
     for time in interval * np.arange(count):
         swing = [0.4 * math.sin(time + k) for k in range(len(names.joints))]
@@ -27,44 +28,54 @@ def moved(names, count=400, interval=0.05):
     return live
 
 
+def curves(figure):
+    """Name, colour and points (n, 2) of the curves of a figure."""
+    return [
+        (name.decode(), colour.tolist(), data[: 2 * count].reshape(-1, 2))
+        for name, colour, data, count in zip(
+            figure.linename, figure.linergb, figure.linedata, figure.linepnt, strict=True
+        )
+        if count
+    ]
+
+
 def test_plots_show_units_of_screens_and_the_present_values():
-    turning, filled, loop = moved(load_rig("mas20_arm").names).plots()
-    time, angle = turning.curves[0].points.T
-    np.testing.assert_allclose(angle, np.degrees(0.4 * np.sin(time)))
+    turning, filled, loop = moved(load_rig("mas20_arm").names).figures()
+    ((_, _, points),) = curves(turning)
+    time, angle = points.T
+    np.testing.assert_allclose(angle, np.degrees(0.4 * np.sin(time)), atol=1e-4)
     assert turning.title == f"shaft {angle[-1]:.1f} deg"
-    for index, curve in enumerate(filled.curves):
-        time, pressure = curve.points.T
-        np.testing.assert_allclose(pressure, 300 + 90 * np.cos(time + index))
-        assert curve.name == f"muscle {index + 1} {pressure[-1]:.0f} kPa"
-        assert curve.colour == series_rgb(index)
-        assert turning.across_range == pytest.approx((time[-1] - SPAN, time[-1]))
-        assert time[0] >= time[-1] - SPAN
+    for index, (name, colour, points) in enumerate(curves(filled)):
+        time, pressure = points.T
+        np.testing.assert_allclose(pressure, 300 + 90 * np.cos(time + index), rtol=1e-6)
+        assert name == f"muscle {index + 1} {pressure[-1]:.0f} kPa"
+        assert colour == pytest.approx(series_rgb(index))
+        assert turning.range[0] == pytest.approx((time[-1] - SPAN, time[-1]))
+        assert time[0] >= time[-1] - SPAN - 1e-5
+    assert index == 1
     difference = [90 * (np.cos(t) - np.cos(t + 1)) for t in 0.05 * np.arange(400)]
-    np.testing.assert_allclose(loop.curves[0].points[:, 0], difference)
-    assert loop.across == "muscle 1 - muscle 2 [kPa]"
+    np.testing.assert_allclose(curves(loop)[0][2][:, 0], difference, atol=1e-4)
+    assert loop.xlabel == "muscle 1 - muscle 2 [kPa]"
 
 
 def test_an_earlier_time_starts_over_and_unmeasured_pressures_have_no_curve():
     names = load_rig("mas20_arm").names
     live = moved(names)
     live.add(0.0, [0.1], [math.nan, 2e5])
-    turning, filled = live.plots()  # and no loop
-    assert turning.curves[0].points.tolist() == [[0.0, pytest.approx(math.degrees(0.1))]]
-    assert [curve.name for curve in filled.curves] == ["muscle 2 200 kPa"]
+    turning, filled = live.figures()  # and no loop
+    assert curves(turning)[0][2].tolist() == [[0.0, pytest.approx(math.degrees(0.1))]]
+    assert [name for name, *_ in curves(filled)] == ["muscle 2 200 kPa"]
 
 
-def test_curves_never_outgrow_the_window_and_keep_their_colours():
-    plots = moved(load_rig("two_joint_arm").names, count=3000).plots()
-    drawn = figures(plots, ROOM)
+def test_the_longest_curves_fit_one_below_the_other_with_a_colour_each():
+    drawn = placed(moved(load_rig("two_joint_arm").names, count=3000).figures(), ROOM)
     edges = [(place.bottom, place.bottom + place.height) for place, _ in drawn]
     assert edges[0][1] >= edges[0][0] >= edges[1][1] >= edges[1][0] >= edges[2][1]
-    for plot, (place, figure) in zip(plots, drawn, strict=True):
+    for count, (place, figure) in zip((2, 4, 1), drawn, strict=True):
         assert place.left + place.width <= math.ceil(COLUMN * ROOM.width)
-        assert np.count_nonzero(figure.linepnt) == len(plot.curves)
-        for index, curve in enumerate(plot.curves):
-            shown = figure.linedata[index, : 2 * figure.linepnt[index]].reshape(-1, 2)
-            np.testing.assert_allclose(shown, curve.points, rtol=1e-6)
-            np.testing.assert_allclose(figure.linergb[index], curve.colour)
+        assert len(curves(figure)) == count
+        assert len({tuple(colour) for _, colour, _ in curves(figure)}) == count
+    assert len(curves(drawn[2][1])[0][2]) == 1000
 
 
 @pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm", "equimus_leg", "muscle_bench"])

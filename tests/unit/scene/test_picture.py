@@ -16,15 +16,17 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import EngineError, InputError
-from pamsim.scene.chain_shape import _strand
+from pamsim.physics.braid import Braid
+from pamsim.scene.chain_shape import Strand
 from pamsim.scene.muscle_shape import (
     MOVING_REACH,
     WALL,
-    muscle_solids,
+    add_muscle,
     outer_radius,
 )
 from pamsim.scene.picture import decorate, open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
+from pamsim.scene.solids import ELLIPSOID
 from tests.unit.scene.films import nearest_series
 
 FOLDER = Path(__file__).parents[3] / "models" / "mas20_arm"
@@ -75,6 +77,14 @@ def set_load(model: mujoco.MjModel, load: float) -> None:
     model.body_mass[body] *= load
     model.body_inertia[body] *= load
     mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
+def muscle(length: float, braid: Braid, *, fibres: bool = True) -> list:
+    """Geoms of a muscle along the first axis."""
+    drawn = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), maxgeom=1000)
+    look = length, 3e5, (0.0, 0.0, 1.0), braid
+    add_muscle(drawn, np.zeros(3), np.roll(np.eye(3), 1, axis=0), *look, fibres=fibres)
+    return list(drawn.geoms[: drawn.ngeom])
 
 
 def picture(model: mujoco.MjModel, p1: float, p2: float, *, beta: float = 0.0) -> np.ndarray:
@@ -132,7 +142,7 @@ def test_positive_angle_turns_the_sprocket_towards_muscle_1(model: mujoco.MjMode
     data = at(model, 0.2)
     assert data.site("muscle_1_anchor").xpos[1] > 0.0
     assert data.body("load").xpos[1] > 0.0
-    assert _strand(model, data, 1, 0.24).axes[1, 1] > 0.0
+    assert Strand(model, data, 1, 0.24).axes[1, 1] > 0.0
 
 
 def test_only_arm_and_load_have_mass(model: mujoco.MjModel) -> None:
@@ -168,10 +178,8 @@ def test_muscle_keeps_the_length_of_its_fibres(length: float) -> None:
 
 @pytest.mark.parametrize("length", [0.18, 0.225, 0.2499, 0.25, 0.265])
 def test_rubber_stays_between_the_fittings(length: float) -> None:
-    axis = np.array([1.0, 0.0, 0.0])
-    solids = muscle_solids(np.zeros(3), axis, length, 3e5, (0.0, 0.0, 1.0), BRAID)
-    rounds = [solid for solid in solids if solid.kind == "ellipsoid"]
-    reach = [abs(solid.position[0] - length / 2) + solid.size[2] for solid in rounds]
+    rounds = [solid for solid in muscle(length, BRAID) if solid.type == ELLIPSOID]
+    reach = [abs(solid.pos[0] - length / 2) + solid.size[2] for solid in rounds]
     assert max(reach, default=0.0) < length / 2 + 0.023
 
 
@@ -188,9 +196,9 @@ def test_chain_runs_smoothly_from_the_sprocket_to_the_muscle(
 ) -> None:
     model.wrap_prm[:] = -sprocket, sprocket
     data = at(model, 0.5)
-    strand = _strand(model, data, number, 0.23)
+    strand = Strand(model, data, number, 0.23)
     path = np.linspace(0.0, strand.breaks[3], 2001)
-    points = np.array([strand.point(s) for s in path])
+    points = strand.points(path)
     speed = np.linalg.norm(np.diff(points, axis=0), axis=1) / np.diff(path)
     np.testing.assert_allclose(speed, 1.0, rtol=1e-4)
 
@@ -324,6 +332,7 @@ def test_errors_name_what_is_missing(model: mujoco.MjModel) -> None:
         decorate(full, model, data, muscles=MUSCLES, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
     with pytest.raises(InputError, match="of 2 muscles needs a pressure and a length, got 1 and 2"):
         decorate(full, model, data, muscles=MUSCLES, pressures=(0.0,), lengths=(0.25, 0.25))
+    full = mujoco.MjvScene(model, maxgeom=5000)
     model.wrap_prm[:] = 0.0
     with pytest.raises(EngineError, match="radius 0 m"):
         decorate(full, model, data, muscles=MUSCLES, pressures=(0.0, 0.0), lengths=(0.25, 0.25))
@@ -368,11 +377,7 @@ def test_every_muscle_with_an_anchor_is_drawn_along_it(pressures: tuple[float, .
 def test_each_muscle_is_drawn_in_its_own_size() -> None:
     """A muscle of half the MAS-20's diameter and its own length, beside the law of its fibres."""
     slim = dataclasses.replace(BRAID, nominal_length=0.12, diameter=0.010)
-    axis, colour = np.array([1.0, 0.0, 0.0]), (0.0, 0.0, 1.0)
-    tubes = [
-        muscle_solids(np.zeros(3), axis, braid.nominal_length, 3e5, colour, braid, fibres=False)
-        for braid in (BRAID, slim)
-    ]
+    tubes = [muscle(braid.nominal_length, braid, fibres=False) for braid in (BRAID, slim)]
     for one, other in zip(*tubes, strict=True):
         assert other.size[0] == pytest.approx(0.5 * one.size[0])
     assert outer_radius(0.12, slim) == pytest.approx(0.5 * outer_radius(0.25, BRAID))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import types
 
 import mujoco
 import numpy as np
@@ -18,6 +19,7 @@ from pamsim.engine.state import pressures, reset
 from pamsim.engine.stepping import live
 from pamsim.recordings.experiment import pressure_step
 from pamsim.scene import viewer as viewer_module
+from pamsim.scene import watch
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import read_replay
 from pamsim.scene.viewer import ArmViewer
@@ -59,7 +61,7 @@ class FakeWindow:
         colours = [geom.rgba.tolist() for geom in self.user_scn.geoms[: self.user_scn.ngeom]]
         self.shown.append((self.data.time, self.data.qpos.copy(), colours))
         if self.slider is not None:
-            self.data.ctrl[:] = self.slider
+            self.data.ctrl[:] = self.slider(len(self.shown))
 
     def is_running(self):
         return len(self.shown) < self.frames
@@ -68,13 +70,20 @@ class FakeWindow:
         self.frames = 0
 
 
+class Windows(list):
+    """Windows, and how those to come are."""
+
+    frames, slider = 6, None
+
+
 @pytest.fixture
 def windows(monkeypatch):
-    """The windows opened, each of six frames."""
-    opened = []
+    """The windows opened, each of six frames and with nobody at its sliders."""
+    opened = Windows()
 
     def open_window(model, data):
-        opened.append(FakeWindow(model, data, 6))
+        opened.append(FakeWindow(model, data, opened.frames))
+        opened[-1].slider = opened.slider
         return opened[-1]
 
     monkeypatch.setattr(viewer_module, "open_window", open_window)
@@ -86,14 +95,20 @@ def rig():
     return load_rig("mas20_arm", scene=True)
 
 
-def clock_of(step):
-    """A clock that its own sleep moves on."""
-    now = [100.0]
+@pytest.fixture
+def frames_last(monkeypatch):
+    """Sets how long a frame lasts [s] by a clock that only its own sleep moves on."""
 
-    def sleep(_):
-        now[0] += step
+    def set_clock(step):
+        now = [100.0]
 
-    return {"clock": lambda: now[0], "sleep": sleep}
+        def sleep(_):
+            now[0] += step
+
+        clock = types.SimpleNamespace(monotonic=lambda: now[0], sleep=sleep)
+        monkeypatch.setattr(watch, "time", clock)
+
+    return set_clock
 
 
 def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig):
@@ -105,13 +120,13 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
     integrator = model.opt.integrator
     with ArmViewer(model, control_range=(0.0, 6e5)) as viewer:
         (window,) = windows
-        window.slider = (1e5, 2e5)
+        window.slider = lambda _: (1e5, 2e5)
         lengths = muscle_lengths(model, data)
         for pressure in (0.0, 6e5):
             viewer.show(
                 model, data, muscles=rig.muscles, pressures=(pressure, 0.0), lengths=lengths
             )
-        np.testing.assert_array_equal(viewer.controls, window.slider)
+        np.testing.assert_array_equal(viewer.controls, (1e5, 2e5))
         np.testing.assert_array_equal(viewer.model.actuator_ctrlrange, [[0.0, 6e5]] * 2)
     for now, then in zip((data.qpos, data.ctrl, data.act), before, strict=True):
         np.testing.assert_array_equal(now, then)
@@ -137,14 +152,10 @@ def test_a_window_hides_the_disc_that_stands_for_the_load_and_needs_no_forces(wi
     assert len(windows) == 1
 
 
-def test_live_rig_keeps_time_and_follows_the_sliders(windows, rig):
-    def opened(model, **options):
-        viewer = ArmViewer(model, **options)
-        windows[-1].frames = 30
-        windows[-1].slider = (100.0, 400.0)  # kPa
-        return viewer
-
-    watch_live(rig, START, load=1.2, open_viewer=opened, **clock_of(0.05))
+def test_live_rig_keeps_time_and_follows_the_sliders(windows, rig, frames_last):
+    windows.frames, windows.slider = 30, lambda _: (100.0, 400.0)  # kPa
+    frames_last(0.05)
+    watch_live(rig, START, load=1.2)
     (window,) = windows
     times, angles, _ = zip(*window.shown, strict=True)
     np.testing.assert_allclose(times, 0.05 * np.arange(30), atol=rig.model.opt.timestep)
@@ -155,7 +166,7 @@ def test_live_rig_keeps_time_and_follows_the_sliders(windows, rig):
     assert "kPa" in window.texts[0][2]
 
 
-def test_sliders_switch_effects_on_and_off_while_the_arm_moves(windows, rig):
+def test_sliders_switch_effects_on_and_off_while_the_arm_moves(windows, rig, frames_last):
     """The slider moves the arm as far as the same load torque does from the start."""
     movable = movable_effects(rig, ["load_torque"])
     assert movable.sizes == {"load_torque": 0.0}
@@ -164,20 +175,10 @@ def test_sliders_switch_effects_on_and_off_while_the_arm_moves(windows, rig):
         step = pressure_step(START, START, duration=4.0, load=2.0)
         rests.append(simulate(movable.at({"load_torque": size}), step).completed().angle[-1])
 
-    def opened(model, **options):
-        viewer = ArmViewer(model, **options)
-        window = windows[-1]
-        window.frames, window.slider = 180, (*np.divide(START, 1e3), 0.0)
-
-        def sync(usual=window.sync):
-            window.slider = (*window.slider[:2], 3.0 if 60 <= len(window.shown) < 120 else 0.0)
-            usual()
-
-        window.sync = sync
-        return viewer
-
-    effects = {"effects": movable.sizes, "with_effects": movable.at}
-    watch_live(rig, START, load=2.0, open_viewer=opened, **effects, **clock_of(0.05))
+    windows.frames = 180
+    windows.slider = lambda shown: (*np.divide(START, 1e3), 3.0 if 60 < shown <= 120 else 0.0)
+    frames_last(0.05)
+    watch_live(rig, START, load=2.0, effects=movable.sizes, with_effects=movable.at)
     times, angles, _ = zip(*windows[0].shown, strict=True)
     np.testing.assert_allclose(times, 0.05 * np.arange(180), atol=rig.model.opt.timestep)
     assert abs(rests[1] - rests[0]) > np.radians(0.1)
@@ -186,8 +187,9 @@ def test_sliders_switch_effects_on_and_off_while_the_arm_moves(windows, rig):
         assert angles[frame][0] == pytest.approx(rest, abs=0.1 * abs(rests[1] - rests[0]))
 
 
-def test_a_slow_machine_slows_the_arm_down(windows, rig):
-    watch_live(rig, START, **clock_of(2.0))
+def test_a_slow_machine_slows_the_arm_down(windows, rig, frames_last):
+    frames_last(2.0)
+    watch_live(rig, START)
     times = [time for time, _, _ in windows[0].shown]
     np.testing.assert_allclose(np.diff(times), 0.25, atol=rig.model.opt.timestep)
 
@@ -198,9 +200,10 @@ def test_start_pressures_beyond_the_supply_are_refused(windows, rig):
     assert not windows
 
 
-def test_replay_runs_at_its_speed_and_begins_again(windows, tmp_path):
+def test_replay_runs_at_its_speed_and_begins_again(windows, tmp_path, frames_last):
+    frames_last(0.15)
     replay = read_replay(write(tmp_path, turn=columns()))
-    watch_replay(replay, speed=2.0, **clock_of(0.15))
+    watch_replay(replay, speed=2.0)
     times, angles, colours = zip(*windows[0].shown, strict=True)
     np.testing.assert_allclose(times, [0.0, 0.3, 0.6, 0.9, 0.2, 0.5], atol=1e-9)
     np.testing.assert_allclose(np.degrees(np.ravel(angles)), [-20, 4, 20, 20, -4, 20], atol=1e-6)
