@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 ON = 0.33
 """Commanded opening from which an on/off valve is opened."""

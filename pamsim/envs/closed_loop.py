@@ -10,16 +10,14 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.controllers.controller import Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.envs.rigs import Rigs
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.muscle_valves import valve_opening
 from pamsim.physics.record import slot
-
-FloatArray = NDArray[np.float64]
 
 OPEN = 0.02
 """Opening from which a valve counts as open."""

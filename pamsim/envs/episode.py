@@ -12,8 +12,8 @@ import functools
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
@@ -25,8 +25,6 @@ from pamsim.envs.scales import Reach
 from pamsim.envs.settings import EnvSettings, Episode
 from pamsim.envs.tasks import TASKS, held
 from pamsim.recordings.experiment import Experiment
-
-FloatArray = NDArray[np.float64]
 
 POSITION, VELOCITY, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
 """Blocks of an episode's columns, each of the first five one column per joint; the noise is of all

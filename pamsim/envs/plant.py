@@ -1,89 +1,40 @@
-"""The rigs behind an environment: one stepped by itself, many by the engine's batch or by Warp."""
+"""The rigs behind an environment: one stepped by itself, many by the engine's batch or by Warp.
+
+All have ``position`` (n, nq) [rad or m], ``act`` (n, na), the states of the muscles, and ``length``
+(n, m), those of their tendons [m].
+"""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import weakref
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
-from numpy.typing import NDArray
 
-from pamsim.core.errors import EngineError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
 
-FloatArray = NDArray[np.float64]
+Start: TypeAlias = tuple[mujoco.MjModel, FloatArray]
+"""A model, and a state of it as `pamsim.save_state` returns it."""
+
+Commands: TypeAlias = Sequence[tuple[int, FloatArray]]
+"""Time steps and (n, m) commands of each stretch of a period."""
 
 _POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
 
 
-class Plant(ABC):
-    """Copies of a rig that are stepped together.
-
-    Attributes:
-        position: (n, nq) [rad or m].
-        act: (n, na) states of the muscles.
-        length: (n, m) lengths of their tendons [m].
-    """
-
-    position: FloatArray
-    act: FloatArray
-    length: FloatArray
-
-    def __init__(self, rig: Rig) -> None:
-        self._dofs, self._closed = rig.velocity_addresses, False
-
-    @abstractmethod
-    def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
-        """Give some rigs a model and a state."""
-
-    @abstractmethod
-    def push(self, torque: FloatArray) -> None:
-        """Apply torques (n, j) to the recorded joints from now on [N m or N]."""
-
-    def step(self, commands: Sequence[tuple[int, FloatArray]]) -> None:
-        """Advance all rigs: for some time steps by (n, m) commands each.
-
-        Raises:
-            EngineError: if the plant is closed.
-        """
-        if self._closed:
-            raise EngineError("this environment is closed; make a new one")
-        for count, command in commands:
-            self._hold(command, count)
-        self._measure()
-
-    @abstractmethod
-    def _hold(self, command: FloatArray, count: int) -> None: ...
-
-    @abstractmethod
-    def _measure(self) -> None: ...
-
-    @abstractmethod
-    def states(self) -> FloatArray:
-        """(n, s) states for `put`; each begins with the time [s]."""
-
-    def warnings(self) -> int:
-        """Number of engine warnings since the rigs were last put."""
-        return 0
-
-    def close(self) -> None:
-        """Refuse further steps."""
-        self._closed = True
-
-
-class OneRig(Plant):
+class OneRig:
     """A single rig: ``model`` as it is now, and ``data``, the same all the time."""
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, state: FloatArray) -> None:
-        super().__init__(rig)
+        self._dofs = rig.velocity_addresses
         self.data = data = mujoco.MjData(model)
         # Views of the engine's arrays: fetching one costs as much as reading it.
         self._ctrl, self._torque = data.ctrl, data.qfrc_applied
@@ -91,43 +42,39 @@ class OneRig(Plant):
         self.length = data.actuator_length[np.newaxis]
         self.put({0: (model, state)})
 
-    def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
-        """See `Plant.put`."""
-        self.model, state = states[0]
+    def put(self, starts: Mapping[int, Start]) -> None:
+        """Give the rig a model and a state."""
+        self.model, state = starts[0]
         check_steppable(self.model)
         # New data would cost as much as three steps.
         mujoco.mj_resetData(self.model, self.data)
         restore_state(self.model, self.data, state)
-        self._measure()
+        mujoco.mj_fwdPosition(self.model, self.data)
 
     def push(self, torque: FloatArray) -> None:
-        """See `Plant.push`."""
+        """Apply torques (1, j) to the recorded joints from now on [N m or N]."""
         self._torque[self._dofs] = torque[0]
 
-    def _hold(self, command: FloatArray, count: int) -> None:
-        self._ctrl[:] = command[0]
-        mujoco.mj_step(self.model, self.data, count)
-
-    def _measure(self) -> None:
+    def step(self, commands: Commands) -> None:
+        """Advance by some commands."""
+        for count, command in commands:
+            self._ctrl[:] = command[0]
+            mujoco.mj_step(self.model, self.data, count)
         # The engine's own lengths belong to the start of the last step.
         mujoco.mj_fwdPosition(self.model, self.data)
 
     def states(self) -> FloatArray:
-        """See `Plant.states`."""
+        """(1, s) state for `put`; it begins with the time [s]."""
         return save_state(self.model, self.data)[np.newaxis]
 
-    def warnings(self) -> int:
-        """See `Plant.warnings`."""
-        return int(self.data.warning.number.sum())
 
-
-class ManyRigs(Plant):
+class ManyRigs:
     """Rigs on a pool of the engine's threads (0: one per processor), bit-identical to `OneRig`."""
 
     _alive: ClassVar[weakref.WeakSet[ManyRigs]] = weakref.WeakSet()
 
     def __init__(self, rig: Rig, model: mujoco.MjModel, count: int, threads: int) -> None:
-        super().__init__(rig)
+        self._dofs = rig.velocity_addresses
         self._models, self._threads = [model] * count, threads
         own = fixed_tendons(model)
         self._jacobian = None if own is None else np.tile(own, (count, 1, 1))
@@ -140,7 +87,8 @@ class ManyRigs(Plant):
         self._batch = batch = Batch(self._models[0], len(self._models), self._threads)
         self._ctrl, self._torque = batch.ctrl, batch.qfrc_applied
         self.position, self.act = batch.qpos, batch.act
-        if self._jacobian is None:
+        self._stage = 0 if self._jacobian is not None else _POSITION
+        if self._stage:
             self.length = batch.bind("actuator_length")
 
     @classmethod
@@ -154,15 +102,15 @@ class ManyRigs(Plant):
     def _pool(self) -> Batch:
         """The batch; in a forked process a new one, with threads of its own."""
         if self._forked:
-            states = enumerate(zip(self._models, self.states(), strict=True))
+            starts = enumerate(zip(self._models, self.states(), strict=True))
             self._open()
-            self.put(dict(states))
+            self.put(dict(starts))
         return self._batch
 
-    def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
-        """See `Plant.put`."""
+    def put(self, starts: Mapping[int, Start]) -> None:
+        """Give some rigs a model of the same sizes and a state."""
         batch = self._pool()
-        for number, (model, state) in states.items():
+        for number, (model, state) in starts.items():
             self._models[number], batch.state[number] = model, state
             batch.warning[number] = 0
             if self._jacobian is not None:
@@ -171,34 +119,36 @@ class ManyRigs(Plant):
         for model in distinct:
             check_steppable(model)
         batch.set_models(distinct[0] if len(distinct) == 1 else self._models)
-        if self._jacobian is None:
-            batch.forward(stage=_POSITION)
+        if self._stage:
+            batch.forward(stage=self._stage)
         self._measure()
 
     def push(self, torque: FloatArray) -> None:
-        """See `Plant.push`."""
+        """Apply torques (n, j) to the recorded joints from now on [N m or N]."""
         self._pool()
         self._torque[:, self._dofs] = torque
 
-    def _hold(self, command: FloatArray, count: int) -> None:
+    def step(self, commands: Commands) -> None:
+        """Advance all rigs by some commands."""
         batch = self._pool()
-        self._ctrl[:] = command
-        batch.step(nstep=count, stage=_POSITION if self._jacobian is None else 0)
+        for count, command in commands:
+            self._ctrl[:] = command
+            batch.step(nstep=count, stage=self._stage)
+        self._measure()
 
     def _measure(self) -> None:
         if self._jacobian is not None:
             # Joint after joint, so that the sums do not depend on the number of rigs.
-            lengths = np.zeros(self._jacobian.shape[:2])
+            self.length = np.zeros(self._jacobian.shape[:2])
             for joint, position in enumerate(self.position.T):
-                lengths += self._jacobian[:, :, joint] * position[:, np.newaxis]
-            self.length = lengths
+                self.length += self._jacobian[:, :, joint] * position[:, np.newaxis]
 
     def states(self) -> FloatArray:
-        """See `Plant.states`."""
+        """(n, s) states for `put`; each begins with the time [s]."""
         return self._batch.state.copy()
 
     def warnings(self) -> int:
-        """See `Plant.warnings`."""
+        """Number of engine warnings since the rigs were last put."""
         return int(self._batch.warning[:, :, 1].sum())
 
 
@@ -224,34 +174,40 @@ def fixed_tendons(model: mujoco.MjModel) -> FloatArray | None:
     return lengths
 
 
-class WarpRigs(Plant):
-    """Rigs as `pamsim.gpu.worlds.Worlds`; the engine in Warp counts no warnings."""
+class WarpRigs:
+    """Rigs as `pamsim.gpu.worlds.Worlds`."""
 
     def __init__(
         self, rig: Rig, model: mujoco.MjModel, count: int, device: str, precision: str
     ) -> None:
         from pamsim.gpu.worlds import Worlds  # with Warp, an extra
 
-        super().__init__(rig)
+        self._dofs = rig.velocity_addresses
         self._worlds = Worlds(rig, model, count, precision=precision, device=device)
-        self._measure()
+        self._read()
 
-    def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
-        """See `Plant.put`."""
-        self._worlds.put(states)
-        self._measure()
-
-    def push(self, torque: FloatArray) -> None:
-        """See `Plant.push`."""
-        self._worlds.push(torque, self._dofs)
-
-    def _hold(self, command: FloatArray, count: int) -> None:
-        self._worlds.step(command, count)
-
-    def _measure(self) -> None:
+    def _read(self) -> None:
         worlds = self._worlds
         self.position, self.act, self.length = worlds.position, worlds.act, worlds.length
 
+    def put(self, starts: Mapping[int, Start]) -> None:
+        """Give some rigs a model, which differs as worlds may, and a state."""
+        self._worlds.put(starts)
+        self._read()
+
+    def push(self, torque: FloatArray) -> None:
+        """Apply torques (n, j) to the recorded joints from now on [N m or N]."""
+        self._worlds.push(torque, self._dofs)
+
+    def step(self, commands: Commands) -> None:
+        """Advance all rigs by some commands."""
+        for count, command in commands:
+            self._worlds.step(command, count)
+        self._read()
+
     def states(self) -> FloatArray:
-        """See `Plant.states`."""
+        """(n, s) states for `put`; each begins with the time [s]."""
         return np.array([self._worlds.state(number) for number in range(self._worlds.count)])
+
+
+Plant: TypeAlias = OneRig | ManyRigs | WarpRigs

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import load_rig
 from pamsim.envs.actions import as_array
 from pamsim.envs.plant import OneRig
@@ -18,8 +19,6 @@ from pamsim.envs.rigs import Rigs
 from pamsim.envs.settings import env_settings
 from pamsim.scene.picture import has_screen, open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
-
-FloatArray = NDArray[np.float64]
 
 
 class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
@@ -33,21 +32,16 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Action Space
 
-    Muscles are counted from i = 0.
-    Set points that a regulator per muscle keeps (``action="pressure_set"``, the default) or
-    openings of continuous valves (``action="valve"``): `Box(-1, 1, (m,))`.
+    By the argument ``action``: `Box(-1, 1, (m,))` of set points, kept by a regulator per muscle, or
+    of openings of continuous valves; `MultiBinary(2 m)` of on/off valves, open or shut for a whole
+    period. Muscles are counted from i = 0.
 
-    | index | action | -1 | 1 | name |
-    |---|---|---|---|---|
-    | i | set point of muscle i | 0 kPa | ``top_pressure`` | ``<muscle>.pressure_set`` |
-    | i | opening of muscle i's valves | to exhaust | to supply | ``<muscle>.valve`` |
-
-    On/off valves (``action="on_off"``), open or shut for a whole period: `MultiBinary(2 m)`.
-
-    | index | action | 0 | 1 | name |
-    |---|---|---|---|---|
-    | 2 i | supply valve of muscle i | shut | open | ``<muscle>.fill`` |
-    | 2 i + 1 | exhaust valve of muscle i | shut | open | ``<muscle>.vent`` |
+    | ``action`` | index | meaning | lowest | highest | name |
+    |---|---|---|---|---|---|
+    | ``pressure_set`` | i | set point | 0 kPa | ``top_pressure`` | ``<muscle>.pressure_set`` |
+    | ``valve`` | i | opening of the valves | to exhaust | to supply | ``<muscle>.valve`` |
+    | ``on_off`` | 2 i | supply valve | shut | open | ``<muscle>.fill`` |
+    | ``on_off`` | 2 i + 1 | exhaust valve | shut | open | ``<muscle>.vent`` |
 
     Numbers beyond -1 and 1 count as -1 and 1. NaN, infinity, another shape, and anything but 0 and
     1 for an on/off valve are errors. If both valves of a muscle are to open, both stay shut.
@@ -70,7 +64,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     Without load a joint goes from c - 2 r to c + 2 r, when the muscles that move it one way have
     the pressure P, those that move it the other way none, and all others P/2. Tasks ask for
-    positions from c - r to c + r (`pamsim.envs.reach`).
+    positions from c - r to c + r (`pamsim.envs.scales`).
 
     ## Rewards
 
@@ -97,10 +91,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Arguments
 
-    ``rig`` (name, folder or loaded rig), ``action``, ``task``, ``frame_skip``, ``load``,
-    ``top_pressure``, ``start_pressure``, ``angle_noise``, ``pressure_noise``, ``instruments``,
-    ``delay``, ``randomize``, ``effort``: see `pamsim.envs.settings.EnvSettings`. ``render_mode`` is
-    ``rgb_array``, ``human`` or None, ``width`` and ``height`` are those of pictures [px].
+    Those of `pamsim.envs.settings.EnvSettings`; ``render_mode``, which is ``rgb_array``, ``human``
+    or None; ``width`` and ``height`` of pictures [px].
 
     `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. The information of
     `reset` and `step` holds the true ``position`` (j,) [rad or m] and ``pressure`` (m,) [Pa]. An
@@ -129,20 +121,16 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         if render_mode not in (None, "rgb_array", "human"):
             raise InputError(f"no render mode {render_mode!r}; known: rgb_array, human")
         self.rigs = Rigs(env_settings(options), 1)
+        self.dt = self.rigs.period
         self.observation_space = self.rigs.observation_space
         self.action_space = self.rigs.action_space
         self.metadata = {
             "render_modes": ["human", "rgb_array"] if has_screen() else ["rgb_array"],
-            "render_fps": round(1.0 / self.rigs.period),
+            "render_fps": round(1.0 / self.dt),
         }
         self.render_mode = render_mode
         self._size = {"width": width, "height": height}
         self._picture: tuple[mujoco.MjModel, mujoco.MjData, Any] | None = None
-
-    @property
-    def dt(self) -> float:
-        """Time between two actions [s]."""
-        return self.rigs.period
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -240,12 +228,10 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         if self._picture is not None:
             self._picture[2].close()
             self._picture = None
-        self.rigs.plant.close()
+        self.rigs.closed = True
 
     def __getstate__(self) -> dict[str, Any]:
         """All but a window or renderer, which stays behind."""
         return {**vars(self), "_picture": None}
 
-    def __copy__(self) -> RigEnv:
-        """An environment of its own."""
-        return copy.deepcopy(self)
+    __copy__ = copy.deepcopy

@@ -12,11 +12,10 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.envs import EPISODE
 from pamsim.envs.rigs import Rigs
 from pamsim.envs.settings import env_settings
-
-FloatArray = NDArray[np.float64]
 
 
 class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
@@ -24,7 +23,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     Actions, observations, rewards and arguments are those of `pamsim.envs.rig_env.RigEnv`. Rig i is
     seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
-    begins a new one and ignores the action. A copy or pickle continues the same episodes.
+    begins a new one and ignores the action. A copy or pickle continues the same episodes; `dt` is the
+    time between two actions [s].
 
     With ``device`` the rigs are stepped by Warp, see `pamsim.gpu.worlds.Worlds`, and agree with
     single environments to the rounding of single precision; resets stay on the CPU.
@@ -63,18 +63,13 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         self.num_envs, self._steps = num_envs, max_episode_steps
         settings, rows = env_settings(options), max_episode_steps + 1
         self.rigs = Rigs(settings, num_envs, threads, rows, device, precision)
-        self.closed = False
+        self.closed, self.dt = False, self.rigs.period
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._over = np.zeros(num_envs, dtype=np.bool_)
-
-    @property
-    def dt(self) -> float:
-        """Time between two actions [s]."""
-        return self.rigs.period
 
     def reset(
         self,
@@ -93,9 +88,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             ParameterError: for a number out of range.
         """
         asked = dict(options or {})
-        given = asked.pop("reset_mask", None)
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        mask = every if given is None else np.asarray(given, dtype=np.bool_)
+        mask = np.asarray(asked.pop("reset_mask", [True] * self.num_envs), dtype=np.bool_)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
@@ -122,8 +115,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             reward[over], broken[over], ended[over] = 0.0, False, False
             self._begin(over, {})
         self._over = broken | ended
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        return self.rigs.observation, reward, broken, ended, self._information(every)
+        information = self._information(np.ones(self.num_envs, dtype=np.bool_))
+        return self.rigs.observation, reward, broken, ended, information
 
     def _begin(self, mask: NDArray[np.bool_], options: dict[str, Any]) -> None:
         self.rigs.reset({int(at): self._generators[at] for at in np.flatnonzero(mask)}, options)
@@ -138,8 +131,6 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the simulations."""
-        self.rigs.plant.close()
+        self.rigs.closed = True
 
-    def __copy__(self) -> RigVectorEnv:
-        """An environment of its own."""
-        return copy.deepcopy(self)
+    __copy__ = copy.deepcopy

@@ -14,23 +14,20 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import EngineError, InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.engine.gauges import Gauges
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig, Plant, WarpRigs
-from pamsim.envs.sample import Sampling, take_sample
+from pamsim.envs.sample import new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
 from pamsim.envs.settings import EnvSettings, Episode, reset_options
 from pamsim.physics.record import Parameters, view
-
-FloatArray = NDArray[np.float64]
-
-ERROR_SHARE = 0.25
-"""Error of a joint's position, as a share of its travel, that counts as 1 in the reward."""
 
 _STATE = ("_drawn", "_sampling", "_table", "_latest", "sample", "true", "observation")
 """What changes from step to step besides the plant."""
@@ -48,20 +45,16 @@ class Rigs:
         precision: of the muscles there.
 
     Attributes:
-        rig: as loaded.
-        kind: of its actions.
-        plant: what is stepped.
-        gauges: of the muscles, with their parameters as they are in the running episodes.
-        top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         period: between samples [s].
+        top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         reaches: of each joint: what tasks and observations are scaled by.
         signals: names and scales of observations.
         actions: names of actions.
+        gauges: of the muscles, with their parameters as they are in the running episodes.
         sample: (n,) steps of the running episodes.
         observation: (n, o) readings and the references of the next sample; not changed afterwards.
         true: (n, j + m) positions [rad or m] and pressures [Pa] behind it.
-        observation_space: of one rig.
-        action_space: of one rig.
+        closed: whether steps are refused.
 
     Raises:
         InputError: if the rig or an option does not fit.
@@ -78,7 +71,7 @@ class Rigs:
     ) -> None:
         self._made = settings, count, threads, rows, device, precision
         self.settings, self.kind = settings, KINDS[settings.action]
-        self.rig = rig = settings.loaded_rig()
+        self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
         supply, top = rig.supply_pressure, settings.top_pressure
         self.top_pressure = top = supply if top is None else top
         if top > supply:
@@ -88,48 +81,53 @@ class Rigs:
         given = settings.start_pressure
         self._start_pressure = 0.5 * top if given is None else given
         usual = reset_options(None, rig, self._start_pressure)
-        timestep = float(rig.model.opt.timestep)
-        self.period = period = settings.frame_skip * timestep
-        muscles, self._joints, self._all = len(rig.muscles), len(rig.joints), np.arange(count)
-        rest = rest_positions(rig, np.full(muscles, 0.5 * top), rig.model.qpos0.copy())
+        self._shape, self._joints = (count, len(rig.muscles)), len(rig.joints)
+        half = np.full(len(rig.muscles), 0.5 * top)
+        rest = rest_positions(rig, half, rig.model.qpos0.copy())
         self._arms = moment_arms(rig, rest)
         self.reaches = reaches_of(rig, top, rest, self._arms)
         self.signals = observed_signals(rig, self.reaches, top)
         self.actions = self.kind.names(tuple(rig.muscles))
-        numbers = len(self.signals.names)
-        self.observation_space = gymnasium.spaces.Box(-LIMIT, LIMIT, (numbers,), np.float64)
-        self.action_space = self.kind.space(muscles)
-        self._episodes = Episodes(settings, rig, self.reaches, period)
+        self.observation = np.zeros((count, len(self.signals.names)))
+        self.observation_space = gymnasium.spaces.Box(
+            -LIMIT, LIMIT, self.observation.shape[1:], np.float64
+        )
+        self.action_space = self.kind.space(len(rig.muscles))
+        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
+        timestep = float(rig.model.opt.timestep)
+        late = [round(delay / timestep) for delay in delays]
+        self._stretches = _stretches(late, settings.frame_skip)
+        self._oldest = max(max(old) for _, old in self._stretches)
+        self._sampling = new_sampling(
+            settings,
+            rig,
+            self.signals,
+            self.reaches,
+            self.kind.span(top),
+            count,
+            max(1, self._oldest),
+        )
+        self.period = self._sampling.period
+        self._episodes = Episodes(settings, rig, self.reaches, self.period)
         at_rest, state = self._episodes.rest(usual)
-        model = at_rest.model
         self.plant: Plant
         if device is not None:
-            self.plant = WarpRigs(rig, model, count, device, precision)
+            self.plant = WarpRigs(rig, at_rest.model, count, device, precision)
         elif threads is None:
-            self.plant = OneRig(rig, model, state)
+            self.plant = OneRig(rig, at_rest.model, state)
         else:
-            self.plant = ManyRigs(rig, model, count, threads)
-        self.gauges = Gauges(model, count)
+            self.plant = ManyRigs(rig, at_rest.model, count, threads)
+        self.gauges, self.closed = Gauges(at_rest.model, count), False
         self._views: dict[int, list[Parameters]] = {}
-        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
-        self._stretches = _stretches(
-            [round(delay / timestep) for delay in delays], settings.frame_skip
-        )
-        self._each = np.arange(muscles)
-        self._oldest = max(max(old) for _, old in self._stretches)
-        unit = np.array([ERROR_SHARE * reach.travel for reach in self.reaches])
-        span, kept = self.kind.span(top), (count, max(1, self._oldest))
-        self._sampling = Sampling.of(settings, rig, self.signals, unit, span, period, kept)
         # A slice of columns that lie side by side is several times as quick as their numbers.
         places = rig.position_addresses
         beside = range(places[0], places[0] + len(places))
         self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
         self._drawn: dict[int, Episode] = {}
         self._table = np.zeros((count, rows, self._episodes.columns))
-        self.sample = np.zeros(count, dtype=np.int64)
+        self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
         self._latest = 0  # no sample is beyond it
-        self.true = np.zeros((count, self._joints + muscles))
-        self.observation = np.zeros((count, numbers))
+        self.true = np.zeros((count, self._joints + len(rig.muscles)))
 
     def reset(
         self,
@@ -145,15 +143,13 @@ class Rigs:
         asked = reset_options(options, self.rig, self._start_pressure)
         drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
         self._put(drawn, {})
-        command = np.zeros((len(self._all), len(self._each)))
-        for at, episode in drawn.items():
-            command[at] = self.kind.rest(np.array(episode.start_pressure))
-        new = np.array(list(drawn), dtype=np.int64)
+        new, commands = np.array(list(drawn), dtype=np.int64), self._sampling.commands
+        commands[new] = self.kind.rest(np.array(asked.start_pressure))
         self.sample[new] = 0
         # New arrays: the caller may still hold those of the last step.
         self.true, self.observation = self.true.copy(), self.observation.copy()
         self.true[new] = self._read()[new]
-        self._take(new, True, command)
+        self._take(new, True, commands[:, 0].copy())
 
     def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
         """Give some rigs an episode, from rest or in a state."""
@@ -165,20 +161,6 @@ class Rigs:
             self._views.pop(at, None)
             self._sampling.set_errors(at, rig)
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
-
-    def _take(
-        self, rigs: NDArray[np.int64], first: bool, command: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        return take_sample(
-            self._sampling,
-            rigs,
-            first,
-            self.true,
-            command,
-            self._table,
-            self.sample,
-            self.observation,
-        )
 
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Advance all rigs by one period.
@@ -196,8 +178,9 @@ class Rigs:
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
-        shape = len(self._all), len(self._each)
-        command = self.kind.commands(action, shape, self.top_pressure)
+        command = self.kind.commands(action, self._shape, self.top_pressure)
+        if self.closed:
+            raise EngineError("this environment is closed; make a new one")
         self._make_room()
         if self.settings.task == "disturbance":
             self.plant.push(self._asked(TORQUE))
@@ -208,14 +191,25 @@ class Rigs:
             for begin, end in zip(before, self.plant.states()[:, 0].tolist(), strict=True):
                 checks.check_clock(begin, end, self.period)
         wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
-        self.true = self._read()
-        # A new array: the caller may still hold that of the last step.
-        self.observation = np.empty_like(self.observation)
+        # New arrays: the caller may still hold those of the last step.
+        self.true, self.observation = self._read(), np.empty_like(self.observation)
         reward, broken = self._take(self._all, False, command)
         if wanted is not None:
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
             reward -= np.where(broken, 0.0, missed)
         return reward, broken
+
+    def _take(
+        self, rigs: NDArray[np.int64], first: bool, command: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        now = self.true, command, self._table, self.sample, self.observation
+        return take_sample(self._sampling, rigs, first, *now)
+
+    def _read(self) -> FloatArray:
+        plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
+        readings[:, :joints] = plant.position[:, self._positions]
+        readings[:, joints:] = self.gauges.pressures(plant.act, plant.length)
+        return readings
 
     def _asked(self, block: int) -> FloatArray:
         """(n, j) of a block of the episodes' columns for the present step."""
@@ -239,7 +233,8 @@ class Rigs:
         if not self._oldest:
             return [(self.settings.frame_skip, command)]
         recent = np.concatenate([command[:, np.newaxis], self._sampling.commands], axis=1)
-        return [(count, recent[:, old, self._each]) for count, old in self._stretches]
+        muscles = np.arange(command.shape[1])
+        return [(count, recent[:, old, muscles]) for count, old in self._stretches]
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
@@ -269,12 +264,6 @@ class Rigs:
         if state["_drawn"]:
             self._put(state["_drawn"], dict(enumerate(state["plant"])))
         vars(self).update({name: state[name] for name in _STATE})
-
-    def _read(self) -> FloatArray:
-        readings = np.empty_like(self.true)
-        readings[:, : self._joints] = self.plant.position[:, self._positions]
-        readings[:, self._joints :] = self.gauges.pressures(self.plant.act, self.plant.length)
-        return readings
 
 
 def _stretches(delays: list[int], steps: int) -> list[tuple[int, tuple[int, ...]]]:

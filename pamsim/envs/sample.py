@@ -7,19 +7,21 @@ than the simulation, and the results of a rig do not depend on how many are step
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.envs.episode import NOISE
-from pamsim.envs.scales import LIMIT, ObservedSignals
+from pamsim.envs.episode import NOISE, TORQUE
+from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.sensors import MeasurementChain
 
-FloatArray = NDArray[np.float64]
+ERROR_SHARE = 0.25
+"""Error of a joint's position, as a share of its travel, that counts as 1 in the reward."""
 
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
@@ -29,96 +31,69 @@ RUNAWAY = 100.0
 
 
 class Sampling(NamedTuple):
-    """What turns signals of n rigs into readings, observations (o,) and rewards.
+    """What turns s signals, positions of joints and then pressures, into readings and rewards."""
 
-    The s signals are positions of joints [rad or m], then pressures [Pa].
-
-    Attributes:
-        centre: (o,) of each number of an observation [SI].
-        scale: (o,) of each number of an observation [SI].
-        unit: (j,) error of each joint's position that counts as 1 [rad or m].
-        span: change of command that counts as 1.
-        effort: weight of the mean squared change.
-        period: between samples [s].
-        noise: (s,) standard deviations.
-        step: (s,) resolution; 0 for unlimited.
-        gain: (n, s) reading per true change.
-        bias: (n, s) reading at zero.
-        done: (n, s) share of a jump that a lag makes up within a period; 1 without lag.
-        along: (n, s) share of a change spread evenly over it.
-        held: (n, s) memory: signals behind their lags.
-        before: (n, s) memory: true signals of the last sample.
-        measured: (n, s) memory: readings at the last sample.
-        commands: (n, k, m) memory: commands of the last k steps, the latest first.
-    """
-
-    centre: FloatArray
-    scale: FloatArray
-    unit: FloatArray
-    span: float
-    effort: float
-    period: float
-    noise: FloatArray
-    step: FloatArray
-    gain: FloatArray
-    bias: FloatArray
-    done: FloatArray
-    along: FloatArray
-    held: FloatArray
-    before: FloatArray
-    measured: FloatArray
-    commands: FloatArray
-
-    @classmethod
-    def of(
-        cls,
-        settings: EnvSettings,
-        rig: Rig,
-        signals: ObservedSignals,
-        unit: FloatArray,
-        span: float,
-        period: float,
-        shape: tuple[int, int],
-    ) -> Sampling:
-        """Those of ``shape[0]`` rigs which remember ``shape[1]`` commands."""
-        own = rig.sensor or MeasurementChain()
-        count, muscles = shape[0], len(rig.muscles)
-        turn, converter = 0.0, 0.0
-        if settings.instruments:
-            converter = own.pressure_step
-            if own.encoder_increments:
-                turn = 2.0 * math.pi / own.encoder_increments
-        # An encoder counts parts of a turn, so it reads joints which slide without rounding.
-        steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
-        noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-        return cls(
-            signals.centre,
-            signals.scale,
-            unit,
-            span,
-            float(settings.effort),
-            period,
-            np.array(noise, dtype=float),
-            np.array(steps),
-            *np.zeros((7, count, len(steps))),
-            np.zeros((*shape, muscles)),
-        )
+    centre: FloatArray  # (o,) of each number of an observation [SI]
+    scale: FloatArray  # (o,) of each number of an observation [SI]
+    unit: FloatArray  # (j,) error of each joint's position that counts as 1 [rad or m]
+    span: float  # change of command that counts as 1
+    effort: float  # weight of the mean squared change
+    period: float  # between samples [s]
+    noise: FloatArray  # (s,) standard deviations
+    step: FloatArray  # (s,) resolution; 0 for unlimited
+    gain: FloatArray  # (n, s) reading per true change
+    bias: FloatArray  # (n, s) reading at zero
+    done: FloatArray  # (n, s) share of a jump that a lag makes up within a period; 1 without lag
+    along: FloatArray  # (n, s) share of a change spread evenly over it
+    held: FloatArray  # (n, s) memory: signals behind their lags
+    before: FloatArray  # (n, s) memory: true signals of the last sample
+    measured: FloatArray  # (n, s) memory: readings at the last sample
+    commands: FloatArray  # (n, k, m) memory: commands of the last k steps, the latest first
 
     def set_errors(self, number: int, rig: Rig) -> None:
         """Give one rig's instruments the scale, bias and lag that its measurement chain states."""
-        own = rig.sensor or MeasurementChain()
-        joints = slice(len(rig.joints))
-        pressures = slice(joints.stop, None)
+        own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
         for columns, gain, bias, lag in (
-            (joints, own.angle_scale, own.angle_bias, own.angle_lag),
-            (pressures, own.pressure_scale, own.pressure_bias, own.pressure_lag),
+            (slice(joints), own.angle_scale, own.angle_bias, own.angle_lag),
+            (slice(joints, None), own.pressure_scale, own.pressure_bias, own.pressure_lag),
         ):
             ratio = self.period / lag if lag > 0.0 else math.inf
             done = -math.expm1(-ratio)
-            self.gain[number, columns] = gain
-            self.bias[number, columns] = bias
-            self.done[number, columns] = done
-            self.along[number, columns] = 1.0 - done / ratio
+            self.gain[number, columns], self.bias[number, columns] = gain, bias
+            self.done[number, columns], self.along[number, columns] = done, 1.0 - done / ratio
+
+
+def new_sampling(
+    settings: EnvSettings,
+    rig: Rig,
+    signals: ObservedSignals,
+    reaches: Sequence[Reach],
+    span: float,
+    count: int,
+    depth: int,
+) -> Sampling:
+    """Sampling of a number of rigs, which remember commands of ``depth`` steps."""
+    own, muscles = rig.sensor or MeasurementChain(), len(rig.muscles)
+    turn, converter = 0.0, 0.0
+    if settings.instruments:
+        converter = own.pressure_step
+        if own.encoder_increments:
+            turn = 2.0 * math.pi / own.encoder_increments
+    # An encoder counts parts of a turn, so it reads joints which slide without rounding.
+    steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
+    noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
+    return Sampling(
+        signals.centre,
+        signals.scale,
+        np.array([ERROR_SHARE * reach.travel for reach in reaches]),
+        span,
+        float(settings.effort),
+        settings.frame_skip * float(rig.model.opt.timestep),
+        np.array(noise, dtype=float),
+        np.array(steps),
+        *np.zeros((7, count, len(steps))),
+        np.zeros((count, depth, muscles)),
+    )
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -160,9 +135,8 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
             step = s.step[column]
             if step > 0.0:
                 # An encoder counts whole increments, a converter rounds.
-                shown = (
-                    np.floor(shown / step) if column < joints else np.rint(shown / step)
-                ) * step
+                steps = shown / step
+                shown = (np.floor(steps) if column < joints else np.rint(steps)) * step
             if column < joints:
                 broken[rig] |= not abs(now) < RUNAWAY  # true for NaN
                 error += abs(now - asked[column]) / s.unit[column]
@@ -173,25 +147,16 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
         for muscle in range(muscles):
             change = (command[rig, muscle] - s.commands[rig, 0, muscle]) / s.span
             effort += change * change
-            for old in range(s.commands.shape[1] - 1, -1, -1):
-                newer = (
-                    command[rig, muscle] if first or not old else s.commands[rig, old - 1, muscle]
-                )
-                s.commands[rig, old, muscle] = newer
+            for old in range(s.commands.shape[1] - 1, 0, -1):
+                s.commands[rig, old, muscle] = s.commands[rig, old - 1, muscle]
+            s.commands[rig, 0, muscle] = command[rig, muscle]
         reward[rig] = -error / joints - s.effort * effort / muscles
         if first:
             broken[rig], velocity[:] = False, 0.0
         elif broken[rig]:
             reward[rig], velocity[:], s.measured[rig, :] = BREAKDOWN, 0.0, 0.0
-        for place in range(s.centre.size):
-            if place < joints:
-                seen = s.measured[rig, place]
-            elif place < 2 * joints:
-                seen = velocity[place - joints]
-            elif place < joints + signals:
-                seen = s.measured[rig, place - joints]
-            else:
-                seen = following[place - joints - signals]
-            seen = (seen - s.centre[place]) / s.scale[place]
-            observation[rig, place] = min(max(seen, -LIMIT), LIMIT)
+        measured, asked = s.measured[rig], following[: TORQUE * joints]
+        seen = np.concatenate((measured[:joints], velocity, measured[joints:], asked))
+        seen = (seen - s.centre) / s.scale
+        observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
     return reward, broken

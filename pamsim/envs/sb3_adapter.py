@@ -25,8 +25,7 @@ class Sb3Rigs(VecEnv):
         self.env, self._first_seed = env, seed  # the base asks for attributes of the environment
         self.num_envs = env.num_envs
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
-        self._sum = np.zeros(env.num_envs)
-        self._taken = 0
+        self._sum, self._taken = np.zeros(env.num_envs), 0
         self.steps: list[int] = []
         self.rewards: list[float] = []
 
@@ -45,12 +44,10 @@ class Sb3Rigs(VecEnv):
         self._taken += self.num_envs
         done = broken | over
         infos: list[dict[str, Any]] = [{} for _ in done]
+        for rig in np.flatnonzero(done):
+            infos[rig]["terminal_observation"] = seen[rig].astype(np.float32)
+            infos[rig]["TimeLimit.truncated"] = bool(over[rig])
         if done.any():
-            for rig in np.flatnonzero(done):
-                infos[rig] = {
-                    "terminal_observation": seen[rig].astype(np.float32),
-                    "TimeLimit.truncated": bool(over[rig]),
-                }
             self.steps.append(self._taken)
             self.rewards.append(round(float(self._sum[done].mean()), 3))
             self._sum[done] = 0.0

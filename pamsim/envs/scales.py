@@ -7,16 +7,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import rest_positions, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
 from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import static_force
-
-FloatArray = NDArray[np.float64]
 
 LIMIT = 10.0
 """Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import Rig
 from pamsim.envs.actions import KINDS
 from pamsim.envs.tasks import TASKS
 
@@ -98,14 +98,6 @@ class EnvSettings:
             return float(low), float(high)
         except (TypeError, ValueError):
             raise InputError(f"load {given!r}: give a mass in kg, or the ends of a range") from None
-
-    def loaded_rig(self) -> Rig:
-        """The rig.
-
-        Raises:
-            InputError: as `pamsim.load_rig`.
-        """
-        return self.rig if isinstance(self.rig, Rig) else load_rig(self.rig)
 
 
 def env_settings(options: Mapping[str, Any]) -> EnvSettings:

@@ -13,11 +13,9 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.envs.scales import Reach
-
-FloatArray = NDArray[np.float64]
 
 STEP_EVERY = 2.0
 """Time between two steps of a reference [s]."""

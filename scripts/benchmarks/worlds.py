@@ -81,7 +81,6 @@ def speed(counts: list[int], device: str | None) -> list[dict[str, object]]:
                 began = time.perf_counter()
                 peer()
                 times[name].append(time.perf_counter() - began)
-        batch.close()
         for precision in PRECISIONS:
             ratios = np.divide(times["batch"], times[precision]).tolist()
             row = {
