@@ -31,17 +31,9 @@ class ActionKind:
     command: str
     quantities: tuple[str, ...]
 
-    @property
-    def _on_off(self) -> bool:
-        return len(self.quantities) == 2
-
-    def names(self, muscles: Sequence[str]) -> tuple[str, ...]:
-        """Name of each action, such as ``biceps.pressure_set``."""
-        return tuple(f"{muscle}.{quantity}" for muscle in muscles for quantity in self.quantities)
-
     def space(self, muscles: int) -> gymnasium.Space[Any]:
         """Space of the actions of a rig with a number of muscles."""
-        if self._on_off:
+        if len(self.quantities) == 2:
             return gymnasium.spaces.MultiBinary(2 * muscles)
         return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
 
@@ -62,19 +54,20 @@ class ActionKind:
         command = np.empty(shape)
         wrong = _fill(given, self.command == "pressure_set", 0.5 * supply, command)
         if wrong >= 0:
-            valid = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
-            if self._on_off:
-                valid = "an on/off valve takes 0 or 1"
-            place = wrong % wanted[1]
+            valid = (
+                "give finite numbers; beyond -1 and 1 they count as -1 and 1"
+                if len(self.quantities) == 1
+                else "an on/off valve takes 0 or 1"
+            )
             raise InputError(
-                f"action {given.ravel()[wrong]} at place {place} is no action: {valid}"
+                f"action {given.ravel()[wrong]} at place {wrong % wanted[1]} is no action: {valid}"
             )
         return command
 
     def action(self, command: Sequence[float], supply: float) -> NDArray[np.generic]:
         """The action of one rig that gives its muscles a command; on/off valves open from `ON`."""
         wanted = np.array(command)
-        if self._on_off:
+        if len(self.quantities) == 2:
             return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
         if self.command == "pressure_set":
             wanted = wanted / (0.5 * supply) - 1.0
@@ -83,10 +76,6 @@ class ActionKind:
     def rest(self, pressure: FloatArray) -> FloatArray:
         """The commands that leave muscles at rest at gauge pressures [Pa]."""
         return pressure if self.command == "pressure_set" else np.zeros_like(pressure)
-
-    def span(self, supply: float) -> float:
-        """Change of command that counts as 1 in the reward's effort."""
-        return 0.5 * supply if self.command == "pressure_set" else 1.0
 
 
 def as_array(action: Any) -> NDArray[Any]:

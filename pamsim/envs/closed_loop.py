@@ -17,17 +17,12 @@ from pamsim.core.units import FloatArray
 from pamsim.envs.rigs import Rigs
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.muscle_valves import valve_opening
-from pamsim.physics.record import slot
 
 OPEN = 0.02
 """Opening from which a valve counts as open."""
 
 SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
 """A step has settled within this share of its height, or this angle [rad], the larger of both."""
-
-_INDEX = slot("chamber.polytropic_index")
-_TEMPERATURE = slot("chamber.temperature")
-_ATMOSPHERE = slot("chamber.atmosphere")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,14 +60,13 @@ def controller_observation(rigs: Rigs, observation: FloatArray, time: float) -> 
     """Observation of an environment as controllers take it."""
     signals, joints = rigs.signals.si(observation), len(rigs.rig.joints)
     pressure = slice(2 * joints, -4 * joints)
-    motions = np.delete(signals, pressure).reshape(6, joints).T.tolist()
+    motions: list[list[Any]] = np.delete(signals, pressure).reshape(6, joints).T.tolist()
     names = JointObservation.__dataclass_fields__
+    for motion in motions:
+        motion[-1] = motion[-1] or None  # a stiffness of 0 is a free one
     return Observation(
         time=time,
-        joints=tuple(
-            JointObservation(**dict(zip(names, (*motion, stiffness or None), strict=True)))
-            for *motion, stiffness in motions
-        ),
+        joints=tuple(JointObservation(**dict(zip(names, one, strict=True))) for one in motions),
         pressure=tuple(signals[pressure].tolist()),
     )
 
@@ -106,7 +100,11 @@ def run_episode(
     rig, air = rigs.rig, rigs.gauges.air
     observation, _ = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
-    muscles, parameters = rigs.muscles(0), rigs.gauges.rows[0]
+    muscles = rigs.muscles(0)
+    atmosphere, index, temperature = (
+        np.array([getattr(muscle.chamber, name) for muscle in muscles])
+        for name in ("atmosphere", "polytropic_index", "temperature")
+    )
     rows: list[dict[str, Any]] = []
     total, over, before = 0.0, False, rigs.plant.act[0, air]
     while not over:
@@ -122,13 +120,16 @@ def run_episode(
         over, total = broken or ended, total + float(reward)
         after, pressure = rigs.plant.act[0, air], info["pressure"]
         openings = zip(muscles, command, pressure.tolist(), strict=True)
+        # The chamber's own equation: dm = P^(1 - 1/n) dy / (R T).
+        mass = np.maximum(pressure + atmosphere, 0.0) ** (1.0 - 1.0 / index)
+        mass /= GAS_CONSTANT * temperature
         row = {
             "position": info["position"],
             "reference": [joint.reference for joint in observed.joints],
             "pressure": pressure,
             "command": command,
             "opening": [valve_opening(m, opening, at, 0.0) for m, opening, at in openings],
-            "air": _let_in(parameters, after - before, pressure),
+            "air": np.maximum(after - before, 0.0) * mass,
             "stiffness": rigs.stiffness()[0],
             "wanted_stiffness": [joint.stiffness or 0.0 for joint in observed.joints],
         }
@@ -140,13 +141,6 @@ def run_episode(
         reward=total,
         **{field: np.array([row[field] for row in rows]) for field in rows[0]},
     )
-
-
-def _let_in(rows: FloatArray, change: FloatArray, pressure: FloatArray) -> FloatArray:
-    """Air that came in [kg]: dm = P^(1 - 1/n) dy / (R T), the chamber's own equation."""
-    absolute = np.maximum(pressure + rows[:, _ATMOSPHERE], 0.0)
-    mass = absolute ** (1.0 - 1.0 / rows[:, _INDEX]) / (GAS_CONSTANT * rows[:, _TEMPERATURE])
-    return np.maximum(change, 0.0) * mass
 
 
 @dataclass(frozen=True, kw_only=True)

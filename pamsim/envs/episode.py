@@ -81,8 +81,8 @@ class Episodes:
     def __init__(
         self, settings: EnvSettings, rig: Rig, reaches: tuple[Reach, ...], period: float
     ) -> None:
-        self._settings, self._rig, self._period = settings, rig, period
-        self._kind = KINDS[settings.action]
+        self._rig, self._period, self._kind = rig, period, KINDS[settings.action]
+        self._load_range, self._task = settings.load_range, TASKS[settings.task]
         self._reaches = dict(zip(rig.joints, reaches, strict=True))
         self._noises = len(rig.joints) + len(rig.muscles)
         self.columns = NOISE * len(rig.joints) + self._noises
@@ -94,8 +94,10 @@ class Episodes:
         self._data = mujoco.MjData(rig.model)
         # What one episode after the other needs again.
         self._loaded = functools.lru_cache(1)(lambda load: self._with_load(rig, load))
-        self._begin = functools.lru_cache(1)(self._experiment)
-        self._usual = functools.lru_cache(1)(self._settled)
+        self._start = functools.lru_cache(1)(self._experiment)
+        self._usual = functools.lru_cache(1)(
+            lambda load, pressure: self._settled(self._loaded(load), pressure, 1)
+        )
 
     def draw(self, rng: np.random.Generator, asked: Episode) -> Episode:
         """One episode; what `reset` was asked for takes the place of what is drawn."""
@@ -104,7 +106,7 @@ class Episodes:
             centre, sd, least, most = self._numbers
             drawn = np.minimum(np.maximum(rng.normal(centre, sd), least), most)
             values = dict(zip(self._random, drawn.tolist(), strict=True))
-        low, high = self._settings.load_range
+        low, high = self._load_range
         load = float(rng.uniform(low, high)) if high > low else low
         return Episode(
             start_pressure=asked.start_pressure,
@@ -121,12 +123,11 @@ class Episodes:
             (rows, columns). Row k holds the references at the end of step k and the torques during
             it, in SI, and the noise of the readings before it, in standard deviations.
         """
-        joints = len(self._reaches)
-        table = np.empty((rows, self.columns))
+        joints, table = len(self._reaches), np.empty((rows, self.columns))
         time = self._period * np.arange(rows + 1, dtype=np.float64)
         *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
-            asked = TASKS[self._settings.task](tasks[joint], time, reach)
+            asked = self._task(tasks[joint], time, reach)
             moved = held(time, episode.target[name]) if name in episode.target else asked
             references = moved.position, moved.velocity, moved.acceleration, asked.stiffness
             # The references are those of the next sample, the torques those of the present one.
@@ -148,13 +149,10 @@ class Episodes:
             rig = self._loaded(load).with_parameters(values, data=self._data)
         else:
             rig = self._with_load(self._rig.with_parameters(values, data=self._data), load)
-        return self._at_rest(rig, episode.start_pressure, _STEPS)
+        return self._settled(rig, episode.start_pressure, _STEPS)
 
-    def _settled(self, load: float, pressure: tuple[float, ...]) -> tuple[Rig, FloatArray]:
-        return self._at_rest(self._loaded(load), pressure, 1)
-
-    def _at_rest(self, rig: Rig, pressure: tuple[float, ...], steps: int) -> tuple[Rig, FloatArray]:
-        start = self._begin(pressure)
+    def _settled(self, rig: Rig, pressure: tuple[float, ...], steps: int) -> tuple[Rig, FloatArray]:
+        start = self._start(pressure)
         check_timestep(rig.model, rig.muscles)
         with live(rig.model):
             settle_quickly(rig.model, self._data, start, rig.muscles, steps)

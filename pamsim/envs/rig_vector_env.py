@@ -23,8 +23,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     Actions, observations, rewards and arguments are those of `pamsim.envs.rig_env.RigEnv`. Rig i is
     seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
-    begins a new one and ignores the action. A copy or pickle continues the same episodes; `dt` is the
-    time between two actions [s].
+    begins a new one and ignores the action. A copy or pickle continues the same episodes. `dt` is
+    the time between two actions [s].
 
     With ``device`` the rigs are stepped by Warp, see `pamsim.gpu.worlds.Worlds`, and agree with
     single environments to the rounding of single precision; resets stay on the CPU.

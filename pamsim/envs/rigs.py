@@ -26,10 +26,10 @@ from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig, Plant, WarpRigs
 from pamsim.envs.sample import new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
-from pamsim.envs.settings import EnvSettings, Episode, reset_options
+from pamsim.envs.settings import EnvSettings, Episode, check_supply, reset_options
 from pamsim.physics.record import Parameters, view
 
-_STATE = ("_drawn", "_sampling", "_table", "_latest", "sample", "true", "observation")
+_STATE = ("_drawn", "_sampling", "_table", "_full", "sample", "true", "observation")
 """What changes from step to step besides the plant."""
 
 
@@ -72,12 +72,9 @@ class Rigs:
         self._made = settings, count, threads, rows, device, precision
         self.settings, self.kind = settings, KINDS[settings.action]
         self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
-        supply, top = rig.supply_pressure, settings.top_pressure
-        self.top_pressure = top = supply if top is None else top
-        if top > supply:
-            raise InputError(
-                f"top_pressure {top / 1e3:g} kPa is above the supply's {supply / 1e3:g} kPa"
-            )
+        top = settings.top_pressure
+        self.top_pressure = top = rig.supply_pressure if top is None else top
+        check_supply("top_pressure", top, rig)
         given = settings.start_pressure
         self._start_pressure = 0.5 * top if given is None else given
         usual = reset_options(None, rig, self._start_pressure)
@@ -87,7 +84,8 @@ class Rigs:
         self._arms = moment_arms(rig, rest)
         self.reaches = reaches_of(rig, top, rest, self._arms)
         self.signals = observed_signals(rig, self.reaches, top)
-        self.actions = self.kind.names(tuple(rig.muscles))
+        each = self.kind.quantities
+        self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
         self.observation = np.zeros((count, len(self.signals.names)))
         self.observation_space = gymnasium.spaces.Box(
             -LIMIT, LIMIT, self.observation.shape[1:], np.float64
@@ -98,15 +96,8 @@ class Rigs:
         late = [round(delay / timestep) for delay in delays]
         self._stretches = _stretches(late, settings.frame_skip)
         self._oldest = max(max(old) for _, old in self._stretches)
-        self._sampling = new_sampling(
-            settings,
-            rig,
-            self.signals,
-            self.reaches,
-            self.kind.span(top),
-            count,
-            max(1, self._oldest),
-        )
+        remembered = count, max(1, self._oldest)
+        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, top, remembered)
         self.period = self._sampling.period
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
         at_rest, state = self._episodes.rest(usual)
@@ -124,9 +115,9 @@ class Rigs:
         beside = range(places[0], places[0] + len(places))
         self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
         self._drawn: dict[int, Episode] = {}
+        self._full = False  # whether a table is at its last row but one
         self._table = np.zeros((count, rows, self._episodes.columns))
         self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
-        self._latest = 0  # no sample is beyond it
         self.true = np.zeros((count, self._joints + len(rig.muscles)))
 
     def reset(
@@ -181,7 +172,10 @@ class Rigs:
         command = self.kind.commands(action, self._shape, self.top_pressure)
         if self.closed:
             raise EngineError("this environment is closed; make a new one")
-        self._make_room()
+        rows = self._table.shape[1]
+        if self._full and self.sample.max() + 1 >= rows:
+            more = [self._episodes.table(self._drawn[at], 2 * rows) for at in range(len(self._all))]
+            self._table = np.array(more)
         if self.settings.task == "disturbance":
             self.plant.push(self._asked(TORQUE))
         before = self.plant.states()[:, 0].tolist() if checks.is_on() else []
@@ -203,7 +197,8 @@ class Rigs:
         self, rigs: NDArray[np.int64], first: bool, command: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
         now = self.true, command, self._table, self.sample, self.observation
-        return take_sample(self._sampling, rigs, first, *now)
+        reward, broken, self._full = take_sample(self._sampling, rigs, first, *now)
+        return reward, broken
 
     def _read(self) -> FloatArray:
         plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
@@ -216,18 +211,6 @@ class Rigs:
         columns = slice(block * self._joints, (block + 1) * self._joints)
         return self._table[self._all, self.sample, columns]
 
-    def _make_room(self) -> None:
-        """Continue the episodes' rows if one of them nears its end."""
-        self._latest += 1
-        count, rows, columns = self._table.shape
-        if self._latest < rows:
-            return
-        self._latest = int(self.sample.max()) + 1
-        if self._latest >= rows:
-            self._table = np.empty((count, 2 * rows, columns))
-            for at, episode in self._drawn.items():
-                self._table[at] = self._episodes.table(episode, 2 * rows)
-
     def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
         """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
         if not self._oldest:
@@ -238,9 +221,13 @@ class Rigs:
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        length, pressure = self.plant.length.tolist(), self.true[:, self._joints :].tolist()
-        each = zip(map(self.muscles, range(len(length))), length, pressure, strict=True)
-        return np.array([stiffness_of_joints(self._arms, *one) for one in each])
+        each = zip(self.plant.length, self.true[:, self._joints :], strict=True)
+        return np.array(
+            [
+                stiffness_of_joints(self._arms, self.muscles(at), length.tolist(), held.tolist())
+                for at, (length, held) in enumerate(each)
+            ]
+        )
 
     def muscles(self, number: int) -> list[Parameters]:
         """Parameters of the muscles of one rig in its running episode."""

@@ -68,11 +68,10 @@ def new_sampling(
     rig: Rig,
     signals: ObservedSignals,
     reaches: Sequence[Reach],
-    span: float,
-    count: int,
-    depth: int,
+    top: float,
+    shape: tuple[int, int],
 ) -> Sampling:
-    """Sampling of a number of rigs, which remember commands of ``depth`` steps."""
+    """Sampling of n rigs which remember the commands of k steps, for a shape (n, k)."""
     own, muscles = rig.sensor or MeasurementChain(), len(rig.muscles)
     turn, converter = 0.0, 0.0
     if settings.instruments:
@@ -82,17 +81,19 @@ def new_sampling(
     # An encoder counts parts of a turn, so it reads joints which slide without rounding.
     steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    return Sampling(
-        signals.centre,
-        signals.scale,
-        np.array([ERROR_SHARE * reach.travel for reach in reaches]),
-        span,
-        float(settings.effort),
-        settings.frame_skip * float(rig.model.opt.timestep),
-        np.array(noise, dtype=float),
-        np.array(steps),
-        *np.zeros((7, count, len(steps))),
-        np.zeros((count, depth, muscles)),
+    return Sampling._make(
+        (
+            signals.centre,
+            signals.scale,
+            np.array([ERROR_SHARE * reach.travel for reach in reaches]),
+            0.5 * top if settings.action == "pressure_set" else 1.0,
+            float(settings.effort),
+            settings.frame_skip * float(rig.model.opt.timestep),
+            np.array(noise, dtype=float),
+            np.array(steps),
+            *np.zeros((7, shape[0], len(steps))),
+            np.zeros((*shape, muscles)),
+        )
     )
 
 
@@ -111,7 +112,8 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
         observation: (n, o) written.
 
     Returns:
-        Rewards (n,), and whether the simulation of a rig has broken down (n,).
+        Rewards (n,), whether the simulation of a rig has broken down (n,), and whether a table is
+        at its last row but one.
     """
     joints, signals, muscles = s.unit.size, true.shape[1], command.shape[1]
     velocity = np.zeros(joints)
@@ -159,4 +161,4 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
         seen = np.concatenate((measured[:joints], velocity, measured[joints:], asked))
         seen = (seen - s.centre) / s.scale
         observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
-    return reward, broken
+    return reward, broken, at.max() + 1 >= table.shape[1]

@@ -142,29 +142,36 @@ def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> Ep
         InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
         ParameterError: for a number out of range.
     """
-    asked = dict(given or {})
-    options = ("start_pressure", "load", "target", "parameters")
-    _check_names("no option", asked, options, " of reset")
-    load, target = asked.get("load"), dict(asked.get("target") or {})
+    asked: dict[str, Any] = {"start_pressure": usual, "load": None, "target": {}, "parameters": {}}
+    _check_names("no option", given or {}, asked, " of reset")
+    asked |= given or {}
+    load, target, pressure = asked["load"], asked["target"] or {}, asked["start_pressure"]
     _check_names("target: no joint", target, rig.joints)
     for joint, value in target.items():
         check_value(f"target {joint}", value, _RANGES["target"])
-    pressure = asked.get("start_pressure", usual)
-    own = dict(pressure) if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
+    own: dict[str, Any] = dict.fromkeys(rig.muscles, usual)
+    own |= pressure if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
     _check_names("start_pressure: no muscle", own, rig.muscles)
     for value in own.values():
         check_value("start_pressure", value, _RANGES["start_pressure"])
-        if value > rig.supply_pressure:
-            raise InputError(
-                f"start_pressure {value / 1e3:g} kPa is above the supply's"
-                f" {rig.supply_pressure / 1e3:g} kPa"
-            )
+        check_supply("start_pressure", value, rig)
     return Episode(
-        start_pressure=tuple(float(own.get(name, usual)) for name in rig.muscles),
+        start_pressure=tuple(float(own[name]) for name in rig.muscles),
         load=None if load is None else check_value("load", load, _RANGES["load"]),
-        target=target,
-        parameters=dict(asked.get("parameters") or {}),
+        target=dict(target),
+        parameters=dict(asked["parameters"] or {}),
     )
+
+
+def check_supply(what: str, pressure: float, rig: Rig) -> None:
+    """Refuse a gauge pressure [Pa] above that of a rig's supply.
+
+    Raises:
+        InputError: naming both.
+    """
+    top = rig.supply_pressure
+    if pressure > top:
+        raise InputError(f"{what} {pressure / 1e3:g} kPa is above the supply's {top / 1e3:g} kPa")
 
 
 def _check_names(what: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:

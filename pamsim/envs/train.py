@@ -185,7 +185,7 @@ def _largest_difference(policy: PolicyFile, theirs: Any) -> float:
         EngineError: if they differ.
     """
     tried = np.random.default_rng(0).normal(size=(_TRIED, len(policy.centre))).astype(np.float32)
-    value = tried.astype(float)
+    value = linear = tried.astype(float)
     for weight, bias in zip(policy.weights, policy.biases, strict=True):
         linear = value @ weight.T + bias
         value = np.tanh(linear)
