@@ -69,14 +69,7 @@ def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
 
 
 class Episodes:
-    """Draws the episodes of an environment and brings its rig to rest for them.
-
-    Args:
-        settings: of it.
-        rig: as loaded.
-        reaches: of its joints.
-        period: between samples [s].
-    """
+    """Draws the episodes of an environment, and brings its rig to rest for them."""
 
     def __init__(
         self, settings: EnvSettings, rig: Rig, reaches: tuple[Reach, ...], period: float

@@ -28,6 +28,8 @@ Commands: TypeAlias = Sequence[tuple[int, FloatArray]]
 """Time steps and (n, m) commands of each stretch of a period."""
 
 _POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
+_LENGTHS = (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_tendon, mujoco.mj_transmission)
+"""What finds the lengths of tendons; the engine's own belong to the start of the last step."""
 
 
 class OneRig:
@@ -49,7 +51,7 @@ class OneRig:
         # New data would cost as much as three steps.
         mujoco.mj_resetData(self.model, self.data)
         restore_state(self.model, self.data, state)
-        mujoco.mj_fwdPosition(self.model, self.data)
+        self.step([])
 
     def push(self, torque: FloatArray) -> None:
         """Apply torques (1, j) to the recorded joints from now on [N m or N]."""
@@ -60,8 +62,8 @@ class OneRig:
         for count, command in commands:
             self._ctrl[:] = command[0]
             mujoco.mj_step(self.model, self.data, count)
-        # The engine's own lengths belong to the start of the last step.
-        mujoco.mj_fwdPosition(self.model, self.data)
+        for find in _LENGTHS:
+            find(self.model, self.data)
 
     def states(self) -> FloatArray:
         """(1, s) state for `put`; it begins with the time [s]."""

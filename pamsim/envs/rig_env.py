@@ -182,7 +182,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         return seen, float(reward[0]), bool(broken[0]), False, self._information()
 
     def _information(self) -> dict[str, Any]:
-        return {name: values[0] for name, values in self.rigs.information().items()}
+        seen = self.rigs.information()
+        return {"position": seen["position"][0], "pressure": seen["pressure"][0]}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig, quickly: without shadows and fine parts.

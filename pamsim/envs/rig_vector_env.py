@@ -88,7 +88,9 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             ParameterError: for a number out of range.
         """
         asked = dict(options or {})
-        mask = np.asarray(asked.pop("reset_mask", [True] * self.num_envs), dtype=np.bool_)
+        given = asked.pop("reset_mask", None)
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        mask = every if given is None else np.asarray(given, dtype=np.bool_)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:

@@ -50,7 +50,7 @@ class Rigs:
         reaches: of each joint: what tasks and observations are scaled by.
         signals: names and scales of observations.
         actions: names of actions.
-        gauges: of the muscles, with their parameters as they are in the running episodes.
+        gauges: of the muscles, with their parameters in the running episodes.
         sample: (n,) steps of the running episodes.
         observation: (n, o) readings and the references of the next sample; not changed afterwards.
         true: (n, j + m) positions [rad or m] and pressures [Pa] behind it.
@@ -79,6 +79,7 @@ class Rigs:
         self._start_pressure = 0.5 * top if given is None else given
         usual = reset_options(None, rig, self._start_pressure)
         self._shape, self._joints = (count, len(rig.muscles)), len(rig.joints)
+        self._each = np.arange(len(rig.muscles))
         half = np.full(len(rig.muscles), 0.5 * top)
         rest = rest_positions(rig, half, rig.model.qpos0.copy())
         self._arms = moment_arms(rig, rest)
@@ -96,7 +97,7 @@ class Rigs:
         late = [round(delay / timestep) for delay in delays]
         self._stretches = _stretches(late, settings.frame_skip)
         self._oldest = max(max(old) for _, old in self._stretches)
-        remembered = count, max(1, self._oldest)
+        remembered = count, max(2, 1 + self._oldest)
         self._sampling = new_sampling(settings, rig, self.signals, self.reaches, top, remembered)
         self.period = self._sampling.period
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
@@ -196,8 +197,9 @@ class Rigs:
     def _take(
         self, rigs: NDArray[np.int64], first: bool, command: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        now = self.true, command, self._table, self.sample, self.observation
-        reward, broken, self._full = take_sample(self._sampling, rigs, first, *now)
+        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
+        now = self.true, command, self._table, self.sample, self.observation, reward, broken
+        self._full = take_sample(self._sampling, rigs, first, *now)
         return reward, broken
 
     def _read(self) -> FloatArray:
@@ -215,9 +217,9 @@ class Rigs:
         """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
         if not self._oldest:
             return [(self.settings.frame_skip, command)]
-        recent = np.concatenate([command[:, np.newaxis], self._sampling.commands], axis=1)
-        muscles = np.arange(command.shape[1])
-        return [(count, recent[:, old, muscles]) for count, old in self._stretches]
+        recent = self._sampling.commands
+        recent[:, 0] = command
+        return [(count, recent[:, old, self._each]) for count, old in self._stretches]
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""

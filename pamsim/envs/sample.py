@@ -15,7 +15,7 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.envs.episode import NOISE, TORQUE
+from pamsim.envs.episode import NOISE
 from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.sensors import MeasurementChain
@@ -48,7 +48,7 @@ class Sampling(NamedTuple):
     held: FloatArray  # (n, s) memory: signals behind their lags
     before: FloatArray  # (n, s) memory: true signals of the last sample
     measured: FloatArray  # (n, s) memory: readings at the last sample
-    commands: FloatArray  # (n, k, m) memory: commands of the last k steps, the latest first
+    commands: FloatArray  # (n, k, m) memory: of the step if delayed, and of the last k - 1 steps
 
     def set_errors(self, number: int, rig: Rig) -> None:
         """Give one rig's instruments the scale, bias and lag that its measurement chain states."""
@@ -98,7 +98,7 @@ def new_sampling(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def take_sample(s, rigs, first, true, command, table, at, observation):
+def take_sample(s, rigs, first, true, command, table, at, observation, reward, broken):
     """Observations of some rigs, and their rewards for the period that has passed.
 
     Args:
@@ -110,20 +110,20 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
         table: (n, rows, columns) of the episodes.
         at: (n,) number of the last sample, one more afterwards unless it is the first.
         observation: (n, o) written.
+        reward: (n,) written.
+        broken: (n,) written: whether the simulation of a rig has broken down.
 
     Returns:
-        Rewards (n,), whether the simulation of a rig has broken down (n,), and whether a table is
-        at its last row but one.
+        Whether a table is at its last row.
     """
     joints, signals, muscles = s.unit.size, true.shape[1], command.shape[1]
     velocity = np.zeros(joints)
-    reward, broken = np.zeros(at.size), np.zeros(at.size, dtype=np.bool_)
     for rig in rigs:
         asked = table[rig, at[rig]]
         if not first:
             at[rig] += 1
         following = table[rig, at[rig]]
-        error, effort = 0.0, 0.0
+        error, effort, fine = 0.0, 0.0, True
         for column in range(signals):
             now = held = true[rig, column]
             if not first and s.done[rig, column] < 1.0:
@@ -140,25 +140,33 @@ def take_sample(s, rigs, first, true, command, table, at, observation):
                 steps = shown / step
                 shown = (np.floor(steps) if column < joints else np.rint(steps)) * step
             if column < joints:
-                broken[rig] |= not abs(now) < RUNAWAY  # true for NaN
+                fine &= abs(now) < RUNAWAY  # false for NaN
                 error += abs(now - asked[column]) / s.unit[column]
                 velocity[column] = (shown - s.measured[rig, column]) / s.period
             else:
-                broken[rig] |= not np.isfinite(now)
+                fine &= np.isfinite(now)
             s.measured[rig, column] = shown
         for muscle in range(muscles):
-            change = (command[rig, muscle] - s.commands[rig, 0, muscle]) / s.span
+            change = (command[rig, muscle] - s.commands[rig, 1, muscle]) / s.span
             effort += change * change
+            s.commands[rig, 0, muscle] = command[rig, muscle]
             for old in range(s.commands.shape[1] - 1, 0, -1):
                 s.commands[rig, old, muscle] = s.commands[rig, old - 1, muscle]
-            s.commands[rig, 0, muscle] = command[rig, muscle]
         reward[rig] = -error / joints - s.effort * effort / muscles
+        broken[rig] = not fine
         if first:
-            broken[rig], velocity[:] = False, 0.0
-        elif broken[rig]:
+            velocity[:] = 0.0
+        elif not fine:
             reward[rig], velocity[:], s.measured[rig, :] = BREAKDOWN, 0.0, 0.0
-        measured, asked = s.measured[rig], following[: TORQUE * joints]
-        seen = np.concatenate((measured[:joints], velocity, measured[joints:], asked))
-        seen = (seen - s.centre) / s.scale
-        observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
-    return reward, broken, at.max() + 1 >= table.shape[1]
+        for place in range(s.centre.size):
+            if place < joints:
+                seen = s.measured[rig, place]
+            elif place < 2 * joints:
+                seen = velocity[place - joints]
+            elif place < joints + signals:
+                seen = s.measured[rig, place - joints]
+            else:
+                seen = following[place - joints - signals]
+            seen = (seen - s.centre[place]) / s.scale[place]
+            observation[rig, place] = min(max(seen, -LIMIT), LIMIT)
+    return at.max() + 1 >= table.shape[1]

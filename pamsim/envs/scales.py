@@ -43,9 +43,8 @@ class Reach:
 
     Attributes:
         centre: midway between where the joint goes with the muscles that pull it one way at the
-            top pressure, and where it goes with those that pull it the other way [rad or m];
-            muscles that do not move it have half the top pressure, or none where the joint would
-            stay at its stop.
+            top pressure, and with those that pull it the other way [rad or m]; the others have half
+            the top pressure, or none where the joint would stay at its stop.
         travel: largest distance from the centre asked for, half of the possible one [rad or m].
         stiffness: least and largest stiffness of the joint asked for [N m/rad or N/m].
         torque: largest of a disturbance [N m or N].
@@ -160,13 +159,7 @@ class ObservedSignals:
 
 
 def observed_signals(rig: Rig, reaches: Sequence[Reach], top: float) -> ObservedSignals:
-    """Signals of a rig in the order of observations, by the reaches of its joints [SI].
-
-    Args:
-        rig: the rig.
-        reaches: of its joints.
-        top: pressure that is observed as 1 [Pa].
-    """
+    """Signals of a rig in the order of observations; a pressure ``top`` [Pa] is observed as 1."""
     joints = [
         (name, kind, "rad" if kind == "angle" else "m", reach)
         for (name, kind), reach in zip(rig.joints.items(), reaches, strict=True)
