@@ -23,10 +23,11 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
-from pamsim.envs.plant import ManyRigs, OneRig, Plant, WarpRigs
+from pamsim.envs.plant import ManyRigs, OneRig
 from pamsim.envs.sample import new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
 from pamsim.envs.settings import EnvSettings, Episode, check_supply, reset_options
+from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view
 
 _STATE = ("_drawn", "_sampling", "_table", "_full", "sample", "true", "observation")
@@ -102,17 +103,17 @@ class Rigs:
         self.period = self._sampling.period
         self._episodes = Episodes(settings, rig, self.reaches, self.period)
         at_rest, state = self._episodes.rest(usual)
-        self.plant: Plant
+        self.plant: OneRig | ManyRigs | Worlds
         if device is not None:
-            self.plant = WarpRigs(rig, at_rest.model, count, device, precision)
+            self.plant = Worlds(rig, at_rest.model, count, precision=precision, device=device)
         elif threads is None:
-            self.plant = OneRig(rig, at_rest.model, state)
+            self.plant = OneRig(at_rest.model, state)
         else:
-            self.plant = ManyRigs(rig, at_rest.model, count, threads)
+            self.plant = ManyRigs(at_rest.model, count, threads)
         self.gauges, self.closed = Gauges(at_rest.model, count), False
         self._views: dict[int, list[Parameters]] = {}
         # A slice of columns that lie side by side is several times as quick as their numbers.
-        places = rig.position_addresses
+        places, self._dofs = rig.position_addresses, rig.velocity_addresses
         beside = range(places[0], places[0] + len(places))
         self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
         self._drawn: dict[int, Episode] = {}
@@ -178,12 +179,13 @@ class Rigs:
             more = [self._episodes.table(self._drawn[at], 2 * rows) for at in range(len(self._all))]
             self._table = np.array(more)
         if self.settings.task == "disturbance":
-            self.plant.push(self._asked(TORQUE))
-        before = self.plant.states()[:, 0].tolist() if checks.is_on() else []
-        self.plant.step(self._late(command))
+            self.plant.push(self._asked(TORQUE), self._dofs)
+        before = self.plant.time.tolist() if checks.is_on() else []
+        for count, arriving in self._late(command):
+            self.plant.step(arriving, count)
         if before:
             checks.raise_found()
-            for begin, end in zip(before, self.plant.states()[:, 0].tolist(), strict=True):
+            for begin, end in zip(before, self.plant.time.tolist(), strict=True):
                 checks.check_clock(begin, end, self.period)
         wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
         # New arrays: the caller may still hold those of the last step.
@@ -204,8 +206,9 @@ class Rigs:
 
     def _read(self) -> FloatArray:
         plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
+        self._length = plant.length
         readings[:, :joints] = plant.position[:, self._positions]
-        readings[:, joints:] = self.gauges.pressures(plant.act, plant.length)
+        readings[:, joints:] = self.gauges.pressures(plant.act, self._length)
         return readings
 
     def _asked(self, block: int) -> FloatArray:
@@ -223,7 +226,7 @@ class Rigs:
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        each = zip(self.plant.length, self.true[:, self._joints :], strict=True)
+        each = zip(self._length, self.true[:, self._joints :], strict=True)
         return np.array(
             [
                 stiffness_of_joints(self._arms, self.muscles(at), length.tolist(), held.tolist())
@@ -245,13 +248,15 @@ class Rigs:
     def __getstate__(self) -> dict[str, Any]:
         """How they were made, and all that the next steps depend on."""
         kept = {name: getattr(self, name) for name in _STATE}
-        return {"made": self._made, "plant": self.plant.states(), **kept}
+        states = {at: self.plant.state(at) for at in self._drawn}
+        return {"made": self._made, "states": states, **kept}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the rigs again and continue their episodes."""
         Rigs.__init__(self, *state["made"])
         if state["_drawn"]:
-            self._put(state["_drawn"], dict(enumerate(state["plant"])))
+            self._put(state["_drawn"], state["states"])
+            self._read()
         vars(self).update({name: state[name] for name in _STATE})
 
 
