@@ -99,6 +99,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             if own is not None and mask[number]:
                 self._generators[number], _ = seeding.np_random(own)
         self._begin(mask, asked)
+        self._over = self._over & ~mask
         return self.rigs.observation, self._information(mask)
 
     def step(
@@ -122,7 +123,6 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     def _begin(self, mask: NDArray[np.bool_], options: dict[str, Any]) -> None:
         self.rigs.reset({int(at): self._generators[at] for at in np.flatnonzero(mask)}, options)
-        self._over = self._over & ~mask
 
     def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """The same as for a single environment, a row per rig; a mask marks the new rows."""

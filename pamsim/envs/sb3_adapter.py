@@ -45,8 +45,8 @@ class Sb3Rigs(VecEnv):
         done = broken | over
         infos: list[dict[str, Any]] = [{} for _ in done]
         for rig in np.flatnonzero(done):
-            infos[rig]["terminal_observation"] = seen[rig].astype(np.float32)
-            infos[rig]["TimeLimit.truncated"] = bool(over[rig])
+            last, truncated = seen[rig].astype(np.float32), bool(over[rig])
+            infos[rig] = {"terminal_observation": last, "TimeLimit.truncated": truncated}
         if done.any():
             self.steps.append(self._taken)
             self.rewards.append(round(float(self._sum[done].mean()), 3))
@@ -63,13 +63,11 @@ class Sb3Rigs(VecEnv):
         """An attribute of the environment, once per rig."""
         return [getattr(self.env, attr_name, None)] * self.num_envs
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refused: the rigs share their settings."""
-        raise NotImplementedError("give settings to gymnasium.make_vec")
+    def env_method(self, *args: Any, **kw: Any) -> Any:
+        """Refused: the rigs are stepped together and share their settings."""
+        raise NotImplementedError("the rigs are stepped together: give settings to make_vec")
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kw: Any) -> Any:
-        """Refused: the rigs are stepped together."""
-        raise NotImplementedError(f"the rigs are stepped together, none has a {method_name} alone")
+    set_attr = env_method
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
         """No wrappers."""
