@@ -58,7 +58,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
             broken += int(terminated.sum())
             lowest = min(lowest, float(info["pressure"].min()))
             highest = max(highest, float(info["pressure"].max()))
-        warnings += env.rigs.warnings()
+        warnings += env.rigs.plant.warnings()
         env.close()
     return {
         "environment": name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -13,47 +13,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 ON = 0.33
 """Commanded opening from which an on/off valve is opened."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class ActionKind:
-    """How actions become commands.
+    """How actions become commands: set points [Pa], or openings in [-1, 1].
 
     Attributes:
         command: what the muscles' control means then, see `pamsim.recordings.experiment`.
-        quantities: of each muscle that its actions set.
-        fill: actions (n, ...), supply pressure [Pa], commands (n, m) to write: set points [Pa] or
-            openings in [-1, 1] -> place of the first action that is none, -1 if all are.
-        valid: what an action is.
+        quantities: of each muscle that its actions set; two of them are on/off valves.
     """
 
     command: str
     quantities: tuple[str, ...]
-    fill: Callable[[NDArray[Any], float, FloatArray], int]
-    valid: str
-
-    def names(self, muscles: Sequence[str]) -> tuple[str, ...]:
-        """Name of each action, such as ``biceps.pressure_set``."""
-        return tuple(f"{muscle}.{quantity}" for muscle in muscles for quantity in self.quantities)
 
     def space(self, muscles: int) -> gymnasium.Space[Any]:
         """Space of the actions of a rig with a number of muscles."""
-        if self.fill is _switches:
+        if len(self.quantities) == 2:
             return gymnasium.spaces.MultiBinary(2 * muscles)
         return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
 
     def commands(self, action: Any, shape: tuple[int, int], supply: float) -> FloatArray:
-        """Commands (n, m) of actions.
-
-        Args:
-            action: (n, ...).
-            shape: number of rigs, and of muscles.
-            supply: pressure [Pa].
+        """Commands (n, m) of actions (n, ...), for a shape (n, m) and a supply pressure [Pa].
 
         Raises:
             InputError: if an action has another shape, is not a finite number or, for on/off
@@ -67,18 +52,22 @@ class ActionKind:
                 f" {wanted[1]} numbers" + (f" for each of {wanted[0]} rigs" * (wanted[0] > 1))
             )
         command = np.empty(shape)
-        wrong = self.fill(given, supply, command)
+        wrong = _fill(given, self.command == "pressure_set", 0.5 * supply, command)
         if wrong >= 0:
+            valid = (
+                "give finite numbers; beyond -1 and 1 they count as -1 and 1"
+                if len(self.quantities) == 1
+                else "an on/off valve takes 0 or 1"
+            )
             raise InputError(
-                f"action {given.ravel()[wrong]} at place {wrong % wanted[1]} is no action:"
-                f" {self.valid}"
+                f"action {given.ravel()[wrong]} at place {wrong % wanted[1]} is no action: {valid}"
             )
         return command
 
     def action(self, command: Sequence[float], supply: float) -> NDArray[np.generic]:
         """The action of one rig that gives its muscles a command; on/off valves open from `ON`."""
         wanted = np.array(command)
-        if self.fill is _switches:
+        if len(self.quantities) == 2:
             return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
         if self.command == "pressure_set":
             wanted = wanted / (0.5 * supply) - 1.0
@@ -88,15 +77,9 @@ class ActionKind:
         """The commands that leave muscles at rest at gauge pressures [Pa]."""
         return pressure if self.command == "pressure_set" else np.zeros_like(pressure)
 
-    def span(self, supply: float) -> float:
-        """Change of command that counts as 1 in the reward's effort."""
-        return 0.5 * supply if self.command == "pressure_set" else 1.0
-
 
 def as_array(action: Any) -> NDArray[Any]:
     """An action as an array, of objects if it is none."""
-    if isinstance(action, np.ndarray):
-        return action
     try:
         return np.asarray(action)
     except ValueError:
@@ -104,52 +87,33 @@ def as_array(action: Any) -> NDArray[Any]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _openings(action, supply, command):
+def _fill(action, pressures, half, command):
+    """Write the commands of actions -> place of the first that is none, -1 if all are."""
+    columns = action.shape[1]
+    on_off = columns > command.shape[1]
     for rig in range(command.shape[0]):
         for muscle in range(command.shape[1]):
+            if on_off:
+                for place in range(2 * muscle, 2 * muscle + 2):
+                    if action[rig, place] != 0 and action[rig, place] != 1:
+                        return rig * columns + place
+                # An interlock, not a short circuit from supply to exhaust: both on is both shut.
+                fill, vent = action[rig, 2 * muscle], action[rig, 2 * muscle + 1]
+                command[rig, muscle] = np.float64(fill) - np.float64(vent)
+                continue
             opening = np.float64(action[rig, muscle])
             if not np.isfinite(opening):
-                return rig * command.shape[1] + muscle
-            command[rig, muscle] = min(max(opening, -1.0), 1.0)
+                return rig * columns + muscle
+            opening = min(max(opening, -1.0), 1.0)
+            command[rig, muscle] = half * (opening + 1.0) if pressures else opening
     return -1
 
-
-@numba.njit(cache=True, nogil=True)
-def _set_points(action, supply, command):
-    wrong = _openings(action, supply, command)
-    for rig in range(command.shape[0]):
-        for muscle in range(command.shape[1]):
-            command[rig, muscle] = (0.5 * supply) * (command[rig, muscle] + 1.0)
-    return wrong
-
-
-@numba.njit(cache=True, nogil=True)
-def _switches(action, supply, command):
-    for rig in range(command.shape[0]):
-        for place in range(action.shape[1]):
-            if action[rig, place] != 0 and action[rig, place] != 1:
-                return rig * action.shape[1] + place
-        for muscle in range(command.shape[1]):
-            # An interlock, not a short circuit from supply to exhaust: both on is both shut.
-            fill, vent = action[rig, 2 * muscle], action[rig, 2 * muscle + 1]
-            command[rig, muscle] = np.float64(fill) - np.float64(vent)
-    return -1
-
-
-_FINITE = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
 
 KINDS: Mapping[str, ActionKind] = MappingProxyType(
     {
-        "pressure_set": ActionKind(
-            command="pressure_set", quantities=("pressure_set",), fill=_set_points, valid=_FINITE
-        ),
-        "valve": ActionKind(command="valve", quantities=("valve",), fill=_openings, valid=_FINITE),
-        "on_off": ActionKind(
-            command="valve",
-            quantities=("fill", "vent"),
-            fill=_switches,
-            valid="an on/off valve takes 0 or 1",
-        ),
+        "pressure_set": ActionKind("pressure_set", ("pressure_set",)),
+        "valve": ActionKind("valve", ("valve",)),
+        "on_off": ActionKind("valve", ("fill", "vent")),
     }
 )
 """Pressure set points, continuous valves, an on/off valve to fill and one to vent per muscle."""

@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import gymnasium
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.controllers.controller import Command, Controller, JointObservation, Observation
+from pamsim.controllers.controller import Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.envs.rigs import Rigs
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.muscle_valves import valve_opening
-from pamsim.physics.record import slot, view
-
-FloatArray = NDArray[np.float64]
 
 OPEN = 0.02
 """Opening from which a valve counts as open."""
 
 SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
 """A step has settled within this share of its height, or this angle [rad], the larger of both."""
-
-_INDEX = slot("chamber.polytropic_index")
-_TEMPERATURE = slot("chamber.temperature")
-_ATMOSPHERE = slot("chamber.atmosphere")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -66,24 +59,15 @@ class EpisodeRun:
 def controller_observation(rigs: Rigs, observation: FloatArray, time: float) -> Observation:
     """Observation of an environment as controllers take it."""
     signals, joints = rigs.signals.si(observation), len(rigs.rig.joints)
-    pressures = signals[2 * joints : -4 * joints]
-    moved = np.concatenate([signals[: 2 * joints], signals[-4 * joints :]])
+    pressure = slice(2 * joints, -4 * joints)
+    motions: list[list[Any]] = np.delete(signals, pressure).reshape(6, joints).T.tolist()
+    names = JointObservation.__dataclass_fields__
+    for motion in motions:
+        motion[-1] = motion[-1] or None  # a stiffness of 0 is a free one
     return Observation(
         time=time,
-        joints=tuple(
-            JointObservation(
-                position=position,
-                velocity=velocity,
-                reference=reference,
-                reference_rate=rate,
-                reference_acceleration=acceleration,
-                stiffness=stiffness or None,
-            )
-            for position, velocity, reference, rate, acceleration, stiffness in moved.reshape(
-                6, joints
-            ).T.tolist()
-        ),
-        pressure=tuple(pressures.tolist()),
+        joints=tuple(JointObservation(**dict(zip(names, one, strict=True))) for one in motions),
+        pressure=tuple(signals[pressure].tolist()),
     )
 
 
@@ -113,55 +97,50 @@ def run_episode(
             f"the controller commands {controller.command}, this environment takes"
             f" {rigs.kind.command}: put it under a Cascade, or use another action"
         )
+    rig, air = rigs.rig, rigs.gauges.air
     observation, _ = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
+    muscles = rigs.muscles(0)
+    atmosphere, index, temperature = (
+        np.array([getattr(muscle.chamber, name) for muscle in muscles])
+        for name in ("atmosphere", "polytropic_index", "temperature")
+    )
     rows: list[dict[str, Any]] = []
-    total, over, before = 0.0, False, rigs.air()[0]
+    total, over, before = 0.0, False, rigs.plant.act[0, air]
     while not over:
         observed = controller_observation(rigs, observation, len(rows) * rigs.period)
         command, memory = controller.step(observed, memory)
-        if len(command) != len(rigs.rig.muscles):
+        if len(command) != len(rig.muscles):
             raise InputError(
-                f"the controller commands {len(command)} muscles, rig {rigs.rig.name!r} has"
-                f" {len(rigs.rig.muscles)}"
+                f"the controller commands {len(command)} muscles, rig {rig.name!r} has"
+                f" {len(rig.muscles)}"
             )
         action = rigs.kind.action(command, rigs.top_pressure)
         observation, reward, broken, ended, info = env.step(action)
         over, total = broken or ended, total + float(reward)
-        after, pressure = rigs.air()[0], info["pressure"]
+        after, pressure = rigs.plant.act[0, air], info["pressure"]
+        openings = zip(muscles, command, pressure.tolist(), strict=True)
+        # The chamber's own equation: dm = P^(1 - 1/n) dy / (R T).
+        mass = np.maximum(pressure + atmosphere, 0.0) ** (1.0 - 1.0 / index)
+        mass /= GAS_CONSTANT * temperature
         row = {
             "position": info["position"],
             "reference": [joint.reference for joint in observed.joints],
             "pressure": pressure,
             "command": command,
-            "opening": _openings(rigs, command, pressure),
-            "air": _let_in(rigs, before, after, pressure),
+            "opening": [valve_opening(m, opening, at, 0.0) for m, opening, at in openings],
+            "air": np.maximum(after - before, 0.0) * mass,
             "stiffness": rigs.stiffness()[0],
             "wanted_stiffness": [joint.stiffness or 0.0 for joint in observed.joints],
         }
         rows.append(row)
         before = after
     return EpisodeRun(
-        joints=tuple(rigs.rig.joints),
+        joints=tuple(rig.joints),
         period=rigs.period,
         reward=total,
         **{field: np.array([row[field] for row in rows]) for field in rows[0]},
     )
-
-
-def _openings(rigs: Rigs, command: Command, pressure: FloatArray) -> list[float]:
-    return [
-        valve_opening(view(row), opening, at, 0.0)
-        for row, opening, at in zip(rigs.rows[0], command, pressure.tolist(), strict=True)
-    ]
-
-
-def _let_in(rigs: Rigs, before: FloatArray, after: FloatArray, pressure: FloatArray) -> FloatArray:
-    """Air that came in [kg]: dm = P^(1 - 1/n) dy / (R T), the chamber's own equation."""
-    rows = rigs.rows[0]
-    absolute = np.maximum(pressure + rows[:, _ATMOSPHERE], 0.0)
-    mass = absolute ** (1.0 - 1.0 / rows[:, _INDEX]) / (GAS_CONSTANT * rows[:, _TEMPERATURE])
-    return np.maximum(after - before, 0.0) * mass
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -204,18 +183,17 @@ def score(run: EpisodeRun, joint: str | None = None) -> Score:
         raise InputError(f"score: name one joint of the rig; known: {', '.join(run.joints)}")
     column = run.joints.index(joint) if joint else 0
     position, reference = run.position[:, column], run.reference[:, column]
-    error = position - reference
-    seconds = len(error) * run.period
+    error, seconds = position - reference, len(position) * run.period
     state = np.sign(run.opening) * (np.abs(run.opening) > OPEN)
-    steps = _steps(position, reference, run.period)
+    steps = np.array(_steps(position, reference, run.period) or [(math.nan, math.nan)])
     asked = run.wanted_stiffness[:, column]
     wanted = asked > 0.0
     relative = run.stiffness[wanted, column] / asked[wanted] - 1.0
     return Score(
         rmse=float(np.sqrt(np.mean(error**2))),
         worst=float(np.abs(error).max()),
-        overshoot=max((s[0] for s in steps), default=math.nan),
-        settling=float(np.median([s[1] for s in steps])) if steps else math.nan,
+        overshoot=float(steps[:, 0].max()),
+        settling=float(np.median(steps[:, 1])),
         stiffness_error=float(np.sqrt(np.mean(relative**2))) if wanted.any() else math.nan,
         switching=float((np.diff(state, axis=0) != 0.0).sum() / seconds),
         air=float(run.air.sum() / seconds),
@@ -225,9 +203,7 @@ def score(run: EpisodeRun, joint: str | None = None) -> Score:
 
 def mean_score(scores: Sequence[Score]) -> Score:
     """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
-    columns = {
-        f.name: [getattr(each, f.name) for each in scores] for f in dataclasses.fields(Score)
-    }
+    columns = {name: [getattr(one, name) for one in scores] for name in vars(scores[0])}
     means = {name: float(np.mean(values)) for name, values in columns.items()}
     means["rmse"] = math.sqrt(float(np.mean([value**2 for value in columns["rmse"]])))
     return Score(**{**means, "worst": max(columns["worst"])})
@@ -235,13 +211,12 @@ def mean_score(scores: Sequence[Score]) -> Score:
 
 def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[tuple[float, float]]:
     """Overshoot [-] and settling time [s] of every jump of a reference that is held after it."""
-    jumps = np.flatnonzero(np.diff(reference) != 0.0) + 1
+    jumps = (np.flatnonzero(np.diff(reference) != 0.0) + 1).tolist()
     # A reference that moves all the time has no steps.
     if len(jumps) > 0.1 * len(reference):
         return []
-    starts = [0, *jumps.tolist()]
     steps: list[tuple[float, float]] = []
-    for begin, end in zip(starts, [*jumps.tolist(), len(reference)], strict=True):
+    for begin, end in pairwise([0, *jumps, len(reference)]):
         wanted = float(reference[begin])
         height = wanted - float(position[begin - 1] if begin else 0.0)
         if abs(height) < SETTLED_ANGLE:

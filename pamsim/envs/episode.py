@@ -8,12 +8,12 @@ samples: more of them continue the fewer.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+import functools
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
@@ -21,11 +21,9 @@ from pamsim.engine.state import save_state, settle_quickly
 from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach
-from pamsim.envs.settings import EnvSettings, ResetOptions
+from pamsim.envs.settings import EnvSettings, Episode
 from pamsim.envs.tasks import TASKS, held
 from pamsim.recordings.experiment import Experiment
-
-FloatArray = NDArray[np.float64]
 
 POSITION, VELOCITY, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
 """Blocks of an episode's columns, each of the first five one column per joint; the noise is of all
@@ -41,110 +39,72 @@ _STEPS = 16
 0.02 deg of that in single steps, far below what the draw changes."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RandomParameter:
-    """A parameter drawn for every episode.
-
-    Attributes:
-        name: as `Rig.with_parameters` takes it.
-        value: centre [SI].
-        sd: standard deviation [SI].
-        low: smallest allowed value.
-        high: largest.
-    """
-
-    name: str
-    value: float
-    sd: float
-    low: float
-    high: float
-
-
-def random_parameters(rig: Rig) -> list[RandomParameter]:
+def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
     """The parameters that a rig's file states with a 95 % interval.
 
     The dead time of the valves is left out: commands are delayed by whole time steps.
+
+    Returns:
+        Name -> centre, standard deviation, smallest and largest allowed value [SI].
     """
     file = rig.file
-    names = [f"{group}.{field}" for group, section in file.muscle.items() for field in section]
-    names += [
-        f"{muscle}:{group}.{field}"
-        for muscle, groups in file.overrides.items()
+    sections = {"": file.muscle, **{f"{name}:": own for name, own in file.overrides.items()}}
+    names = [
+        f"{muscle}{group}.{field}"
+        for muscle, groups in sections.items()
         for group, section in groups.items()
         for field in section
+        if field != "law" and (group, field) != ("valve", "delay")
     ]
     names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
-    drawn: list[RandomParameter] = []
+    drawn = {}
     for name in names:
-        if name.endswith((".law", "valve.delay")):
-            continue
         known = rig_parameter(rig, name)
         if known.interval95 is not None:
             low, high = known.interval95
             sd = abs(high - low) / (2.0 * _NORMAL95)
-            limits = {"low": known.spec.low, "high": known.spec.high}
-            drawn.append(RandomParameter(name=name, value=known.value, sd=sd, **limits))
+            drawn[name] = known.value, sd, known.spec.low, known.spec.high
     return drawn
 
 
-@dataclass(frozen=True, kw_only=True)
-class Episode:
-    """One episode.
-
-    Attributes:
-        values: parameters of the rig that differ from its own [SI].
-        load: [kg].
-        start_pressure: (m,) of the muscles, at rest [Pa].
-        target: joint -> position that is asked for all the time, in place of the task's.
-        seeds: of each joint's task, and of the noise.
-    """
-
-    values: dict[str, float]
-    load: float
-    start_pressure: tuple[float, ...]
-    target: dict[str, float]
-    seeds: tuple[int, ...]
-
-
 class Episodes:
-    """Draws the episodes of an environment and brings its rig to rest for them.
-
-    Args:
-        settings: of it.
-        rig: as loaded.
-        reaches: of its joints.
-        period: between samples [s].
-    """
+    """Draws the episodes of an environment, and brings its rig to rest for them."""
 
     def __init__(
         self, settings: EnvSettings, rig: Rig, reaches: tuple[Reach, ...], period: float
     ) -> None:
-        self._settings, self._rig, self._period = settings, rig, period
-        self._kind = KINDS[settings.action]
+        self._rig, self._period, self._kind = rig, period, KINDS[settings.action]
+        self._load_range, self._task = settings.load_range, TASKS[settings.task]
         self._reaches = dict(zip(rig.joints, reaches, strict=True))
         self._noises = len(rig.joints) + len(rig.muscles)
-        self._random = random_parameters(rig) if settings.randomize else []
+        self.columns = NOISE * len(rig.joints) + self._noises
+        self._random = random_parameters(rig) if settings.randomize else {}
+        self._numbers = np.array(list(self._random.values())).reshape(-1, 4).T
         # The load sets the mass of its body after all other parameters.
         own = f"body.{rig.file.load_body}."
-        self._apart = {p.name for p in self._random if not p.name.startswith(own)}
-        self.columns = NOISE * len(rig.joints) + self._noises
+        self._apart = {name for name in self._random if not name.startswith(own)}
         self._data = mujoco.MjData(rig.model)
-        self._loaded: dict[float, Rig] = {}
-        self._starts: dict[tuple[float, ...], Experiment] = {}
-        self._known: dict[object, tuple[Rig, FloatArray]] = {}
+        # What one episode after the other needs again.
+        self._loaded = functools.lru_cache(1)(lambda load: self._with_load(rig, load))
+        self._start = functools.lru_cache(1)(self._experiment)
+        self._usual = functools.lru_cache(1)(
+            lambda load, pressure: self._settled(self._loaded(load), pressure, 1)
+        )
 
-    def draw(self, rng: np.random.Generator, asked: ResetOptions) -> Episode:
+    def draw(self, rng: np.random.Generator, asked: Episode) -> Episode:
         """One episode; what `reset` was asked for takes the place of what is drawn."""
-        values = {
-            p.name: float(np.clip(rng.normal(p.value, p.sd), p.low, p.high)) for p in self._random
-        }
-        low, high = self._settings.load_range
+        values = {}
+        if self._random:
+            centre, sd, least, most = self._numbers
+            drawn = np.minimum(np.maximum(rng.normal(centre, sd), least), most)
+            values = dict(zip(self._random, drawn.tolist(), strict=True))
+        low, high = self._load_range
         load = float(rng.uniform(low, high)) if high > low else low
         return Episode(
-            values={**values, **asked.parameters},
-            load=load if asked.load is None else asked.load,
             start_pressure=asked.start_pressure,
+            load=load if asked.load is None else asked.load,
             target=asked.target,
+            parameters={**values, **asked.parameters},
             seeds=tuple(rng.integers(_SEEDS, size=len(self._reaches) + 1).tolist()),
         )
 
@@ -155,67 +115,53 @@ class Episodes:
             (rows, columns). Row k holds the references at the end of step k and the torques during
             it, in SI, and the noise of the readings before it, in standard deviations.
         """
-        joints = len(self._reaches)
-        table = np.empty((rows, self.columns))
-        # The references are those of the next sample, the torques those of the present one.
+        joints, table = len(self._reaches), np.empty((rows, self.columns))
         time = self._period * np.arange(rows + 1, dtype=np.float64)
-        generators = [np.random.default_rng(seed) for seed in episode.seeds]
+        *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
-            asked = TASKS[self._settings.task](generators[joint], time, reach)
+            asked = self._task(tasks[joint], time, reach)
             moved = held(time, episode.target[name]) if name in episode.target else asked
             references = moved.position, moved.velocity, moved.acceleration, asked.stiffness
-            for block, signal in enumerate(references):
-                table[:, block * joints + joint] = signal[1:]
-            table[:, TORQUE * joints + joint] = asked.torque[:-1]
-        table[:, NOISE * joints :] = generators[-1].standard_normal((rows, self._noises))
+            # The references are those of the next sample, the torques those of the present one.
+            for block, signal in enumerate((*(one[1:] for one in references), asked.torque[:-1])):
+                table[:, block * joints + joint] = signal
+        table[:, NOISE * joints :] = noise.standard_normal((rows, self._noises))
         return table
 
     def rest(self, episode: Episode) -> tuple[Rig, FloatArray]:
         """The rig of an episode, with its load and parameters, and the state in which it begins.
 
-        That of the rig's own numbers is kept for the next episode.
-
         Raises:
             InputError: if the rig cannot be stepped at its time step.
         """
-        key = episode.load, episode.start_pressure
-        if not episode.values and key in self._known:
-            return self._known[key]
-        rig, data = self._with_parameters(episode), self._data
-        start = self._start(episode.start_pressure)
+        load, values = float(episode.load or 0.0), episode.parameters
+        if not values:
+            return self._usual(load, episode.start_pressure)
+        if values.keys() <= self._apart:
+            rig = self._loaded(load).with_parameters(values, data=self._data)
+        else:
+            rig = self._with_load(self._rig.with_parameters(values, data=self._data), load)
+        return self._settled(rig, episode.start_pressure, _STEPS)
+
+    def _settled(self, rig: Rig, pressure: tuple[float, ...], steps: int) -> tuple[Rig, FloatArray]:
+        start = self._start(pressure)
         check_timestep(rig.model, rig.muscles)
         with live(rig.model):
-            steps = _STEPS if episode.values else 1
-            settle_quickly(rig.model, data, start, rig.muscles, steps)
-        data.ctrl[:] = start.command_value[0]
-        found = rig, save_state(rig.model, data)
-        if not episode.values:
-            self._known = {key: found}
-        return found
-
-    def _with_parameters(self, episode: Episode) -> Rig:
-        data, load, values = self._data, episode.load, episode.values
-        if not values.keys() <= self._apart:
-            return self._with_load(self._rig.with_parameters(values, data=data), load)
-        if load not in self._loaded:
-            self._loaded = {load: self._with_load(self._rig, load)}
-        return self._loaded[load].with_parameters(values, data=data)
+            settle_quickly(rig.model, self._data, start, rig.muscles, steps)
+        self._data.ctrl[:] = start.command_value[0]
+        return rig, save_state(rig.model, self._data)
 
     def _with_load(self, rig: Rig, load: float) -> Rig:
         model = rig.model_for(load=load, command=self._kind.command, data=self._data)
         return dataclasses.replace(rig, model=model)
 
-    def _start(self, pressure: tuple[float, ...]) -> Experiment:
-        if pressure not in self._starts:
-            start_pressure = np.array(pressure)
-            self._starts = {
-                pressure: Experiment(
-                    drive=self._kind.command,
-                    command_time=np.zeros(1),
-                    command_value=self._kind.rest(start_pressure)[np.newaxis],
-                    start_pressure=start_pressure,
-                    duration=self._period,
-                    sample_rate=1.0 / self._period,
-                )
-            }
-        return self._starts[pressure]
+    def _experiment(self, pressure: tuple[float, ...]) -> Experiment:
+        start_pressure = np.array(pressure)
+        return Experiment(
+            drive=self._kind.command,
+            command_time=np.zeros(1),
+            command_value=self._kind.rest(start_pressure)[np.newaxis],
+            start_pressure=start_pressure,
+            duration=self._period,
+            sample_rate=1.0 / self._period,
+        )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import gymnasium
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import load_rig
 from pamsim.envs.actions import as_array
 from pamsim.envs.plant import OneRig
@@ -17,8 +19,6 @@ from pamsim.envs.rigs import Rigs
 from pamsim.envs.settings import env_settings
 from pamsim.scene.picture import has_screen, open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
-
-FloatArray = NDArray[np.float64]
 
 
 class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
@@ -32,21 +32,16 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Action Space
 
-    Muscles are counted from i = 0.
-    Set points that a regulator per muscle keeps (``action="pressure_set"``, the default) or
-    openings of continuous valves (``action="valve"``): `Box(-1, 1, (m,))`.
+    By the argument ``action``: `Box(-1, 1, (m,))` of set points, kept by a regulator per muscle, or
+    of openings of continuous valves; `MultiBinary(2 m)` of on/off valves, open or shut for a whole
+    period. Muscles are counted from i = 0.
 
-    | index | action | -1 | 1 | name |
-    |---|---|---|---|---|
-    | i | set point of muscle i | 0 kPa | ``top_pressure`` | ``<muscle>.pressure_set`` |
-    | i | opening of muscle i's valves | to exhaust | to supply | ``<muscle>.valve`` |
-
-    On/off valves (``action="on_off"``), open or shut for a whole period: `MultiBinary(2 m)`.
-
-    | index | action | 0 | 1 | name |
-    |---|---|---|---|---|
-    | 2 i | supply valve of muscle i | shut | open | ``<muscle>.fill`` |
-    | 2 i + 1 | exhaust valve of muscle i | shut | open | ``<muscle>.vent`` |
+    | ``action`` | index | meaning | lowest | highest | name |
+    |---|---|---|---|---|---|
+    | ``pressure_set`` | i | set point | 0 kPa | ``top_pressure`` | ``<muscle>.pressure_set`` |
+    | ``valve`` | i | opening of the valves | to exhaust | to supply | ``<muscle>.valve`` |
+    | ``on_off`` | 2 i | supply valve | shut | open | ``<muscle>.fill`` |
+    | ``on_off`` | 2 i + 1 | exhaust valve | shut | open | ``<muscle>.vent`` |
 
     Numbers beyond -1 and 1 count as -1 and 1. NaN, infinity, another shape, and anything but 0 and
     1 for an on/off valve are errors. If both valves of a muscle are to open, both stay shut.
@@ -69,7 +64,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     Without load a joint goes from c - 2 r to c + 2 r, when the muscles that move it one way have
     the pressure P, those that move it the other way none, and all others P/2. Tasks ask for
-    positions from c - r to c + r (`pamsim.envs.reach`).
+    positions from c - r to c + r (`pamsim.envs.scales`).
 
     ## Rewards
 
@@ -96,10 +91,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     ## Arguments
 
-    ``rig`` (name, folder or loaded rig), ``action``, ``task``, ``frame_skip``, ``load``,
-    ``top_pressure``, ``start_pressure``, ``angle_noise``, ``pressure_noise``, ``instruments``,
-    ``delay``, ``randomize``, ``effort``: see `pamsim.envs.settings.EnvSettings`. ``render_mode`` is
-    ``rgb_array``, ``human`` or None, ``width`` and ``height`` are those of pictures [px].
+    Those of `pamsim.envs.settings.EnvSettings`; ``render_mode``, which is ``rgb_array``, ``human``
+    or None; ``width`` and ``height`` of pictures [px].
 
     `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. The information of
     `reset` and `step` holds the true ``position`` (j,) [rad or m] and ``pressure`` (m,) [Pa]. An
@@ -127,26 +120,17 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ) -> None:
         if render_mode not in (None, "rgb_array", "human"):
             raise InputError(f"no render mode {render_mode!r}; known: rgb_array, human")
-        self._arguments = {
-            "render_mode": render_mode,
-            "width": width,
-            "height": height,
-            **options,
-        }
         self.rigs = Rigs(env_settings(options), 1)
+        self.dt = self.rigs.period
         self.observation_space = self.rigs.observation_space
         self.action_space = self.rigs.action_space
         self.metadata = {
             "render_modes": ["human", "rgb_array"] if has_screen() else ["rgb_array"],
-            "render_fps": round(1.0 / self.rigs.period),
+            "render_fps": round(1.0 / self.dt),
         }
         self.render_mode = render_mode
-        self._picture = _RigPicture(self.rigs, render_mode, width, height)
-
-    @property
-    def dt(self) -> float:
-        """Time between two actions [s]."""
-        return self.rigs.period
+        self._size = {"width": width, "height": height}
+        self._picture: tuple[mujoco.MjModel, mujoco.MjData, Any] | None = None
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -160,9 +144,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
 
     @property
     def _plant(self) -> OneRig:
-        plant = self.rigs.plant
-        assert isinstance(plant, OneRig)
-        return plant
+        assert isinstance(self.rigs.plant, OneRig)
+        return self.rigs.plant
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -181,7 +164,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             ParameterError: for a number out of range.
         """
         super().reset(seed=seed)
-        self.rigs.reset({0: self.np_random}, self.rigs.options(options))
+        self.rigs.reset({0: self.np_random}, options)
         if self.render_mode == "human":
             self.render()
         return self.rigs.observation[0], self._information()
@@ -195,20 +178,15 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         reward, broken = self.rigs.step(as_array(action)[np.newaxis])
         if self.render_mode == "human":
             self.render()
-        return (
-            self.rigs.observation[0],
-            float(reward[0]),
-            bool(broken[0]),
-            False,
-            self._information(),
-        )
+        seen = self.rigs.observation[0]
+        return seen, float(reward[0]), bool(broken[0]), False, self._information()
 
     def _information(self) -> dict[str, Any]:
-        shown = self.rigs.information()
-        return {"position": shown["position"][0], "pressure": shown["pressure"][0]}
+        seen = self.rigs.information()
+        return {"position": seen["position"][0], "pressure": seen["pressure"][0]}
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the rig.
+        """Draw the rig, quickly: without shadows and fine parts.
 
         Returns:
             (height, width, 3) picture in mode ``rgb_array``, else None.
@@ -216,80 +194,45 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         Raises:
             EngineError: without OpenGL, or in mode ``human`` without a screen; it names the fix.
         """
-        return self._picture.show()
-
-    def close(self) -> None:
-        """Close window and simulation."""
-        self._picture.close()
-        self.rigs.close()
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Arguments and state; a window or renderer stays behind."""
-        return {
-            "arguments": self._arguments,
-            "spec": self.spec,
-            "random": (self._np_random, self._np_random_seed),
-            "rigs": self.rigs.state(),
-        }
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment again and continue its episode."""
-        RigEnv.__init__(self, **state["arguments"])
-        self.spec = state["spec"]
-        self._np_random, self._np_random_seed = state["random"]
-        self.rigs.restore(state["rigs"])
-
-
-class _RigPicture:
-    """Draws the first of an environment's rigs, quickly: without shadows and fine parts.
-
-    OpenGL starts with the first picture.
-    """
-
-    def __init__(self, rigs: Rigs, mode: str | None, width: int, height: int) -> None:
-        self._rigs, self._mode, self._size = rigs, mode, (width, height)
-        self._model: mujoco.MjModel | None = None
-        self._shown: Any = None
-
-    def show(self) -> NDArray[np.uint8] | None:
-        if self._mode is None:
+        if self.render_mode is None:
             raise InputError(
                 "the environment was made without a render mode; make it with"
                 " render_mode='rgb_array' or 'human'"
             )
-        if self._model is None:
-            self._model = load_rig(self._rigs.rig.file.folder, scene=True).model
-            self._data = mujoco.MjData(self._model)
-        model, data = self._model, self._data
-        seen, rig = self._rigs.information(), self._rigs.rig
-        pose(model, data, rig.position_addresses, seen["position"][0].tolist())
-        pressures, lengths = seen["pressure"][0].tolist(), muscle_lengths(model, data)
-        if self._shown is None:
-            self._shown = self._open()
-        if self._mode == "human":
-            self._shown.show(model, data, muscles=rig.muscles, pressures=pressures, lengths=lengths)
-            return None
-        return render_arm(
-            model,
-            data,
-            muscles=rig.muscles,
-            pressures=pressures,
-            lengths=lengths,
-            renderer=self._shown,
-            fine=False,
-        )
+        rig, seen = self.rigs.rig, self._information()
+        if self._picture is None:
+            model = load_rig(rig.file.folder, scene=True).model
+            self._picture = model, mujoco.MjData(model), self._opened(model)
+        model, data, shown = self._picture
+        pose(model, data, rig.position_addresses, seen["position"].tolist())
+        drawn: dict[str, Any] = {
+            "muscles": rig.muscles,
+            "pressures": seen["pressure"].tolist(),
+            "lengths": muscle_lengths(model, data),
+        }
+        if self.render_mode == "rgb_array":
+            return render_arm(model, data, **drawn, renderer=shown, fine=False)
+        shown.show(model, data, **drawn)
+        return None
 
-    def close(self) -> None:
-        if self._shown is not None:
-            self._shown.close()
-            self._shown = None
-
-    def _open(self) -> Any:
-        assert self._model is not None
-        if self._mode == "human":
+    def _opened(self, model: mujoco.MjModel) -> Any:
+        """What shows the pictures; OpenGL starts with it."""
+        if self.render_mode == "human":
             from pamsim.scene.viewer import ArmViewer
 
-            return ArmViewer(self._model)
-        width, height = self._size
-        show_whole(self._model, width=width, height=height)
-        return open_renderer(self._model, width=width, height=height, quick=True)
+            return ArmViewer(model)
+        show_whole(model, **self._size)
+        return open_renderer(model, **self._size, quick=True)
+
+    def close(self) -> None:
+        """Close window and simulation."""
+        if self._picture is not None:
+            self._picture[2].close()
+            self._picture = None
+        self.rigs.closed = True
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All but a window or renderer, which stays behind."""
+        return {**vars(self), "_picture": None}
+
+    __copy__ = copy.deepcopy

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,10 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.envs import EPISODE
 from pamsim.envs.rigs import Rigs
-from pamsim.envs.settings import ResetOptions, env_settings
-
-FloatArray = NDArray[np.float64]
+from pamsim.envs.settings import env_settings
 
 
 class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
@@ -23,7 +23,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     Actions, observations, rewards and arguments are those of `pamsim.envs.rig_env.RigEnv`. Rig i is
     seeded as ``SyncVectorEnv`` seeds its i-th environment. After an episode's end the next step
-    begins a new one and ignores the action. A copy or pickle continues the same episodes.
+    begins a new one and ignores the action. A copy or pickle continues the same episodes. `dt` is
+    the time between two actions [s].
 
     With ``device`` the rigs are stepped by Warp, see `pamsim.gpu.worlds.Worlds`, and agree with
     single environments to the rounding of single precision; resets stay on the CPU.
@@ -59,32 +60,16 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         for name, given in (("num_envs", num_envs), ("max_episode_steps", max_episode_steps)):
             if given < 1:
                 raise InputError(f"{name} = {given}; give 1 or more")
-        self._arguments = {
-            "num_envs": num_envs,
-            "threads": threads,
-            "max_episode_steps": max_episode_steps,
-            "device": device,
-            "precision": precision,
-            **options,
-        }
         self.num_envs, self._steps = num_envs, max_episode_steps
-        self.rigs = Rigs(
-            env_settings(options), num_envs, threads, max_episode_steps + 1, device, precision
-        )
-        self.closed = False
+        settings, rows = env_settings(options), max_episode_steps + 1
+        self.rigs = Rigs(settings, num_envs, threads, rows, device, precision)
+        self.closed, self.dt = False, self.rigs.period
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._generators: list[np.random.Generator] = [
-            seeding.np_random()[0] for _ in range(num_envs)
-        ]
+        self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
         self._over = np.zeros(num_envs, dtype=np.bool_)
-
-    @property
-    def dt(self) -> float:
-        """Time between two actions [s]."""
-        return self.rigs.period
 
     def reset(
         self,
@@ -104,18 +89,17 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         """
         asked = dict(options or {})
         given = asked.pop("reset_mask", None)
-        mask = np.ones(self.num_envs, dtype=np.bool_)
-        if given is not None:
-            mask = np.asarray(given, dtype=np.bool_)
+        every = np.ones(self.num_envs, dtype=np.bool_)
+        mask = every if given is None else np.asarray(given, dtype=np.bool_)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
                 raise InputError(f"{len(each)} {name} for {self.num_envs} rigs; give one each")
-        fixed = self.rigs.options(asked)
         for number, own in enumerate(seeds or []):
             if own is not None and mask[number]:
                 self._generators[number], _ = seeding.np_random(own)
-        self._begin(mask, fixed)
+        self._begin(mask, asked)
+        self._over = self._over & ~mask
         return self.rigs.observation, self._information(mask)
 
     def step(
@@ -127,50 +111,28 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             InputError: for an action that is none, or before the first reset.
         """
         over = self._over
-        self.rigs.rewind(over)  # their results of this step are replaced below
+        self.rigs.sample[over] = 0  # their results of this step are replaced below
         reward, broken = self.rigs.step(actions)
         ended = self.rigs.sample >= self._steps
         if over.any():
             reward[over], broken[over], ended[over] = 0.0, False, False
-            self._begin(over, self.rigs.usual)
+            self._begin(over, {})
         self._over = broken | ended
-        return (
-            self.rigs.observation,
-            reward,
-            broken,
-            ended,
-            self._information(np.ones(self.num_envs, dtype=np.bool_)),
-        )
+        information = self._information(np.ones(self.num_envs, dtype=np.bool_))
+        return self.rigs.observation, reward, broken, ended, information
+
+    def _begin(self, mask: NDArray[np.bool_], options: dict[str, Any]) -> None:
+        self.rigs.reset({int(at): self._generators[at] for at in np.flatnonzero(mask)}, options)
 
     def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """The same as for a single environment, a row per rig; a mask marks the new rows."""
         shown: dict[str, Any] = {}
         for name, values in self.rigs.information().items():
-            shown[name], shown[f"_{name}"] = values, mask.copy()
+            shown |= {name: values, f"_{name}": mask.copy()}
         return shown
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the simulations."""
-        self.rigs.close()
+        self.rigs.closed = True
 
-    def _begin(self, mask: NDArray[np.bool_], asked: ResetOptions) -> None:
-        numbers = np.flatnonzero(mask)
-        self.rigs.reset({int(number): self._generators[number] for number in numbers}, asked)
-        self._over = self._over & ~mask
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Arguments and state."""
-        return {
-            "arguments": self._arguments,
-            "spec": self.spec,
-            "random": self._generators,
-            "over": self._over,
-            "rigs": self.rigs.state(),
-        }
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment again and continue its episodes."""
-        RigVectorEnv.__init__(self, **state["arguments"])
-        self.spec = state["spec"]
-        self._generators, self._over = state["random"], state["over"].copy()
-        self.rigs.restore(state["rigs"])
+    __copy__ = copy.deepcopy

@@ -7,39 +7,35 @@ do not depend on how many others go with it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import EngineError, InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.engine.gauges import Gauges
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
-from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
-from pamsim.envs.plant import ManyRigs, OneRig, Plant, WarpRigs
-from pamsim.envs.sample import (
-    ERROR_SHARE,
-    Rules,
-    first_sample,
-    instruments,
-    next_sample,
-    set_errors,
-)
-from pamsim.envs.scales import LIMIT, JointStiffness, observed_signals, reaches_of
-from pamsim.envs.settings import EnvSettings, ResetOptions, reset_options
+from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
+from pamsim.envs.plant import ManyRigs, OneRig
+from pamsim.envs.sample import new_sampling, take_sample
+from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
+from pamsim.envs.settings import EnvSettings, Episode, check_supply, reset_options
+from pamsim.gpu.worlds import Worlds
+from pamsim.physics.record import Parameters, view
 
-FloatArray = NDArray[np.float64]
-
-_STATE = ("_sample", "_history", "_command", "_measured", "true", "observation")
-"""What changes from step to step besides the plant and the instruments' memory."""
+_STATE = ("_drawn", "_sampling", "_table", "_full", "sample", "true", "observation")
+"""What changes from step to step besides the plant."""
 
 
 class Rigs:
-    """Rigs that are stepped together.
+    """Rigs that are stepped together; a copy or pickle continues the same episodes.
 
     Args:
         settings: of the environment.
@@ -50,17 +46,16 @@ class Rigs:
         precision: of the muscles there.
 
     Attributes:
-        rig: as loaded.
-        usual: options of a `reset` that is given none.
-        top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         period: between samples [s].
+        top_pressure: set point of an action of 1; scales measured pressures too [Pa].
         reaches: of each joint: what tasks and observations are scaled by.
         signals: names and scales of observations.
         actions: names of actions.
+        gauges: of the muscles, with their parameters in the running episodes.
+        sample: (n,) steps of the running episodes.
         observation: (n, o) readings and the references of the next sample; not changed afterwards.
         true: (n, j + m) positions [rad or m] and pressures [Pa] behind it.
-        observation_space: of one rig.
-        action_space: of one rig.
+        closed: whether steps are refused.
 
     Raises:
         InputError: if the rig or an option does not fit.
@@ -75,97 +70,79 @@ class Rigs:
         device: str | None = None,
         precision: str = "float64",
     ) -> None:
-        self.settings = settings
-        self.rig = rig = settings.loaded_rig()
-        self.kind = KINDS[settings.action]
+        self._made = settings, count, threads, rows, device, precision
+        self.settings, self.kind = settings, KINDS[settings.action]
+        self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
         top = settings.top_pressure
-        self.top_pressure = rig.supply_pressure if top is None else top
-        if self.top_pressure > rig.supply_pressure:
-            raise InputError(
-                f"top_pressure {self.top_pressure / 1e3:g} kPa is above the supply's"
-                f" {rig.supply_pressure / 1e3:g} kPa"
-            )
+        self.top_pressure = top = rig.supply_pressure if top is None else top
+        check_supply("top_pressure", top, rig)
         given = settings.start_pressure
-        self._start_pressure = 0.5 * self.top_pressure if given is None else given
-        self.usual = self.options(None)
-        timestep = float(rig.model.opt.timestep)
-        self.period = settings.frame_skip * timestep
-        muscles = len(rig.muscles)
-        rest = rest_positions(
-            rig, np.full(muscles, 0.5 * self.top_pressure), rig.model.qpos0.copy()
-        )
-        arms = moment_arms(rig, rest)
-        self.reaches = reaches_of(rig, self.top_pressure, rest, arms)
-        self.signals = observed_signals(rig.joints, rig.muscles, self.reaches, self.top_pressure)
-        self.actions = self.kind.names(tuple(rig.muscles))
-        self.observation_space = gymnasium.spaces.Box(
-            -LIMIT, LIMIT, (len(self.signals.names),), np.float64
-        )
-        self.action_space = self.kind.space(muscles)
-        self._episodes = Episodes(settings, rig, self.reaches, self.period)
-        self._gauge = instruments(settings, rig, count)
-        first = Episode(
-            values={},
-            load=settings.load_range[0],
-            start_pressure=self.usual.start_pressure,
-            target={},
-            seeds=(),
-        )
-        resting, state = self._episodes.rest(first)
-        model = resting.model
-        self.plant: Plant
-        if device is not None:
-            self.plant = WarpRigs(rig, model, count, device, precision)
-        elif threads is None:
-            self.plant = OneRig(rig, model, state)
-        else:
-            self.plant = ManyRigs(rig, model, count, threads)
-        self._chambers = Gauges(model, count)
-        self._stiffness = JointStiffness(arms)
-        self._stiff, self._pushed = settings.task == "stiffness", settings.task == "disturbance"
-        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
-        self._stretches, depth = _stretches(
-            [round(delay / timestep) for delay in delays], settings.frame_skip
-        )
-        self._each = np.arange(muscles)
-        self._history = np.empty((count, depth, muscles))
-        self._command = np.empty((count, muscles))
-        self._rules = Rules(
-            centre=self.signals.centre,
-            scale=self.signals.scale,
-            unit=np.array([ERROR_SHARE * reach.travel for reach in self.reaches]),
-            span=self.kind.span(self.top_pressure),
-            effort=float(settings.effort),
-            period=self.period,
-        )
-        self._positions = _places(rig.position_addresses)
-        self._joints, self._all = len(rig.joints), np.arange(count)
-        self._drawn: dict[int, Episode] = {}
-        self._table = np.zeros((count, rows, self._episodes.columns))
-        self._sample = np.zeros(count, dtype=np.int64)
-        self._most = 0  # no sample is beyond it
-        self._measured = np.zeros((count, self._joints + muscles))
-        self.true = np.zeros((count, self._joints + muscles))
+        self._start_pressure = 0.5 * top if given is None else given
+        usual = reset_options(None, rig, self._start_pressure)
+        self._shape, self._joints = (count, len(rig.muscles)), len(rig.joints)
+        self._each = np.arange(len(rig.muscles))
+        half = np.full(len(rig.muscles), 0.5 * top)
+        rest = rest_positions(rig, half, rig.model.qpos0.copy())
+        self._arms = moment_arms(rig, rest)
+        self.reaches = reaches_of(rig, top, rest, self._arms)
+        self.signals = observed_signals(rig, self.reaches, top)
+        each = self.kind.quantities
+        self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
         self.observation = np.zeros((count, len(self.signals.names)))
+        self.observation_space = gymnasium.spaces.Box(
+            -LIMIT, LIMIT, self.observation.shape[1:], np.float64
+        )
+        self.action_space = self.kind.space(len(rig.muscles))
+        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
+        timestep = float(rig.model.opt.timestep)
+        late = [round(delay / timestep) for delay in delays]
+        self._stretches = _stretches(late, settings.frame_skip)
+        self._oldest = max(max(old) for _, old in self._stretches)
+        remembered = count, max(2, 1 + self._oldest)
+        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, top, remembered)
+        self.period = self._sampling.period
+        self._episodes = Episodes(settings, rig, self.reaches, self.period)
+        at_rest, state = self._episodes.rest(usual)
+        self.plant: OneRig | ManyRigs | Worlds
+        if device is not None:
+            self.plant = Worlds(rig, at_rest.model, count, precision=precision, device=device)
+        elif threads is None:
+            self.plant = OneRig(at_rest.model, state)
+        else:
+            self.plant = ManyRigs(at_rest.model, count, threads)
+        self.gauges, self.closed = Gauges(at_rest.model, count), False
+        self._views: dict[int, list[Parameters]] = {}
+        # A slice of columns that lie side by side is several times as quick as their numbers.
+        places, self._dofs = rig.position_addresses, rig.velocity_addresses
+        beside = range(places[0], places[0] + len(places))
+        self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
+        self._drawn: dict[int, Episode] = {}
+        self._full = False  # whether a table is at its last row but one
+        self._table = np.zeros((count, rows, self._episodes.columns))
+        self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
+        self.true = np.zeros((count, self._joints + len(rig.muscles)))
 
-    def options(self, given: Mapping[str, Any] | None) -> ResetOptions:
-        """Options of `reset`, checked, see `reset_options`."""
-        return reset_options(given, self.rig, self._start_pressure)
+    def reset(
+        self,
+        generators: Mapping[int, np.random.Generator],
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Begin new episodes in some rigs, each drawn from its own generator.
 
-    def reset(self, generators: Mapping[int, np.random.Generator], asked: ResetOptions) -> None:
-        """Begin new episodes in some rigs, each drawn from its own generator."""
+        Raises:
+            InputError: for an unknown option.
+            ParameterError: for a number out of range.
+        """
+        asked = reset_options(options, self.rig, self._start_pressure)
         drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
         self._put(drawn, {})
-        new = np.zeros(len(self._all), dtype=np.bool_)
-        new[list(drawn)] = True
-        self._sample[new] = 0
-        for at, episode in drawn.items():
-            self._history[at] = self._command[at] = self.kind.rest(np.array(episode.start_pressure))
+        new, commands = np.array(list(drawn), dtype=np.int64), self._sampling.commands
+        commands[new] = self.kind.rest(np.array(asked.start_pressure))
+        self.sample[new] = 0
         # New arrays: the caller may still hold those of the last step.
         self.true, self.observation = self.true.copy(), self.observation.copy()
         self.true[new] = self._read()[new]
-        seen = self._gauge, self._measured, self._table, self._rules, self.observation
-        first_sample(new, self.true, *seen)
+        self._take(new, True, commands[:, 0].copy())
 
     def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
         """Give some rigs an episode, from rest or in a state."""
@@ -173,13 +150,10 @@ class Rigs:
         self.plant.put({at: (rig.model, states.get(at, rest)) for at, (rig, rest) in rests.items()})
         self._drawn.update(drawn)
         for at, (rig, _) in rests.items():
-            self._chambers.set_parameters(at, rig.model)
+            self.gauges.set_parameters(at, rig.model)
+            self._views.pop(at, None)
+            self._sampling.set_errors(at, rig)
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
-            set_errors(self._gauge, at, rig, self.period)
-
-    def rewind(self, over: NDArray[np.bool_]) -> None:
-        """Allow further steps of rigs whose episode is over (n,), until they are reset."""
-        self._sample[over] = 0
 
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Advance all rigs by one period.
@@ -197,154 +171,104 @@ class Rigs:
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
-        command = self.kind.commands(action, self._command.shape, self.top_pressure)
-        self._most += 1
-        if self._most >= self._table.shape[1]:
-            self._make_room()
-        if self._pushed:
-            self.plant.push(self._table[self._all, self._sample, self._block(TORQUE)])
-        self._advance(command)
-        self.true = self._read()
+        command = self.kind.commands(action, self._shape, self.top_pressure)
+        if self.closed:
+            raise EngineError("this environment is closed; make a new one")
+        rows = self._table.shape[1]
+        if self._full and self.sample.max() + 1 >= rows:
+            more = [self._episodes.table(self._drawn[at], 2 * rows) for at in range(len(self._all))]
+            self._table = np.array(more)
+        if self.settings.task == "disturbance":
+            self.plant.push(self._asked(TORQUE), self._dofs)
+        before = self.plant.time.tolist() if checks.is_on() else []
+        for count, arriving in self._late(command):
+            self.plant.step(arriving, count)
+        if before:
+            checks.raise_found()
+            for begin, end in zip(before, self.plant.time.tolist(), strict=True):
+                checks.check_clock(begin, end, self.period)
+        wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
         # New arrays: the caller may still hold those of the last step.
-        self.observation = np.empty_like(self.observation)
-        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
-        next_sample(
-            self.true,
-            self._gauge,
-            self._measured,
-            self._table,
-            self._sample,
-            command,
-            self._command,
-            self._rules,
-            self.observation,
-            reward,
-            broken,
-        )
-        if self._stiff:
-            wanted = self._table[self._all, self._sample - 1, self._block(STIFFNESS)]
+        self.true, self.observation = self._read(), np.empty_like(self.observation)
+        reward, broken = self._take(self._all, False, command)
+        if wanted is not None:
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
             reward -= np.where(broken, 0.0, missed)
         return reward, broken
 
-    def _block(self, number: int) -> slice:
-        return slice(number * self._joints, (number + 1) * self._joints)
+    def _take(
+        self, rigs: NDArray[np.int64], first: bool, command: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
+        now = self.true, command, self._table, self.sample, self.observation, reward, broken
+        self._full = take_sample(self._sampling, rigs, first, *now)
+        return reward, broken
 
-    def _advance(self, command: FloatArray) -> None:
-        """Let the plant make the time steps of a period."""
-        late = self._late(command)
-        if not checks.is_on():
-            self.plant.step(late)
-            return
-        before = self.plant.time()
-        self.plant.step(late)
-        checks.raise_found()
-        for begin, end in zip(before.tolist(), self.plant.time().tolist(), strict=True):
-            checks.check_clock(begin, end, self.period)
+    def _read(self) -> FloatArray:
+        plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
+        self._length = plant.length
+        readings[:, :joints] = plant.position[:, self._positions]
+        readings[:, joints:] = self.gauges.pressures(plant.act, self._length)
+        return readings
 
-    def _make_room(self) -> None:
-        """Continue the episodes' rows if one of them nears its end."""
-        self._most = int(self._sample.max()) + 1
-        count, rows, columns = self._table.shape
-        if self._most < rows:
-            return
-        self._table = np.empty((count, 2 * rows, columns))
-        for at, episode in self._drawn.items():
-            self._table[at] = self._episodes.table(episode, 2 * rows)
+    def _asked(self, block: int) -> FloatArray:
+        """(n, j) of a block of the episodes' columns for the present step."""
+        columns = slice(block * self._joints, (block + 1) * self._joints)
+        return self._table[self._all, self.sample, columns]
 
     def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
         """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
-        history = self._history
-        if history.shape[1] == 1:
+        if not self._oldest:
             return [(self.settings.frame_skip, command)]
-        history[:, 1:] = history[:, :-1]
-        history[:, 0] = command
-        return [(count, history[:, old, self._each]) for count, old in self._stretches]
-
-    @property
-    def sample(self) -> NDArray[np.int64]:
-        """(n,) steps of the running episodes."""
-        return self._sample
+        recent = self._sampling.commands
+        recent[:, 0] = command
+        return [(count, recent[:, old, self._each]) for count, old in self._stretches]
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        each = self.rows, self.plant.length, self.true[:, self._joints :]
-        return np.array(list(map(self._stiffness, *(values.tolist() for values in each))))
+        each = zip(self._length, self.true[:, self._joints :], strict=True)
+        return np.array(
+            [
+                stiffness_of_joints(self._arms, self.muscles(at), length.tolist(), held.tolist())
+                for at, (length, held) in enumerate(each)
+            ]
+        )
+
+    def muscles(self, number: int) -> list[Parameters]:
+        """Parameters of the muscles of one rig in its running episode."""
+        if number not in self._views:
+            self._views[number] = [*map(view, self.gauges.rows[number])]
+        return self._views[number]
 
     def information(self) -> dict[str, FloatArray]:
         """(n, j) true ``position`` [rad or m] and (n, m) ``pressure`` [Pa], gauge."""
         true, joints = self.true, self._joints
         return {"position": true[:, :joints], "pressure": true[:, joints:]}
 
-    def warnings(self) -> int:
-        """Number of engine warnings in the running episodes."""
-        return self.plant.warnings()
+    def __getstate__(self) -> dict[str, Any]:
+        """How they were made, and all that the next steps depend on."""
+        kept = {name: getattr(self, name) for name in _STATE}
+        states = {at: self.plant.state(at) for at in self._drawn}
+        return {"made": self._made, "states": states, **kept}
 
-    def air(self) -> FloatArray:
-        """(n, m) air states y of the chambers, see `pamsim.physics.chamber`."""
-        return self.plant.act[:, self._chambers.air]
-
-    @property
-    def rows(self) -> FloatArray:
-        """(n, m, SIZE) parameters of the muscles as they are in this episode."""
-        return self._chambers.rows
-
-    def state(self) -> dict[str, Any]:
-        """All that the next steps depend on, for `restore`."""
-        return {
-            "drawn": dict(self._drawn),
-            "plant": {at: self.plant.state(at) for at in self._drawn},
-            "memory": (self._gauge.held.copy(), self._gauge.before.copy()),
-            **{name: getattr(self, name).copy() for name in _STATE},
-        }
-
-    def restore(self, state: Mapping[str, Any]) -> None:
-        """Continue from what `state` returned for rigs with the same settings."""
-        if state["drawn"]:
-            self._most = int(state["_sample"].max())
-            rows = self._table.shape[1]
-            while rows <= self._most:
-                rows *= 2
-            self._table = np.zeros((len(self._all), rows, self._episodes.columns))
-            self._put(state["drawn"], state["plant"])
-        for name in _STATE:
-            setattr(self, name, state[name].copy())
-        for own, kept in zip((self._gauge.held, self._gauge.before), state["memory"], strict=True):
-            own[:] = kept
-
-    def close(self) -> None:
-        """Stop; the rigs cannot be stepped any more."""
-        self.plant.close()
-
-    def _read(self) -> FloatArray:
-        readings = np.empty_like(self.true)
-        readings[:, : self._joints] = self.plant.position[:, self._positions]
-        readings[:, self._joints :] = self._chambers.pressures(self.plant.act, self.plant.length)
-        return readings
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Make the rigs again and continue their episodes."""
+        Rigs.__init__(self, *state["made"])
+        if state["_drawn"]:
+            self._put(state["_drawn"], state["states"])
+            self._read()
+        vars(self).update({name: state[name] for name in _STATE})
 
 
-def _places(addresses: list[int]) -> slice | NDArray[np.int64]:
-    """Index of columns: a slice where they lie side by side, which is several times as quick."""
-    first = addresses[0]
-    if addresses == list(range(first, first + len(addresses))):
-        return slice(first, first + len(addresses))
-    return np.array(addresses)
-
-
-def _stretches(delays: list[int], steps: int) -> tuple[list[tuple[int, tuple[int, ...]]], int]:
-    """Which commands reach the valves during a period.
-
-    Args:
-        delays: of each muscle, in time steps.
-        steps: time steps of a period.
+def _stretches(delays: list[int], steps: int) -> list[tuple[int, tuple[int, ...]]]:
+    """Which commands reach the valves during a period of some steps, by each muscle's delay.
 
     Returns:
-        For each stretch of the period its time steps and how many periods old each muscle's command
-        is then; and how many commands have to be remembered.
+        For each stretch of the period its time steps, and how many periods old each muscle's
+        command is then.
     """
-    ends = sorted({delay % steps for delay in delays} - {0})
-    stretches = []
-    for begin, end in zip([0, *ends], [*ends, steps], strict=True):
-        old = tuple(delay // steps + (begin < delay % steps) for delay in delays)
-        stretches.append((end - begin, old))
-    return stretches, 1 + max(max(old) for _, old in stretches)
+    ends = sorted({0, steps, *(delay % steps for delay in delays)})
+    return [
+        (end - begin, tuple(delay // steps + (begin < delay % steps) for delay in delays))
+        for begin, end in pairwise(ends)
+    ]

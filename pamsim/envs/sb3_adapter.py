@@ -25,8 +25,7 @@ class Sb3Rigs(VecEnv):
         self.env, self._first_seed = env, seed  # the base asks for attributes of the environment
         self.num_envs = env.num_envs
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
-        self._sum = np.zeros(env.num_envs)
-        self._taken = 0
+        self._sum, self._taken = np.zeros(env.num_envs), 0
         self.steps: list[int] = []
         self.rewards: list[float] = []
 
@@ -45,12 +44,10 @@ class Sb3Rigs(VecEnv):
         self._taken += self.num_envs
         done = broken | over
         infos: list[dict[str, Any]] = [{} for _ in done]
+        for rig in np.flatnonzero(done):
+            last, truncated = seen[rig].astype(np.float32), bool(over[rig])
+            infos[rig] = {"terminal_observation": last, "TimeLimit.truncated": truncated}
         if done.any():
-            for rig in np.flatnonzero(done):
-                infos[rig] = {
-                    "terminal_observation": seen[rig].astype(np.float32),
-                    "TimeLimit.truncated": bool(over[rig]),
-                }
             self.steps.append(self._taken)
             self.rewards.append(round(float(self._sum[done].mean()), 3))
             self._sum[done] = 0.0
@@ -66,13 +63,11 @@ class Sb3Rigs(VecEnv):
         """An attribute of the environment, once per rig."""
         return [getattr(self.env, attr_name, None)] * self.num_envs
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Refused: the rigs share their settings."""
-        raise NotImplementedError("give settings to gymnasium.make_vec")
+    def env_method(self, *args: Any, **kw: Any) -> Any:
+        """Refused: the rigs are stepped together and share their settings."""
+        raise NotImplementedError("the rigs are stepped together: give settings to make_vec")
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kw: Any) -> Any:
-        """Refused: the rigs are stepped together."""
-        raise NotImplementedError(f"the rigs are stepped together, none has a {method_name} alone")
+    set_attr = env_method
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:
         """No wrappers."""

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import rest_positions, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
-from pamsim.physics.record import view
+from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import static_force
-
-FloatArray = NDArray[np.float64]
 
 LIMIT = 10.0
 """Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""
@@ -44,9 +43,8 @@ class Reach:
 
     Attributes:
         centre: midway between where the joint goes with the muscles that pull it one way at the
-            top pressure, and where it goes with those that pull it the other way [rad or m];
-            muscles that do not move it have half the top pressure, or none where the joint would
-            stay at its stop.
+            top pressure, and with those that pull it the other way [rad or m]; the others have half
+            the top pressure, or none where the joint would stay at its stop.
         travel: largest distance from the centre asked for, half of the possible one [rad or m].
         stiffness: least and largest stiffness of the joint asked for [N m/rad or N/m].
         torque: largest of a disturbance [N m or N].
@@ -58,27 +56,30 @@ class Reach:
     torque: float
 
 
-class JointStiffness:
+def stiffness_of_joints(
+    arms: FloatArray,
+    muscles: Sequence[Parameters],
+    length: Sequence[float],
+    pressure: Sequence[float],
+) -> list[float]:
     """Stiffness of each joint with its valves and the other joints shut.
 
     Sum of r^2 k over the muscles (Matiskova 2021, equation (5)).
 
     Args:
         arms: (m, j) moment arms, see `pamsim.engine.equilibrium`.
+        muscles: (m,) see `pamsim.physics.record.view`.
+        length: (m,) of their tendons [m].
+        pressure: (m,) gauge [Pa].
+
+    Returns:
+        (j,) [N m/rad or N/m].
     """
-
-    def __init__(self, arms: FloatArray) -> None:
-        self._arms = arms.T.tolist()
-
-    def __call__(
-        self, rows: Sequence[Sequence[float]], length: Sequence[float], pressure: Sequence[float]
-    ) -> list[float]:
-        """(j,) stiffness [N m/rad or N/m] at tendon lengths [m] and gauge pressures [Pa]."""
-        muscles = [
-            muscle_stiffness(view(row), at, max(held, 0.0))
-            for row, at, held in zip(rows, length, pressure, strict=True)
-        ]
-        return [joint_stiffness(muscles, arms).total for arms in self._arms]
+    shut = [
+        muscle_stiffness(muscle, at, max(held, 0.0))
+        for muscle, at, held in zip(muscles, length, pressure, strict=True)
+    ]
+    return [joint_stiffness(shut, own).total for own in arms.T.tolist()]
 
 
 def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:
@@ -93,15 +94,15 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
     Raises:
         InputError: if a joint finds no rest or does not move; if a joint is free or a ball.
     """
-    rows = rig.model.actuator_user.tolist()
-    length = tendon_lengths(rig, rest).tolist()
-    stiffness = JointStiffness(arms)
-    each = np.array([stiffness(rows, length, [share * top] * len(rows)) for share in _COMMON])
-    low, high = each[np.argmax((each > 0.0).all(axis=1))].tolist(), each[-1].tolist()
+    muscles, length = [*map(view, rig.model.actuator_user)], tendon_lengths(rig, rest).tolist()
+    each = np.array(
+        [stiffness_of_joints(arms, muscles, length, [p * top] * len(muscles)) for p in _COMMON]
+    )
+    stiffness = np.array([each[np.argmax((each > 0.0).all(axis=1))], each[-1]]).T.tolist()
     change = [
-        static_force(view(row), at, (0.5 + 0.5 * _PUSH) * top)
-        - static_force(view(row), at, (0.5 - 0.5 * _PUSH) * top)
-        for row, at in zip(rows, length, strict=True)
+        static_force(muscle, at, (0.5 + 0.5 * _PUSH) * top)
+        - static_force(muscle, at, (0.5 - 0.5 * _PUSH) * top)
+        for muscle, at in zip(muscles, length, strict=True)
     ]
     found = []
     for joint, (name, at) in enumerate(zip(rig.joints, rig.position_addresses, strict=True)):
@@ -115,7 +116,7 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
             )
             if most - least > _LEAST_TRAVEL:
                 break
-        if not most - least > _LEAST_TRAVEL:
+        else:
             raise InputError(
                 f"rig {rig.name!r}: joint {name!r} goes from {least:.3g} to {most:.3g} with its"
                 " muscles at the top pressure, so that no task can be set for it; leave it out"
@@ -125,7 +126,7 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
             Reach(
                 centre=float(0.5 * (most + least)),
                 travel=float(_SHARE * 0.5 * (most - least)),
-                stiffness=(low[joint], high[joint]),
+                stiffness=tuple(stiffness[joint]),
                 torque=0.5 * float(np.abs(arms[:, joint]) @ np.abs(change)),
             )
         )
@@ -157,37 +158,29 @@ class ObservedSignals:
         return dict(zip(self.names, self.si(observation).tolist(), strict=True))
 
 
-def observed_signals(
-    joints: Mapping[str, str], muscles: Iterable[str], reaches: Sequence[Reach], supply: float
-) -> ObservedSignals:
-    """Signals of a rig, in the order of observations.
+def observed_signals(rig: Rig, reaches: Sequence[Reach], top: float) -> ObservedSignals:
+    """Signals of a rig in the order of observations; a pressure ``top`` [Pa] is observed as 1."""
+    joints = [
+        (name, kind, "rad" if kind == "angle" else "m", reach)
+        for (name, kind), reach in zip(rig.joints.items(), reaches, strict=True)
+    ]
 
-    Args:
-        joints: name -> ``angle`` or ``position``.
-        muscles: names.
-        reaches: of the joints.
-        supply: pressure [Pa].
-    """
+    def motion(suffix: str, *powers: int) -> Iterator[tuple[str, str, float, float]]:
+        for power in powers:
+            for name, kind, unit, reach in joints:
+                signal = (kind, "velocity", "acceleration")[power] + suffix
+                centre = 0.0 if power else reach.centre
+                per = ("", "/s", "/s^2")[power]
+                yield f"{name}.{signal}", unit + per, centre, reach.travel * _PACE**power
 
-    def of_joints(power: int, suffix: str) -> list[tuple[str, str, float, float]]:
-        rows = []
-        for (name, kind), reach in zip(joints.items(), reaches, strict=True):
-            what = (kind, "velocity", "acceleration")[power] + suffix
-            unit = ("rad" if kind == "angle" else "m") + ("", "/s", "/s^2")[power]
-            centre = reach.centre if power == 0 else 0.0
-            rows.append((f"{name}.{what}", unit, centre, reach.travel * _PACE**power))
-        return rows
-
+    stiffness_units = {"rad": "N m/rad", "m": "N/m"}
     rows = [
-        *of_joints(0, ""),
-        *of_joints(1, ""),
-        *((f"{name}.pressure", "Pa", 0.5 * supply, 0.5 * supply) for name in muscles),
-        *(row for power in range(3) for row in of_joints(power, "_set")),
+        *motion("", 0, 1),
+        *((f"{muscle}.pressure", "Pa", 0.5 * top, 0.5 * top) for muscle in rig.muscles),
+        *motion("_set", 0, 1, 2),
         *(
-            (f"{name}.stiffness_set", "N m/rad" if kind == "angle" else "N/m", 0.0, most)
-            for (name, kind), (_, most) in zip(
-                joints.items(), (reach.stiffness for reach in reaches), strict=True
-            )
+            (f"{name}.stiffness_set", stiffness_units[unit], 0.0, reach.stiffness[1])
+            for name, _, unit, reach in joints
         ),
     ]
     names, units, centre, scale = zip(*rows, strict=True)

@@ -9,28 +9,24 @@ from typing import Any
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import Rig
 from pamsim.envs.actions import KINDS
 from pamsim.envs.tasks import TASKS
 
-
-def _range(
-    unit: str, high: float, doc: str, low: float = 0.0, *, low_open: bool = False
-) -> FieldSpec:
-    return FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
-
-
-_RANGES: dict[str, FieldSpec] = {
-    "frame_skip": _range("1", 1e4, "time steps per action", low=1.0),
-    "load": _range("kg", 1e3, "on the rig"),
-    "top_pressure": _range("Pa", 2e6, "set point", low_open=True),
-    "start_pressure": _range("Pa", 2e6, "gauge, at the start"),
-    "angle_noise": _range("rad or m", 1.0, "standard deviation"),
-    "pressure_noise": _range("Pa", 1e6, "standard deviation"),
-    "delay": _range("s", 1.0, "of commands"),
-    "effort": _range("1", 1e3, "weight in the reward"),
+_RANGES = {
+    name: FieldSpec(unit=unit, low=low, high=high, low_open=name == "top_pressure", doc=doc)
+    for name, unit, low, high, doc in (
+        ("frame_skip", "1", 1.0, 1e4, "time steps per action"),
+        ("load", "kg", 0.0, 1e3, "on the rig"),
+        ("top_pressure", "Pa", 0.0, 2e6, "set point"),
+        ("start_pressure", "Pa", 0.0, 2e6, "gauge, at the start"),
+        ("angle_noise", "rad or m", 0.0, 1.0, "standard deviation"),
+        ("pressure_noise", "Pa", 0.0, 1e6, "standard deviation"),
+        ("delay", "s", 0.0, 1.0, "of commands"),
+        ("effort", "1", 0.0, 1e3, "weight in the reward"),
+        ("target", "rad or m", -1e3, 1e3, "of a joint"),
+    )
 }
-_POSITION = _range("rad or m", 1e3, "of a joint", low=-1e3)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +51,10 @@ class EnvSettings:
         randomize: True to draw, for every episode, each parameter that the rig's file states with a
             95 % interval from the normal distribution of that interval.
         effort: weight of the mean squared change of the commands in the reward.
+
+    Raises:
+        InputError: for an unknown action or task, a load that is no range, part of a time step.
+        ParameterError: for a number out of range.
     """
 
     rig: str | os.PathLike[str] | Rig = "mas20_arm"
@@ -72,20 +72,14 @@ class EnvSettings:
     effort: float = 0.02
 
     def __post_init__(self) -> None:
-        """Check every option.
-
-        Raises:
-            InputError: for an unknown action or task, a load that is no range, part of a time step.
-            ParameterError: for a number out of range.
-        """
         for what, name, known in (("action", self.action, KINDS), ("task", self.task, TASKS)):
             if name not in known:
                 raise InputError(f"no {what} {name!r}; {nearest(str(name), known)}")
         low, high = self.load_range
-        for name, allowed in _RANGES.items():
-            for value in (low, high) if name == "load" else (getattr(self, name),):
-                if value is not None:
-                    check_value(name, value, allowed)
+        for name, value in {**vars(self), "load": low}.items():
+            if name in _RANGES and value is not None:
+                check_value(name, value, _RANGES[name])
+        check_value("load", high, _RANGES["load"])
         if int(self.frame_skip) != self.frame_skip:
             raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
         if low > high:
@@ -98,22 +92,12 @@ class EnvSettings:
         Raises:
             InputError: if the load is neither a number nor two.
         """
-        if isinstance(self.load, int | float):
-            return float(self.load), float(self.load)
         given: Any = self.load
         try:
-            low, high = given
+            low, high = (given, given) if isinstance(given, int | float) else given
             return float(low), float(high)
         except (TypeError, ValueError):
             raise InputError(f"load {given!r}: give a mass in kg, or the ends of a range") from None
-
-    def loaded_rig(self) -> Rig:
-        """The rig.
-
-        Raises:
-            InputError: as `pamsim.load_rig`.
-        """
-        return self.rig if isinstance(self.rig, Rig) else load_rig(self.rig)
 
 
 def env_settings(options: Mapping[str, Any]) -> EnvSettings:
@@ -123,32 +107,34 @@ def env_settings(options: Mapping[str, Any]) -> EnvSettings:
         InputError: for an unknown one, with the nearest name.
         ParameterError: for a number out of range.
     """
-    _check_names("of the environment", options, EnvSettings.__dataclass_fields__)
+    _check_names("no option", options, EnvSettings.__dataclass_fields__, " of the environment")
     return EnvSettings(**options)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ResetOptions:
-    """What ``options`` of `reset` fix of an episode, in place of what is drawn.
+class Episode:
+    """What an episode is made from: fixed by ``options`` of `reset`, the rest drawn.
 
     Attributes:
         start_pressure: (m,) of the muscles, at rest [Pa].
-        load: [kg]; None to draw it.
+        load: [kg]; None before it is drawn.
         target: joint -> position asked for all the time [rad or m]; other joints have the task's.
         parameters: of the rig, as `Rig.with_parameters` takes them [SI].
+        seeds: of each joint's task, and of the noise; empty before they are drawn.
     """
 
     start_pressure: tuple[float, ...]
     load: float | None = None
-    target: dict[str, float] = field(default_factory=dict)
-    parameters: dict[str, float] = field(default_factory=dict)
+    target: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    seeds: tuple[int, ...] = ()
 
 
-def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> ResetOptions:
+def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> Episode:
     """Options of `reset`, checked.
 
     Args:
-        given: by the caller; None for none.
+        given: ``start_pressure``, ``load``, ``target`` and ``parameters``; None for none.
         rig: of the environment.
         usual: start pressure of muscles for which none is given [Pa].
 
@@ -156,35 +142,39 @@ def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> Re
         InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
         ParameterError: for a number out of range.
     """
-    asked = dict(given or {})
-    _check_names("of reset", asked, ResetOptions.__dataclass_fields__)
-    load = asked.get("load")
-    target = dict(asked.get("target") or {})
+    asked: dict[str, Any] = {"start_pressure": usual, "load": None, "target": {}, "parameters": {}}
+    _check_names("no option", given or {}, asked, " of reset")
+    asked |= given or {}
+    load, target, pressure = asked["load"], asked["target"] or {}, asked["start_pressure"]
+    _check_names("target: no joint", target, rig.joints)
     for joint, value in target.items():
-        if joint not in rig.joints:
-            raise InputError(f"target: no joint {joint!r}; {nearest(joint, rig.joints)}")
-        check_value(f"target {joint}", value, _POSITION)
-    pressure = asked.get("start_pressure", usual)
-    each = pressure if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
-    own: dict[str, Any] = dict(each)
-    for name, value in own.items():
-        if name not in rig.muscles:
-            raise InputError(f"start_pressure: no muscle {name!r}; {nearest(name, rig.muscles)}")
+        check_value(f"target {joint}", value, _RANGES["target"])
+    own: dict[str, Any] = dict.fromkeys(rig.muscles, usual)
+    own |= pressure if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
+    _check_names("start_pressure: no muscle", own, rig.muscles)
+    for value in own.values():
         check_value("start_pressure", value, _RANGES["start_pressure"])
-        if value > rig.supply_pressure:
-            raise InputError(
-                f"start_pressure {value / 1e3:g} kPa is above the supply's"
-                f" {rig.supply_pressure / 1e3:g} kPa"
-            )
-    return ResetOptions(
-        start_pressure=tuple(float(own.get(name, usual)) for name in rig.muscles),
+        check_supply("start_pressure", value, rig)
+    return Episode(
+        start_pressure=tuple(float(own[name]) for name in rig.muscles),
         load=None if load is None else check_value("load", load, _RANGES["load"]),
-        target=target,
-        parameters=dict(asked.get("parameters") or {}),
+        target=dict(target),
+        parameters=dict(asked["parameters"] or {}),
     )
 
 
-def _check_names(where: str, given: Iterable[str], known: Iterable[str]) -> None:
+def check_supply(what: str, pressure: float, rig: Rig) -> None:
+    """Refuse a gauge pressure [Pa] above that of a rig's supply.
+
+    Raises:
+        InputError: naming both.
+    """
+    top = rig.supply_pressure
+    if pressure > top:
+        raise InputError(f"{what} {pressure / 1e3:g} kPa is above the supply's {top / 1e3:g} kPa")
+
+
+def _check_names(what: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:
     for name in given:
         if name not in known:
-            raise InputError(f"no option {name!r} {where}; {nearest(name, known)}")
+            raise InputError(f"{what} {name!r}{where}; {nearest(name, known)}")

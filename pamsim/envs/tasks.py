@@ -13,11 +13,9 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.envs.scales import Reach
-
-FloatArray = NDArray[np.float64]
 
 STEP_EVERY = 2.0
 """Time between two steps of a reference [s]."""
@@ -57,8 +55,8 @@ def held(time: FloatArray, position: float) -> TaskSignals:
 
 
 def _signals(time: FloatArray, **given: FloatArray) -> TaskSignals:
-    still = {name: np.zeros(len(time)) for name in TaskSignals.__dataclass_fields__}
-    return TaskSignals(**{**still, **given})
+    zeros = dict.fromkeys(TaskSignals.__dataclass_fields__, np.zeros(len(time)))
+    return TaskSignals(**{**zeros, **given})
 
 
 def _steps(
@@ -71,6 +69,10 @@ def _steps(
     index = np.floor(time / every + 1e-9).astype(int)
     low, high = np.array(ranges).T
     return rng.uniform(low, high, (index[-1] + 1, len(ranges)))[index].T
+
+
+def _ends(reach: Reach, share: float = 1.0) -> tuple[float, float]:
+    return reach.centre - share * reach.travel, reach.centre + share * reach.travel
 
 
 def regulation(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
@@ -107,29 +109,9 @@ def stiffness(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskS
 
 def disturbance(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
     """One position, and a torque from outside that jumps every second, the first second apart."""
-    position = rng.uniform(*_ends(reach, 0.5))
+    position = np.full(len(time), rng.uniform(*_ends(reach, 0.5)))
     (torque,) = _steps(rng, time, (-reach.torque, reach.torque), every=1.0)
-    return _signals(
-        time,
-        position=np.full(len(time), position),
-        torque=np.where(time < 1.0 - 1e-9, 0.0, torque),
-    )
-
-
-def _ends(reach: Reach, share: float = 1.0) -> tuple[float, float]:
-    return reach.centre - share * reach.travel, reach.centre + share * reach.travel
-
-
-TASKS: Mapping[str, Task] = MappingProxyType(
-    {
-        "regulation": regulation,
-        "step": step,
-        "sine": sine,
-        "multisine": multisine,
-        "stiffness": stiffness,
-        "disturbance": disturbance,
-    }
-)
+    return _signals(time, position=position, torque=np.where(time < 1.0 - 1e-9, 0.0, torque))
 
 
 def _tones(
@@ -150,3 +132,9 @@ def _tones(
         velocity=slope * plain + envelope * rate,
         acceleration=bend * plain + 2.0 * slope * rate + envelope * acceleration,
     )
+
+
+TASKS: Mapping[str, Task] = MappingProxyType(
+    {task.__name__: task for task in (regulation, step, sine, multisine, stiffness, disturbance)}
+)
+"""Name -> task."""

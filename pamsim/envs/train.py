@@ -16,7 +16,7 @@ from pamsim.core.encoding import write_json
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.envs import ENVIRONMENT
-from pamsim.envs.settings import EnvSettings
+from pamsim.envs.settings import env_settings
 from pamsim.recordings.policy_file import PolicyFile, write_policy
 
 RIGS = 32
@@ -120,7 +120,7 @@ def train(
         InputError: for on/off valves, an unknown setting, or less than one step.
         EngineError: without stable-baselines3; it names the fix.
     """
-    if EnvSettings(**settings).action == "on_off":
+    if env_settings(settings).action == "on_off":
         raise InputError("a policy gives continuous actions; train it on `action` valve")
     if steps < 1:
         raise InputError(f"{steps} steps train nothing; give 100000 or more")
@@ -134,15 +134,15 @@ def train(
             f'training needs stable-baselines3: pip install "pamsim[rl]" ({error})'
         ) from None
     torch.set_num_threads(1)
-    began = time.perf_counter()
+    began, whole = time.perf_counter(), RIGS * PPO["n_steps"]
+    total = -(-steps // whole) * whole
     env = gymnasium.make_vec(
         ENVIRONMENT, num_envs=RIGS, vectorization_mode="vector_entry_point", **settings
     )
-    rigs = Sb3Rigs(env, seed)
-    whole = RIGS * PPO["n_steps"]
+    rigs, own = Sb3Rigs(env, seed), env.unwrapped.rigs
+    given = {**PPO, "learning_rate": lambda left: _RATE * left, "seed": seed, "device": "cpu"}
     with contextlib.closing(rigs):
-        learner = Learner("MlpPolicy", rigs, seed=seed, device="cpu", learning_rate=_falling, **PPO)
-        total = -(-steps // whole) * whole
+        learner = Learner("MlpPolicy", rigs, **given)
 
         def stepped(*_: object) -> bool:
             if progress is not None:
@@ -150,56 +150,47 @@ def train(
             return True
 
         learner.learn(total, callback=stepped)
-    layers = _layers(learner.policy)
-    own = env.unwrapped.rigs
+    # From the observation to the mean action, tanh between the layers.
+    net = learner.policy
+    layers = [*(m for m in net.mlp_extractor.policy_net if hasattr(m, "weight")), net.action_net]
+    weights, biases = (
+        tuple(getattr(layer, part).detach().numpy().astype(float) for layer in layers)
+        for part in ("weight", "bias")
+    )
+    policy = PolicyFile(
+        joints=tuple(own.rig.joints),
+        muscles=tuple(own.rig.muscles),
+        command=own.kind.command,
+        supply=own.top_pressure,
+        centre=own.signals.centre,
+        scale=own.signals.scale,
+        weights=weights,
+        biases=biases,
+    )
     return Training(
-        policy=PolicyFile(
-            joints=tuple(own.rig.joints),
-            muscles=tuple(own.rig.muscles),
-            command=own.kind.command,
-            supply=own.top_pressure,
-            centre=own.signals.centre,
-            scale=own.signals.scale,
-            weights=tuple(weight for weight, _ in layers),
-            biases=tuple(bias for _, bias in layers),
-        ),
+        policy=policy,
         settings={name: str(value) for name, value in settings.items()},
         seed=seed,
         steps=rigs.steps,
         rewards=rigs.rewards,
-        apart=_largest_difference(learner.policy, layers),
+        apart=_largest_difference(policy, net),
         seconds=time.perf_counter() - began,
     )
 
 
-def _falling(left: float) -> float:
-    """Learning rate at a share of the steps that is left."""
-    return _RATE * left
-
-
-def _layers(policy: Any) -> list[tuple[Any, Any]]:
-    """Weights and biases from the observation to the mean action, tanh between them."""
-    hidden = [m for m in policy.mlp_extractor.policy_net if hasattr(m, "weight")]
-    return [
-        (m.weight.detach().numpy().astype(float), m.bias.detach().numpy().astype(float))
-        for m in [*hidden, policy.action_net]
-    ]
-
-
-def _largest_difference(policy: Any, layers: list[tuple[Any, Any]]) -> float:
-    """Between the exported numbers' action and PyTorch's.
+def _largest_difference(policy: PolicyFile, theirs: Any) -> float:
+    """Between the actions by the exported numbers and PyTorch's.
 
     Raises:
         EngineError: if they differ.
     """
-    size = layers[0][0].shape[1]
-    seen = np.random.default_rng(0).normal(size=(_TRIED, size)).astype(np.float32)
-    theirs = policy.predict(seen, deterministic=True)[0]
-    value = seen.astype(float)
-    for weight, bias in layers[:-1]:
-        value = np.tanh(value @ weight.T + bias)
-    weight, bias = layers[-1]
-    apart = float(np.abs(np.clip(value @ weight.T + bias, -1.0, 1.0) - theirs).max())
+    tried = np.random.default_rng(0).normal(size=(_TRIED, len(policy.centre))).astype(np.float32)
+    value = linear = tried.astype(float)
+    for weight, bias in zip(policy.weights, policy.biases, strict=True):
+        linear = value @ weight.T + bias
+        value = np.tanh(linear)
+    actions = theirs.predict(tried, deterministic=True)[0]
+    apart = float(np.abs(np.clip(linear, -1.0, 1.0) - actions).max())
     if not apart < _NEAR:
         raise EngineError(f"the exported policy differs from PyTorch's by {apart:g}")
     return apart

@@ -70,9 +70,9 @@ def speed(counts: list[int], device: str | None) -> list[dict[str, object]]:
             worlds = Worlds(rig, run.model, count, precision=precision, device=device)
             worlds.put(states)
             peers[precision] = functools.partial(_step, worlds, command)
-        batch = ManyRigs(rig, run.model, count, 0)
+        batch = ManyRigs(run.model, count, 0)
         batch.put(states)
-        peers["batch"] = functools.partial(batch.step, [(STEPS, command)])
+        peers["batch"] = functools.partial(batch.step, command, STEPS)
         for peer in peers.values():
             peer()
         times = {name: [] for name in peers}
@@ -81,7 +81,6 @@ def speed(counts: list[int], device: str | None) -> list[dict[str, object]]:
                 began = time.perf_counter()
                 peer()
                 times[name].append(time.perf_counter() - began)
-        batch.close()
         for precision in PRECISIONS:
             ratios = np.divide(times["batch"], times[precision]).tolist()
             row = {

@@ -54,7 +54,7 @@ def made():
 def test_air_let_in_is_what_flowed_through_the_valve(made):
     env = made(max_episode_steps=1000, frame_skip=4)
     run = run_episode(env, Held((500e3, 300e3), period=0.002), seed=0)
-    row = env.unwrapped.rigs.rows[0, 0]
+    row = env.unwrapped.rigs.gauges.rows[0, 0]
     flow = [air_flow(row, p + 101325.0, 500e3, 0.0) for p in run.pressure[:, 0]]
     assert run.air[:, 0].sum() == pytest.approx(np.sum(flow) * run.period, rel=0.01)
     assert run.air[:, 1].sum() < 0.2 * run.air[:, 0].sum()

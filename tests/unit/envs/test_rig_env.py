@@ -18,7 +18,7 @@ from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.envs import ENVIRONMENT
 from pamsim.envs.actions import KINDS
 from pamsim.envs.rig_env import RigEnv
-from pamsim.envs.settings import ResetOptions
+from pamsim.envs.settings import Episode
 from pamsim.envs.tasks import TASKS
 from pamsim.recordings.experiment import Experiment
 
@@ -26,7 +26,7 @@ PRESSURE = "pamsim/PamArmPressure-v0"
 VALVE = "pamsim/PamArmValve-v0"
 SHORT = {"max_episode_steps": 40, "frame_skip": 20}
 UNIT = 0.25  # error of the position, as a share of the travel, that costs 1
-USUAL = ResetOptions(start_pressure=(300e3, 300e3))
+USUAL = Episode(start_pressure=(300e3, 300e3))
 RIGS = ("mas20_arm", "two_joint_arm")
 
 
@@ -222,15 +222,16 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
 def test_randomized_arms_spread_as_the_file_says(made):
     from pamsim.envs.episode import random_parameters
 
-    (damping,) = [s for s in random_parameters(pamsim.load_rig("mas20_arm")) if "damping" in s.name]
-    assert damping.value == pytest.approx(0.3247)
-    assert damping.sd == pytest.approx((0.409 - 0.213) / 3.92, rel=1e-3)
+    known = random_parameters(pamsim.load_rig("mas20_arm"))
+    centre, sd, *_ = known["joint.shaft.damping"]
+    assert centre == pytest.approx(0.3247)
+    assert sd == pytest.approx((0.409 - 0.213) / 3.92, rel=1e-3)
     env = made(randomize=True)
     rng = np.random.default_rng(0)
     episodes = [env.rigs._episodes.draw(rng, USUAL) for _ in range(300)]
-    drawn = [episode.values["joint.shaft.damping"] for episode in episodes]
-    assert np.mean(drawn) == pytest.approx(damping.value, abs=4 * damping.sd / 300**0.5)
-    assert np.std(drawn) == pytest.approx(damping.sd, rel=0.15)
+    drawn = [episode.parameters["joint.shaft.damping"] for episode in episodes]
+    assert np.mean(drawn) == pytest.approx(centre, abs=4 * sd / 300**0.5)
+    assert np.std(drawn) == pytest.approx(sd, rel=0.15)
     one, other = (played(env, actions(2), seed=s)[:, -1] for s in (1, 2))
     assert not np.array_equal(one, other)
 

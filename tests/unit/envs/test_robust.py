@@ -52,11 +52,11 @@ def test_what_is_no_action_is_an_error_and_changes_nothing(vector, action, bad, 
     kind = {"num_envs": 1, "vectorization_mode": "vector_entry_point"} if vector else {}
     with closing(make(ENVIRONMENT, action=action, **kind).unwrapped) as env:
         env.reset(seed=0)
-        before = env.rigs.state()
+        before = env.rigs.plant.state(0)
         with pytest.raises(InputError, match=message) as caught:
             env.step([bad] if vector else bad)
         assert "\n" not in str(caught.value)
-        assert np.array_equal(env.rigs.state()["plant"][0], before["plant"][0])
+        assert np.array_equal(env.rigs.plant.state(0), before)
 
 
 def test_actions_beyond_the_space_count_as_its_ends():
