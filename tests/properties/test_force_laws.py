@@ -20,15 +20,12 @@ from pamsim.gpu.translate import translated_name
 from pamsim.papers.sarosi.equations import isobar
 from pamsim.physics.braid import Braid, volume
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
 from pamsim.physics.force_laws.effective_area import EffectiveArea
-from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
+from pamsim.physics.force_laws.exponential import InvertibleExponential
 from pamsim.physics.force_laws.force_law import ForceLaw, coefficients_of
-from pamsim.physics.force_laws.invertible_exponential import InvertibleExponential
-from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.force_laws.mckibben import CorrectedMcKibben, ElasticEnergy, IdealMcKibben
 from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
-from pamsim.physics.force_laws.pleated import SLENDERNESS_6
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6, PleatedShape
 from pamsim.physics.force_laws.published import PUBLISHED
 
 from .strategies import SHARES, between

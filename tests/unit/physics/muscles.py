@@ -11,15 +11,14 @@ from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
-from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
-from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
-from pamsim.physics.force_laws.exponential import SixParameter
-from pamsim.physics.force_laws.invertible_exponential import InvertibleExponential
-from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.force_laws.exponential import (
+    InvertibleExponential,
+    SinglePressureExponential,
+    SixParameter,
+)
+from pamsim.physics.force_laws.mckibben import CorrectedMcKibben, ElasticEnergy, IdealMcKibben
 from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
-from pamsim.physics.force_laws.pleated import Pleated
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
-from pamsim.physics.force_laws.single_pressure_exponential import SinglePressureExponential
+from pamsim.physics.force_laws.pleated import Pleated, PleatedShape
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.parallel import BLOCKS
