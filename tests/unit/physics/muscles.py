@@ -21,7 +21,7 @@ from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
 from pamsim.physics.force_laws.pleated import Pleated, PleatedShape
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.hysteresis.preisach import Preisach
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import PassiveSpring
