@@ -16,13 +16,11 @@ contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 ka
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.physics.braid import Braid
-from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters, Range
+from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,11 +81,6 @@ def effective_area_work(contraction: float, stiffness: float, nominal_length: fl
     return -0.5 * stiffness * nominal_length * contraction * contraction
 
 
-def _half_stroke(coefficients: Sequence[float], braid: Braid) -> Range:
-    """Strokes about that at which the spring is free, up to half of it compressed or stretched."""
-    return -0.5, 0.5
-
-
 CARD = ForceLaw(
     title="Bellows or piston",
     equation="F = -p A + k (s - s0), kappa = 1 - s/s0",
@@ -99,7 +92,7 @@ CARD = ForceLaw(
     volume_varies=False,
     braid_fields=("nominal_length",),
     pressure_range=(0.0, math.inf),
-    limits=_half_stroke,
+    limits=(-0.5, 0.5),  # the spring up to half compressed or stretched
     pushes=True,
     notes="Pushes: its force is negative. The group stroke takes the place of braid; passive,"
     " threshold, end_shape and chain have no meaning for it. The effective area of a real"

@@ -37,13 +37,10 @@ class SixParameter(ForceParameters):
 def six_parameter_force(
     pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> float:
-    """Force of the six-parameter law (Sarosi, equation (4), its d and f zero).
+    """Force [N] of the six-parameter law (Sarosi, (4), its d and f zero), not limited to tension.
 
     The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
     `SixParameter` after its scale.
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension.
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f

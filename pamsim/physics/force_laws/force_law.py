@@ -37,11 +37,6 @@ class ForceParameters(ParameterGroup):
     )
 
 
-def _to_a_quarter(coefficients: Sequence[float], braid: Braid) -> Range:
-    """Festo's DMSP muscles contract by 25 % at most (data sheet, Nguyen 2024, Sarosi)."""
-    return 0.0, 0.25
-
-
 @dataclass(frozen=True, kw_only=True)
 class ForceLaw:
     """A force law: equation, source, range of validity, and functions.
@@ -66,8 +61,8 @@ class ForceLaw:
             unless the force is linear in pressure.
         pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
             holds at the one pressure it was fitted at.
-        limits: contractions for which the source claims validity, from coefficients and braid;
-            0 to 25 % if left out.
+        limits: contractions for which the source claims validity, or a function of coefficients
+            and braid that gives them; 0 to 25 % if left out.
         notes: what a user must know before relying on the law.
         pushes: whether the force may push. Such an actuator is empty where its stroke is zero.
     """
@@ -83,7 +78,8 @@ class ForceLaw:
     braid_fields: tuple[str, ...] = ()
     volume_varies: bool = True
     pressure_range: Range | None
-    limits: Callable[[Sequence[float], Braid], Range] = _to_a_quarter
+    # Festo's DMSP muscles contract by 25 % at most (data sheet, Nguyen 2024, Sarosi).
+    limits: Range | Callable[[Sequence[float], Braid], Range] = (0.0, 0.25)
     notes: str = ""
     pushes: bool = False
 
@@ -144,7 +140,7 @@ class ForceLaw:
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
         """Contractions for which the source claims validity, lowest and highest [-]."""
-        return self.limits(coefficients, braid)
+        return self.limits(coefficients, braid) if callable(self.limits) else self.limits
 
     def _rest(self, coefficients: Sequence[float], braid: Braid) -> tuple[float, ...]:
         geometry = (float(getattr(braid, name)) for name in self.braid_fields)

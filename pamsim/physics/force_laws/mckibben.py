@@ -115,14 +115,10 @@ def elastic_energy_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Restoring force F_air of the air (Nguyen 2024, equation (5)).
+    """Restoring force F_air [N]: the pull beyond that at the working point (Nguyen 2024, (5)).
 
-    The arguments are gauge pressure P - Patm [Pa] and contraction kappa = 1 - l/l0 [-] at the
-    present length, the fields of `ElasticEnergy` after its scale, and diameter D0 [m] and fibre
-    angle alpha0 [rad] of `Braid`.
-
-    Returns:
-        F_air [N]: what the muscle pulls more than at the working point, negative if less.
+    The arguments are gauge pressure P - Patm [Pa], contraction kappa = 1 - l/l0 [-], the fields of
+    `ElasticEnergy` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
     """
     # dV/dl depends on l/l0 alone, so lengths are taken in units of l0.
     held = ideal_tension(working_pressure, working_contraction, 1.0, diameter, fibre_angle)
@@ -206,14 +202,11 @@ def corrected_mckibben_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Force of the corrected McKibben law (Sarosi, equation (2)).
+    """Force [N] of the corrected McKibben law (Sarosi, equation (2)), not limited to tension.
 
     The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
     `CorrectedMcKibben` after its scale, and diameter D0 = 2 r0 [m] and fibre angle alpha0 [rad] of
     `Braid`.
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension.
     """
     mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
     stretch = 1.0 - (a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps) * contraction
@@ -231,11 +224,10 @@ def corrected_mckibben_volume(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Volume gained since nominal length, per nominal length [m^2], of `corrected_mckibben_force`.
+    """Volume gained since nominal length, per nominal length [m^2]: pi r0^2 d(p J)/dp.
 
-    With J = integral from 0 to kappa of mu (a (1 - eps kappa)^2 - b), it is
-    pi r0^2 d(p J)/dp = pi r0^2 (J + p eps' dJ/deps), which depends on pressure because eps does.
-    Below 2 bar it is that at 2 bar: the printed formula would make it negative there.
+    J is the integral from 0 to kappa of mu (a (1 - eps kappa)^2 - b). Below 2 bar the volume is
+    that at 2 bar: the printed formula would make it negative there.
     """
     if pressure < _VALID_FROM:
         pressure = _VALID_FROM

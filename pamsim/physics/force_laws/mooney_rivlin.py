@@ -59,14 +59,11 @@ def mooney_rivlin_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Force of a braid over a Mooney-Rivlin tube (Klute and Hannaford 2000, with end effect).
+    """Force [N] of a braid over a Mooney-Rivlin tube, not limited to tension.
 
     The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension. NaN where the braid
-        cannot be: stretched until its fibres lie straight, or shorter than nothing.
+    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`. NaN
+    where the braid cannot be: stretched until its fibres lie straight, or shorter than nothing.
     """
     braid = (contraction - slack_contraction) / active_share
     _, wall = _wall(braid, c1, c2, fibre_angle)
@@ -98,10 +95,7 @@ def mooney_rivlin_work(
     active_share: float,
     fibre_angle: float,
 ) -> float:
-    """Work of the wall from nominal length on, per nominal length [N]: minus the energy it stores.
-
-    The arguments are those of `mooney_rivlin_force`.
-    """
+    """Work of the wall from nominal length on, per nominal length [N]: minus its energy."""
     stored, _ = _wall((contraction - slack_contraction) / active_share, c1, c2, fibre_angle)
     start, _ = _wall(-slack_contraction / active_share, c1, c2, fibre_angle)
     return -active_share * (stored - start)

@@ -127,10 +127,6 @@ def pleated_volume(
     return nominal_length * nominal_length * gained
 
 
-def _fitted(coefficients: Sequence[float], braid: Braid) -> Range:
-    return FIT_RANGE
-
-
 FITTED = ForceLaw(
     title="Pleated muscle, fitted force function",
     equation="F = p l0^2 (f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3)",
@@ -141,7 +137,7 @@ FITTED = ForceLaw(
     volume_varies=False,
     braid_fields=("nominal_length",),
     pressure_range=_PRESSURES,
-    limits=_fitted,
+    limits=FIT_RANGE,
     notes="NaN at and below zero contraction, too large below 5 %. Coefficients for l0/R = 6 in"
     " pleated.py. Leave braid.extensibility 0. The braid's diameter is that of the"
     " end discs: its cylinder is the volume at nominal length.",

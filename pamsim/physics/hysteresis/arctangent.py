@@ -81,14 +81,6 @@ class Arctangent(Hysteresis):
         return 1 + int(self.turning_points)
 
 
-def remembered(slots: int, z: Row) -> int:
-    """Number of turning points in the memory: a slot near 0 is empty."""
-    count = 0
-    while count < slots and z[1 + count] > SMALLEST_MOVE:
-        count += 1
-    return count
-
-
 def kept_and_added(slots: int, z: Row, t: float) -> tuple[int, int]:
     """How the turning points change when the input goes to t, a pure number.
 
@@ -98,20 +90,19 @@ def kept_and_added(slots: int, z: Row, t: float) -> tuple[int, int]:
     Returns:
         Number of old turning points that stay, and 1 if the last input becomes a new one.
     """
-    count = remembered(slots, z)
-    rising = count % 2 == 0
-    reverses = t < z[0] - SMALLEST_MOVE if rising else t > z[0] + SMALLEST_MOVE
-    if reverses and count == 0 and t <= SMALLEST_MOVE:
-        return 0, 0  # down to the lower end in one step
-    if reverses:
-        if count == 0 or (t > z[count] + SMALLEST_MOVE if rising else t < z[count] - SMALLEST_MOVE):
+    count = 0
+    while count < slots and z[1 + count] > SMALLEST_MOVE:
+        count += 1
+    side = 1.0 if count % 2 == 0 else -1.0
+    if side * (z[0] - t) > SMALLEST_MOVE:
+        if count == 0 and t <= SMALLEST_MOVE:
+            return 0, 0  # down to the lower end in one step
+        if count == 0 or side * (t - z[count]) > SMALLEST_MOVE:
             return count, 1 if count < slots else 0
         # Back beyond the start of this branch: both close, the branch before them goes on.
         count -= 1
-        rising = not rising
-    while count >= 2 and (
-        t >= z[count - 1] - SMALLEST_MOVE if rising else t <= z[count - 1] + SMALLEST_MOVE
-    ):
+        side = -side
+    while count >= 2 and side * (t - z[count - 1]) >= -SMALLEST_MOVE:
         count -= 2
     if count == 1 and t <= SMALLEST_MOVE:
         count = 0

@@ -39,17 +39,10 @@ class BoucWen(Hysteresis):
 def bouc_wen_rate(
     z: float, velocity: float, yield_travel: float, sigma: float, sharpness: float
 ) -> float:
-    """Rate of the internal variable (Ikhouane and Rodellar 2007, normalised Bouc-Wen model).
+    """Rate dz/dt [1/s] of the internal variable z in [-1, 1], from the rate of the input [1/s].
 
-    Args:
-        z: internal variable, in [-1, 1].
-        velocity: rate of the input, here d(kappa)/dt [1/s].
-        yield_travel: D, in units of the input.
-        sigma: shape, >= 1/2 (below it the model is not passive).
-        sharpness: n >= 1.
-
-    Returns:
-        dz/dt [1/s].
+    The travel D is in units of the input; sigma >= 1/2, below which the model is not passive, and
+    n >= 1 are its shape.
     """
     blocked = abs(z) ** sharpness
     if not z * velocity > 0.0:

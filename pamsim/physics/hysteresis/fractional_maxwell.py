@@ -75,8 +75,7 @@ def density_below(rate: float, order: float, time_constant: float) -> float:
 def branch_rate(h: FractionalMaxwell, k: int) -> float:
     """Rate of branch k [1/s]: the last two stand for all rates below and above the others.
 
-    Their rates match the tails of the density to first order, where it goes as r^alpha below and
-    as r^-alpha above.
+    They match the tails of the density to first order, r^alpha below and r^-alpha above.
     """
     inner = int(h.branches) - 2
     if k == inner:
@@ -87,10 +86,10 @@ def branch_rate(h: FractionalMaxwell, k: int) -> float:
 
 
 def branch_weight(h: FractionalMaxwell, k: int) -> float:
-    """Weight of branch k [-]; over all branches they add up to 1 but for the midpoint rule's error.
+    """Weight of branch k [-]; all of them add up to 1 but for the midpoint rule's error.
 
-    The midpoint rule cut off at both ends misses h^2/24 times the density's slope there
-    (Euler-Maclaurin), which the two outer branches carry.
+    Cut off at both ends the rule misses h^2/24 times the density's slope there (Euler-Maclaurin),
+    which the two outer branches carry.
     """
     inner = int(h.branches) - 2
     width = math.log(h.fastest_rate / h.slowest_rate) / inner

@@ -81,19 +81,12 @@ class ParallelHysteresis(ParameterGroup):
 
 
 def play(x: float, held: float, threshold: float) -> float:
-    """Output of the play operator (backlash), which is also its new memory.
+    """Output of the play operator (backlash), which is also its new memory, in the unit of x.
 
-    z follows x at a distance r: z+ = max(x - r, min(x + r, z)) (Krasnosel'skii and Pokrovskii 1989;
-    Brokate and Sprekels 1996). Its complement x - z is the stop operator, an elastic-ideally
-    plastic element.
-
-    Args:
-        x: input.
-        held: z, the memory, in the unit of x.
-        threshold: r >= 0, half the dead travel, in the unit of x.
-
-    Returns:
-        z+ within r of x. A NaN in input or memory stays NaN: neither comparison holds for it.
+    The memory z follows the input x at a threshold r >= 0, half the dead travel:
+    z+ = max(x - r, min(x + r, z)) (Krasnosel'skii and Pokrovskii 1989; Brokate and Sprekels 1996).
+    x - z is the stop operator, an elastic-ideally plastic element. A NaN in input or memory stays
+    NaN: neither comparison holds for it.
     """
     if held < x - threshold:
         return x - threshold
@@ -103,18 +96,10 @@ def play(x: float, held: float, threshold: float) -> float:
 
 
 def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Sum of the elements' forces over the largest possible (Iwan 1966).
+    """Sum of the elements' forces over the largest possible (Iwan 1966), 1 once all slip forward.
 
-    Args:
-        elements: number n of them.
-        full_slip: contraction at which every block slips [-].
-        decay: ratio of the shares of neighbours, late slipping over early.
-        z: states, among them the positions of the blocks x_k [contraction].
-        at: place of the first block's in them.
-        x: contraction [-].
-
-    Returns:
-        w in [-1, 1]; 1 once every block slips forward.
+    Of the fields of `MaxwellSlip`, states z that hold the positions of the blocks x_k
+    [contraction], the place of the first of them, and the contraction x [-].
     """
     share, shares, total = 1.0, 0.0, 0.0
     for k in range(elements):
@@ -140,10 +125,7 @@ def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, 
 def slip_rates(
     elements: int, full_slip: float, z: Row, dz: MutableRow, at: int, x: float, timestep: float
 ) -> None:
-    """Write to dz the rates [1/s] that drag every block to where x leaves it within a time step.
-
-    The other arguments are those of `slip_output`.
-    """
+    """Write to dz the rates [1/s] that drag every block to where x leaves it in a time step [s]."""
     for k in range(elements):
         slip = full_slip / elements * (k + 1)
         dz[at + k] = (play(x, z[at + k], slip) - z[at + k]) / timestep

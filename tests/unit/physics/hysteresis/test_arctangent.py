@@ -10,7 +10,6 @@ from pamsim.physics.hysteresis.arctangent import (
     branch,
     half_width,
     kept_and_added,
-    remembered,
 )
 from pamsim.recordings.printed import arctangent_law, loop_equation
 from tests.unit.physics.hysteresis.operator_runs import area, path, run
@@ -116,7 +115,7 @@ def test_a_reversal_slower_than_the_rounding_limit_is_seen():
 
 
 def test_rounding_errors_of_the_memory_are_no_turning_points():
-    assert remembered(2, [0.5, 0.8, 1e-16]) == 1
+    assert kept_and_added(2, [0.5, 0.8, 1e-16], 0.5) == (1, 0)
     for error in (-1e-12, 0.0, 1e-12):
         assert kept_and_added(3, [0.5, 0.8, 0.3, 0.0], 0.8 + error) == (0, 0)
         assert kept_and_added(3, [0.5, 0.8, 0.3, 0.7], 0.3 + error) == (1, 0)
