@@ -104,22 +104,14 @@ def column(levels: int, j: int, c: float, d: float) -> tuple[float, float, float
 
 
 def row_sum(
-    row_minus: float,
-    row_plus: float,
-    below_line: bool,
-    minus: float,
-    plus: float,
-    line_minus: float,
-    line_plus: float,
+    near: float, far: float, minus: float, plus: float, line_minus: float, line_plus: float
 ) -> float:
     """Sum of a row's weights over the columns up to some one [-].
 
-    From the row's factors, whether the columns end below the line alpha + beta = 0, the sums of
-    their factors, and those up to the line; see `column`.
+    From the row's two factors, the sums of the columns' factors, and those up to the line
+    alpha + beta = 0; see `column`. Factors are positive, so that the smaller sum ends first.
     """
-    if below_line:
-        return row_plus * minus
-    return row_plus * line_minus + row_minus * (plus - line_plus)
+    return far * min(minus, line_minus) + near * max(plus - line_plus, 0.0)
 
 
 def staircase_sums(
@@ -173,10 +165,11 @@ def staircase_sums(
         beta, near, far = column(levels, step, c, d)
         line_minus += near
         line_plus += far
-        line_minus_taken += near * (u - beta)
-        line_plus_taken += far * (u - beta)
+        if step < reached:
+            line_minus_taken += near * (u - beta)
+            line_plus_taken += far * (u - beta)
         half_minus, half_plus = minus + 0.5 * first, plus + 0.5 * second
-        row = row_sum(near, far, i <= step, half_minus, half_plus, line_minus, line_plus)
+        row = row_sum(near, far, half_minus, half_plus, line_minus, line_plus)
         total += row
         moment += row * (1.0 - alpha * alpha)
         if 2 * i + 1 <= levels:
@@ -202,17 +195,11 @@ def staircase_sums(
         # Half of a relay in the virgin state; a rounding error elsewhere; NaN stays NaN.
         beta, first, second = column(levels, p, c, d)
         partly = (count - p) * (far * first if p <= step else near * second)
-        low = p <= step + 1
-        risen = row_sum(near, far, low, up_minus, up_plus, line_minus, line_plus)
+        risen = row_sum(near, far, up_minus, up_plus, line_minus, line_plus)
         up += risen + partly
         held += risen * (alpha - u) + partly * (alpha + beta - 2.0 * u)
-        held -= row_sum(
-            near, far, low, up_minus_taken, up_plus_taken, line_minus_taken, line_plus_taken
-        )
-        low = reached <= step + 1
-        held += row_sum(
-            near, far, low, reached_minus, reached_plus, line_minus_taken, line_plus_taken
-        )
+        held += row_sum(near, far, reached_minus, reached_plus, line_minus_taken, line_plus_taken)
+        held -= row_sum(near, far, up_minus_taken, up_plus_taken, line_minus_taken, line_plus_taken)
     return (
         2.0 * up / total - 1.0,
         middle / total,
