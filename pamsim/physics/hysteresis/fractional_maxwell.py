@@ -52,24 +52,27 @@ class FractionalMaxwell(Hysteresis):
     )
 
 
-def density(rate: float, order: float, time_constant: float) -> tuple[float, float]:
-    """Density k of the relaxation function per ln r, and its derivative by ln r [-].
+def density(rate: float, order: float, time_constant: float) -> float:
+    """Density k of the relaxation function per ln r [-].
 
     Of rate r [1/s], order alpha and time constant beta [s] (Gorenflo and Mainardi 1997).
     """
     v = (rate * time_constant) ** order
     turn = math.pi * order
-    divisor = v * v + 2.0 * v * math.cos(turn) + 1.0
-    value = math.sin(turn) / math.pi * v / divisor
-    return value, order * value * (1.0 - v * v) / divisor
+    return math.sin(turn) / math.pi * v / (v * v + 2.0 * v * math.cos(turn) + 1.0)
 
 
-def density_below(rate: float, order: float, time_constant: float) -> float:
-    """Integral of `density` over all rates below one [-], from 0 to 1; arguments as there."""
+def density_slope_and_integral(
+    rate: float, order: float, time_constant: float
+) -> tuple[float, float]:
+    """Derivative of `density` by ln r, and its integral over all rates below r, from 0 to 1 [-]."""
     v = (rate * time_constant) ** order
     turn = math.pi * order
+    sine, cosine = math.sin(turn), math.cos(turn)
+    divisor = v * v + 2.0 * v * cosine + 1.0
+    slope = order * sine / math.pi * v * (1.0 - v * v) / (divisor * divisor)
     # The difference of two arctangents in one, which keeps its digits for small v.
-    return math.atan2(v * math.sin(turn), 1.0 + v * math.cos(turn)) / turn
+    return slope, math.atan2(v * sine, 1.0 + v * cosine) / turn
 
 
 def branch_rate(h: FractionalMaxwell, k: int) -> float:
@@ -93,12 +96,12 @@ def branch_weight(h: FractionalMaxwell, k: int) -> float:
     """
     inner = int(h.branches) - 2
     width = math.log(h.fastest_rate / h.slowest_rate) / inner
-    if k < inner:
-        return width * density(branch_rate(h, k), h.order, h.time_constant)[0]
-    end = h.slowest_rate if k == inner else h.fastest_rate
-    _, slope = density(end, h.order, h.time_constant)
-    carried = density_below(end, h.order, h.time_constant) - width * width / 24.0 * slope
-    return carried if k == inner else 1.0 - carried
+    if k >= inner:
+        end = h.slowest_rate if k == inner else h.fastest_rate
+        slope, below = density_slope_and_integral(end, h.order, h.time_constant)
+        carried = below - width * width / 24.0 * slope
+        return carried if k == inner else 1.0 - carried
+    return width * density(branch_rate(h, k), h.order, h.time_constant)
 
 
 def fractional_maxwell_output(h: FractionalMaxwell, z: Row, x: float) -> float:
