@@ -42,7 +42,7 @@ FORCES: dict[str, ParameterGroup] = {
             scale=1.1, a=7.9e-5, b=419.9, c=-50.9, e=-8.9e-3, f=159.0, g=2.7e-3, h=-327.5
         ),
         ElasticEnergy(scale=1.1, working_pressure=3e5, working_contraction=0.1),
-        Pleated(scale=1.1, f0=0.3, f1=-0.7, f2=-1.1, f3=3.0, f4=-8.0),
+        Pleated(scale=1.1, f0=0.023, f1=1.03, f2=-4.6, f3=6.7, f4=-5.1),
         PleatedShape(scale=1.1, slenderness=6.0),
         MooneyRivlin(scale=1.5, c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95),
     )
