@@ -69,15 +69,15 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
 
     def __getitem__(self, name: str) -> AnyCard:
         """The law of a name."""
-        return self._asked_for(name, self._laws)[name]
+        return self._with_installed(name, self._laws)[name]
 
     def __iter__(self) -> Iterator[str]:
         """Names, the package's own first."""
-        return iter(tuple(self._asked_for(None, self._laws)))
+        return iter(tuple(self._with_installed(None, self._laws)))
 
     def __len__(self) -> int:
         """Number of laws."""
-        return len(self._asked_for(None, self._laws))
+        return len(self._with_installed(None, self._laws))
 
     def own(self) -> tuple[AnyCard, ...]:
         """The package's own laws."""
@@ -86,9 +86,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
     def add(self, law: AnyCard, where: str) -> None:
         """Add a law from outside the package; the newest of a name counts for new muscles.
 
-        Args:
-            law: a law.
-            where: what it was found in, for errors.
+        ``where`` it was found is named in errors.
 
         Raises:
             InputError: if its name is one of the package's, or it has too many parameters.
@@ -111,7 +109,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         Raises:
             EngineError: if there is none.
         """
-        if group not in self._asked_for(group, self._codes):
+        if group not in self._with_installed(group, self._codes):
             raise EngineError(f"{group.__name__} belongs to no known {self._kind.__name__}")
         return self._codes[group]
 
@@ -121,7 +119,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         Raises:
             EngineError: if there is none, such as one of a package that is not installed here.
         """
-        if code not in self._asked_for(code, self._by_code):
+        if code not in self._with_installed(code, self._by_code):
             raise EngineError(
                 f"{self._slot} = {code:g} in an actuator's user data stands for no law known here;"
                 " load the rig or install the package that it comes from"
@@ -136,8 +134,8 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         """
         return self._by_code[self.code(group)]
 
-    def _asked_for(self, key: Any, table: dict[Any, Any]) -> dict[Any, Any]:
-        """A table; what it does not hold, installed packages may."""
+    def _with_installed(self, key: Any, table: dict[Any, Any]) -> dict[Any, Any]:
+        """The table, filled by installed packages where it does not hold the key."""
         if key not in table and not self._asked:
             self._asked = True
             for law, where in installed("pamsim.laws"):
