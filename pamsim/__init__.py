@@ -60,8 +60,8 @@ if TYPE_CHECKING:
     from pamsim.papers.replicate import replicate as replicate
     from pamsim.papers.reproduce import reproduce as reproduce
     from pamsim.physics.force_laws.force_law import ForceLaw as ForceLaw
-    from pamsim.physics.hysteresis.catalog import Operator as Operator
     from pamsim.physics.hysteresis.group import Hysteresis as Hysteresis
+    from pamsim.physics.hysteresis.group import Operator as Operator
     from pamsim.physics.muscle import Muscle as Muscle
     from pamsim.recordings.experiment import Experiment as Experiment
     from pamsim.recordings.experiment import pressure_step as pressure_step
@@ -83,7 +83,7 @@ _HOME = {
     "ForceLaw": "pamsim.physics.force_laws.force_law",
     "Hysteresis": "pamsim.physics.hysteresis.group",
     "Muscle": "pamsim.physics.muscle",
-    "Operator": "pamsim.physics.hysteresis.catalog",
+    "Operator": "pamsim.physics.hysteresis.group",
     "PamsimError": "pamsim.core.errors",
     "ParameterGroup": "pamsim.core.parameters",
     "Recording": "pamsim.recordings.recording",

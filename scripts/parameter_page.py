@@ -15,7 +15,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.hysteresis.parallel import ParallelHysteresis
+from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.muscle import PLAIN_GROUPS, Muscle
 from pamsim.recordings.sensors import MeasurementChain
 

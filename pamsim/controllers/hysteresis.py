@@ -23,7 +23,7 @@ from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
 from pamsim.inference.record_checks import finite_samples
-from pamsim.physics.hysteresis.play import play
+from pamsim.physics.hysteresis.maxwell_slip import play
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.recordings.excitation import triangle
 from pamsim.recordings.experiment import Experiment

@@ -12,8 +12,8 @@ import functools
 import importlib.metadata
 import inspect
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, Generic, Protocol, TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Generic, Protocol, TypeVar, cast
 
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.parameters import ParameterGroup, specs
@@ -26,7 +26,7 @@ MOST_PARAMETERS = 12
 
 
 class Card(Protocol):
-    """What a catalog holds: a law with its name and its parameters."""
+    """What a catalog holds."""
 
     @property
     def name(self) -> str:
@@ -35,7 +35,7 @@ class Card(Protocol):
 
     @property
     def group(self) -> type[ParameterGroup]:
-        """Its parameters."""
+        """The law's parameters."""
         ...
 
     @property
@@ -48,7 +48,7 @@ AnyCard = TypeVar("AnyCard", bound=Card)
 
 
 class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
-    """Name -> law, in order.
+    """Name -> law, in order, the package's own first.
 
     Args:
         kind: class of the laws in it.
@@ -58,46 +58,40 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
     """
 
     def __init__(
-        self, kind: type[AnyCard], laws: Iterable[AnyCard], *, slot: str, first: int = 0
+        self, kind: type[AnyCard], laws: Sequence[AnyCard], *, slot: str, first: int = 0
     ) -> None:
-        self._kind = kind
-        self._slot = slot
-        self._laws: dict[str, AnyCard] = {law.name: law for law in laws}
-        self._codes: dict[type[ParameterGroup], float] = {
-            law.group: float(code) for code, law in enumerate(self._laws.values(), start=first)
-        }
-        self._groups = {code: group for group, code in self._codes.items()}
-        self._by_code = {self._codes[law.group]: law for law in self._laws.values()}
-        self._own = frozenset(self._laws)
+        self._kind, self._slot = kind, slot
+        self._own = tuple(laws)
+        self._laws = {law.name: law for law in laws}
+        self._codes = {law.group: float(code) for code, law in enumerate(laws, start=first)}
+        self._by_code = {self._codes[law.group]: law for law in laws}
         self._asked = False
 
     def __getitem__(self, name: str) -> AnyCard:
         """The law of a name."""
-        if name not in self._laws:
-            self._ask_installed()
-        return self._laws[name]
+        return self._with_installed(name, self._laws)[name]
 
     def __iter__(self) -> Iterator[str]:
         """Names, the package's own first."""
-        self._ask_installed()
-        return iter(tuple(self._laws))
+        return iter(tuple(self._with_installed(None, self._laws)))
 
     def __len__(self) -> int:
         """Number of laws."""
-        self._ask_installed()
-        return len(self._laws)
+        return len(self._with_installed(None, self._laws))
+
+    def own(self) -> tuple[AnyCard, ...]:
+        """The package's own laws."""
+        return self._own
 
     def add(self, law: AnyCard, where: str) -> None:
         """Add a law from outside the package; the newest of a name counts for new muscles.
 
-        Args:
-            law: a law.
-            where: what it was found in, for errors.
+        ``where`` it was found is named in errors.
 
         Raises:
             InputError: if its name is one of the package's, or it has too many parameters.
         """
-        if law.name in self._own:
+        if any(law.name == one.name for one in self._own):
             raise InputError(f"{where}: pamsim has a law {law.name!r} of its own; rename yours")
         count = len(specs(law.group))
         if count > MOST_PARAMETERS:
@@ -107,7 +101,6 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
             )
         self._laws[law.name] = law
         self._codes[law.group] = code = user_code(law)
-        self._groups[code] = law.group
         self._by_code[code] = law
 
     def code(self, group: type[ParameterGroup]) -> float:
@@ -116,30 +109,22 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         Raises:
             EngineError: if there is none.
         """
-        if group not in self._codes:
-            self._ask_installed()
-        if group not in self._codes:
+        if group not in self._with_installed(group, self._codes):
             raise EngineError(f"{group.__name__} belongs to no known {self._kind.__name__}")
         return self._codes[group]
 
     def group(self, code: float) -> type[ParameterGroup]:
-        """Parameter group of the law with a code.
+        """Parameter group of the law with a code, also one that a newer of its name has replaced.
 
         Raises:
             EngineError: if there is none, such as one of a package that is not installed here.
         """
-        if code not in self._groups:
-            self._ask_installed()
-        if code not in self._groups:
+        if code not in self._with_installed(code, self._by_code):
             raise EngineError(
                 f"{self._slot} = {code:g} in an actuator's user data stands for no law known here;"
                 " load the rig or install the package that it comes from"
             )
-        return self._groups[code]
-
-    def own(self) -> tuple[AnyCard, ...]:
-        """The package's own laws."""
-        return tuple(self._laws[name] for name in self._own)
+        return self._by_code[code].group
 
     def card(self, group: type[ParameterGroup]) -> AnyCard:
         """The law with a parameter group.
@@ -149,17 +134,14 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         """
         return self._by_code[self.code(group)]
 
-    def with_code(self, code: float) -> AnyCard | None:
-        """The law with a code, also one that a newer of its name has replaced; None if unknown."""
-        return self._by_code.get(code)
-
-    def _ask_installed(self) -> None:
-        if self._asked:
-            return
-        self._asked = True
-        for law, where in installed("pamsim.laws"):
-            if isinstance(law, self._kind):
-                self.add(law, where)
+    def _with_installed(self, key: Any, table: dict[Any, Any]) -> dict[Any, Any]:
+        """The table, filled by installed packages where it does not hold the key."""
+        if key not in table and not self._asked:
+            self._asked = True
+            for law, where in installed("pamsim.laws"):
+                if isinstance(law, self._kind):
+                    self.add(law, where)
+        return table
 
 
 def user_code(law: Card) -> float:
@@ -168,9 +150,6 @@ def user_code(law: Card) -> float:
     text += [_source(function) for function in law.functions]
     own = zlib.crc32("\n".join(text).encode())
     return USER_DEFINED + 2.0 * own + float(getattr(law, "pushes", False))
-
-
-_NUMBERS: tuple[type, ...] = (int, float, str, tuple, list, dict)
 
 
 def _source(function: Callable[..., Any]) -> str:
@@ -185,15 +164,14 @@ def _source(function: Callable[..., Any]) -> str:
     return text + "".join(map(_held, (*cells, *getattr(holder, "__dict__", {}).values())))
 
 
+_NUMBERS: tuple[type, ...] = (int, float, str, tuple, list, dict)
+
+
 def _held(value: Any) -> str:
     """Numbers that a law holds, such as those of a closure or of a network."""
     if hasattr(value, "tobytes"):
         return value.tobytes().hex()
     return repr(value) if isinstance(value, _NUMBERS) else ""
-
-
-def _each(named: Any) -> Iterable[Any]:
-    return named if isinstance(named, list | tuple) else (named,)  # pyright: ignore[reportUnknownVariableType]
 
 
 @functools.cache
@@ -212,5 +190,6 @@ def installed(group: str) -> tuple[tuple[Any, str], ...]:
             named = point.load()
         except Exception as error:  # whatever the code of others raises when it is imported
             raise InputError(f"{where} cannot be loaded: {error}") from error
-        found += [(one, where) for one in _each(named)]
+        several = isinstance(named, list | tuple)
+        found += [(one, where) for one in (cast("Sequence[Any]", named) if several else (named,))]
     return tuple(found)

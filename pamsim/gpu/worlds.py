@@ -21,7 +21,7 @@ from pamsim.gpu.muscle_kernels import muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import mujoco_warp, warp
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
+from pamsim.physics.force_laws.pleated import PleatedShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import slot

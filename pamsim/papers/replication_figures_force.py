@@ -16,10 +16,9 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.papers.numerics import curve_fit
 from pamsim.papers.sarosi.inverse import pressure_for
 from pamsim.physics.braid import max_contraction
-from pamsim.physics.force_laws.corrected_mckibben import corrected_mckibben_force
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
 from pamsim.physics.force_laws.published import PUBLISHED
 
 FloatArray = NDArray[np.float64]

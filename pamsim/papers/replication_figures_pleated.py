@@ -23,8 +23,13 @@ from pamsim.papers.vandamme2008.relays import (
     printed_weight,
     relay_weights,
 )
-from pamsim.physics.force_laws.pleated import FIT_RANGE, SLENDERNESS_6, pleated_function
-from pamsim.physics.force_laws.pleated_shape import pleated_max_contraction, pleated_shape_function
+from pamsim.physics.force_laws.pleated import (
+    FIT_RANGE,
+    SLENDERNESS_6,
+    pleated_function,
+    pleated_max_contraction,
+    pleated_shape_function,
+)
 
 FloatArray = NDArray[np.float64]
 

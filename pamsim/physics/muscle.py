@@ -18,7 +18,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.hysteresis.parallel import ParallelHysteresis
+from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import ValvePair

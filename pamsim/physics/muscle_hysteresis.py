@@ -7,8 +7,7 @@
 from __future__ import annotations
 
 from pamsim.physics.chosen_law import operator_energy, operator_output, operator_rates
-from pamsim.physics.hysteresis.maxwell_slip import slip_energy, slip_output, slip_rates
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS, slip_energy, slip_output, slip_rates
 from pamsim.physics.record import MutableRow, Parameters, Row
 
 

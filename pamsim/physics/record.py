@@ -26,7 +26,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle import COMMANDS, MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY, Muscle
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]

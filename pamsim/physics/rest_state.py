@@ -5,7 +5,7 @@ from __future__ import annotations
 from pamsim.physics.chamber import air_state
 from pamsim.physics.chamber_pressure import chamber_volume
 from pamsim.physics.commands import MEASURED, PRESSURE_SET
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle_length import chain_length, length_at_muscle
 from pamsim.physics.record import (
     STATE_NAMES,

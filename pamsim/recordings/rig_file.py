@@ -1,7 +1,7 @@
 """Read a rig: a folder with ``params.toml``, the MJCF it names, and perhaps ``effects.py``.
 
 ``effects.py`` adds to the package: it defines ``LAWS``, a sequence of
-`pamsim.physics.force_laws.force_law.ForceLaw` and `pamsim.physics.hysteresis.catalog.Operator`, or
+`pamsim.physics.force_laws.force_law.ForceLaw` and `pamsim.physics.hysteresis.group.Operator`, or
 ``EFFECTS``, one of `pamsim.effects.effect.Effect`, or both. Reading a rig runs that file: read no
 rig whose origin you do not know.
 """

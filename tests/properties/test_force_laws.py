@@ -12,53 +12,27 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 
-from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.parameters import specs
 from pamsim.core.units import to_si
 from pamsim.engine.jit import hand_to_numba, reached_functions
 from pamsim.gpu.replaced_functions import ladders
 from pamsim.gpu.translate import translated_name
-from pamsim.papers.sarosi.equations import isobar
 from pamsim.physics.braid import Braid, volume
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
 from pamsim.physics.force_laws.effective_area import EffectiveArea
-from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
 from pamsim.physics.force_laws.force_law import ForceLaw, coefficients_of
-from pamsim.physics.force_laws.invertible_exponential import InvertibleExponential
-from pamsim.physics.force_laws.mckibben import IdealMcKibben
-from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
-from pamsim.physics.force_laws.pleated import SLENDERNESS_6
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
-from pamsim.physics.force_laws.published import PUBLISHED
+from tests.unit.physics.muscles import FORCES
 
 from .strategies import SHARES, between
 
+PUSHING = EffectiveArea(area=4e-4, stiffness=200.0)
 BRAID = Braid(nominal_length=0.3, diameter=0.02, fibre_angle=math.radians(28.6))
 
-
-def scaled(group: ParameterGroup) -> tuple[float, ...]:
-    """Coefficients with a scale that is not 1, so that a forgotten scale is seen."""
-    return (1.3, *coefficients_of(group)[1:])
-
-
 EXAMPLES = {
-    "ideal_mckibben": scaled(IdealMcKibben()),
-    "six_parameter": scaled(PUBLISHED["DMSP-20-200"]),
-    "corrected_mckibben": scaled(
-        CorrectedMcKibben(a_eps=15.53, b_eps=-1.2386, a_kappa=0.3788, b_kappa=-1.1877)
-    ),
-    "single_pressure_exponential": scaled(isobar(PUBLISHED["DMSP-20-200"], 3e5)),
-    "invertible_exponential": scaled(
-        InvertibleExponential(a=7.9e-5, b=419.9, c=-50.9, e=-8.9e-3, f=159.0, g=2.7e-3, h=-327.5)
-    ),
-    "elastic_energy": scaled(ElasticEnergy(working_pressure=3e5, working_contraction=0.1)),
-    "pleated": scaled(SLENDERNESS_6),
-    "pleated_shape": scaled(PleatedShape(slenderness=6.0)),
-    "mooney_rivlin": scaled(
-        MooneyRivlin(c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95)
-    ),
-    "effective_area": scaled(EffectiveArea(area=4e-4, stiffness=200.0)),
+    name: (1.3, *coefficients_of(group)[1:])
+    for name, group in {**FORCES, "effective_area": PUSHING}.items()
 }
+"""With a scale that is not 1, so that a forgotten one is seen."""
 LAWS = pytest.mark.parametrize("name", FORCE_LAWS)
 PRESSURES = between(2e5, 6e5)
 

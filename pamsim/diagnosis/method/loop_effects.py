@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
-from pamsim.physics.hysteresis.play import play
+from pamsim.physics.hysteresis.maxwell_slip import play
 
 FloatArray = NDArray[np.float64]
 

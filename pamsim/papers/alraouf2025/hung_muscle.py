@@ -77,12 +77,12 @@ class HungMuscle:
         high = self.highest(weight)
         loop = Arctangent(high_contraction=high)
         middle = 0.5 * (loop.middle_rising + loop.middle_falling)
-        per_width = self.half_width / half_width(loop, middle)
+        per_width = self.half_width / half_width(loop, middle)[0]
         side = per_width if branch == "up" else -per_width  # contracting costs force
 
         def balance(kappa: float, pressure: float) -> float:
             share = min(max(kappa / high, 0.0), 1.0)
-            return self.pull(pressure, kappa) - side * half_width(loop, share) - weight
+            return self.pull(pressure, kappa) - side * half_width(loop, share)[0] - weight
 
         pressures = (pressure_kpa * PA_PER_KPA).tolist()
         kappas = [root(lambda k, p=p: balance(k, p), -0.3, 0.6, 1e-12) for p in pressures]

@@ -11,8 +11,7 @@ from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
 from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, digits, muscle, value
 from pamsim.papers.rounding import propagated
 from pamsim.physics.braid import max_contraction, volume, volume_slope
-from pamsim.physics.force_laws.elastic_energy import contractive_force, elastic_energy_force
-from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.force_laws.mckibben import elastic_energy_force, ideal_force, ideal_tension
 from pamsim.recordings.printed import printed_table
 
 _ATMOSPHERE = 101325.0
@@ -72,7 +71,7 @@ def _contractive_sign() -> Recomputed:
     for contraction in _CONTRACTIONS:
         length = (1.0 - contraction) * braid.nominal_length
         work = pressure * (volume(length - step, *shape) - volume(length + step, *shape))
-        pull = contractive_force(pressure, contraction, *shape[1:])
+        pull = ideal_tension(pressure, contraction, *shape)
         worst, least = max(worst, abs(work / (2.0 * step) - pull)), min(least, pull)
     return Recomputed((worst, least), low=(0.0, 0.0), high=(AGREES * least, None))
 
@@ -87,10 +86,10 @@ def _restoring_sign() -> Recomputed:
     for contraction in _CONTRACTIONS:
         for pressure in (0.5 * work[0], work[0], 1.5 * work[0]):
             result = elastic_energy_force(pressure, contraction, *work, *shape[1:])
-            result += contractive_force(*work, *shape[1:])
+            result += ideal_tension(*work, *shape)
             length = (1.0 - contraction) * braid.nominal_length
             worst = max(worst, abs(result - ideal_force(pressure, length, *shape)))
-    slack = AGREES * contractive_force(*work, *shape[1:])
+    slack = AGREES * ideal_tension(*work, *shape)
     return Recomputed((at_work, worst), low=-slack, high=slack)
 
 

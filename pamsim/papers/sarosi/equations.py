@@ -17,14 +17,14 @@ from pamsim.papers.claim import (
 )
 from pamsim.papers.numerics import root
 from pamsim.physics.braid import max_contraction
-from pamsim.physics.force_laws.corrected_mckibben import corrected_mckibben_force
-from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
-from pamsim.physics.force_laws.mckibben import ideal_force
-from pamsim.physics.force_laws.published import PUBLISHED
-from pamsim.physics.force_laws.single_pressure_exponential import (
+from pamsim.physics.force_laws.exponential import (
     SinglePressureExponential,
+    SixParameter,
     single_pressure_force,
+    six_parameter_force,
 )
+from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
+from pamsim.physics.force_laws.published import PUBLISHED
 
 _PERCENT = 1e-2
 _ANGLES = tuple(np.radians([15.0, 20.0, 25.0, 28.6, 32.0, 40.0]).tolist())

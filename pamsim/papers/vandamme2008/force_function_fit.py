@@ -9,8 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.core.errors import ParameterError
-from pamsim.physics.force_laws.pleated import FIT_RANGE, Pleated, pleated_function
-from pamsim.physics.force_laws.pleated_shape import pleated_max_contraction, pleated_shape_function
+from pamsim.physics.force_laws.pleated import (
+    FIT_RANGE,
+    Pleated,
+    pleated_function,
+    pleated_max_contraction,
+    pleated_shape_function,
+)
 
 
 def fit_pleated(

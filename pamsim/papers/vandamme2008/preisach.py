@@ -87,9 +87,8 @@ def _grid() -> Recomputed:
     act = [0.0] * n
     worst = 0.0
     for u, expected in zip(path.tolist(), by_relays.tolist(), strict=True):
-        reached = levels_reached(n, u)
-        result = staircase_sums(n, c, d, act, reached)[0]
-        act = _moved(n, act, reached)
+        result = staircase_sums(n, c, d, act, u)[0]
+        act = _moved(n, act, levels_reached(n, u))
         worst = max(worst, abs(result - expected))
     return Recomputed(worst, high=AGREES, n=n)
 

@@ -15,8 +15,11 @@ from pamsim.papers.vandamme2008.numbers import (
     pressures,
     value,
 )
-from pamsim.physics.force_laws.pleated import pleated_function
-from pamsim.physics.force_laws.pleated_shape import pleated_max_contraction, pleated_shape_function
+from pamsim.physics.force_laws.pleated import (
+    pleated_function,
+    pleated_max_contraction,
+    pleated_shape_function,
+)
 
 
 def _span() -> tuple[float, float]:

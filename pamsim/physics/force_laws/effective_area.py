@@ -6,12 +6,8 @@ that is free at the stroke s0, pushes its ends apart by
     F = p A - k (s - s0) - c s'                                                                 (i)
 
 with the wall's damping c. A piston is one without spring. The work of the force is that of the
-pressure on the volume, F ds = p dV, so
-
-    V = V_d + A s                                                                              (ii)
-
-with the dead volume V_d. Constant A is what data sheets print ("effective area"); that of a real
-bellows falls somewhat with the stroke.
+pressure on the volume, F ds = p dV, so V = V_d + A s with the dead volume V_d. Constant A is what
+data sheets print ("effective area"); that of a real bellows falls somewhat with the stroke.
 
 In the signs of the other force laws, in which a muscle's pull is positive, a push is negative. The
 contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 kappa.
@@ -19,10 +15,12 @@ contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 ka
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,14 +46,10 @@ class Stroke(ParameterGroup):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EffectiveArea(ParameterGroup):
+class EffectiveArea(ForceParameters):
     """Area and spring of a bellows or a piston."""
 
-    group: ClassVar[str] = "force"
     law: ClassVar[str] = "effective_area"
-    scale: float = parameter(
-        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
-    )
     area: float = parameter(
         unit="m^2", low=0.0, high=1.0, low_open=True, doc="A, effective area of the pressure"
     )
@@ -67,17 +61,10 @@ class EffectiveArea(ParameterGroup):
 def effective_area_force(
     pressure: float, contraction: float, area: float, stiffness: float, nominal_length: float
 ) -> float:
-    """Force of a bellows or a piston at rest, equation (i).
+    """Force of a bellows or a piston at rest [N], equation (i), negative where it pushes.
 
-    Args:
-        pressure: gauge pressure [Pa]; below the atmosphere it pulls.
-        contraction: kappa = 1 - s/s0 [-].
-        area: A [m^2].
-        stiffness: k [N/m].
-        nominal_length: s0 [m].
-
-    Returns:
-        [N], negative where it pushes.
+    The arguments are gauge pressure [Pa], contraction kappa = 1 - s/s0 [-], the fields of
+    `EffectiveArea` after its scale, and s0 [m].
     """
     return -pressure * area - stiffness * nominal_length * contraction
 
@@ -85,17 +72,29 @@ def effective_area_force(
 def effective_area_volume(
     pressure: float, contraction: float, area: float, stiffness: float, nominal_length: float
 ) -> float:
-    """Volume that belongs to `effective_area_force`, whose arguments it takes: equation (ii).
-
-    Returns:
-        Volume gained since the nominal stroke, per nominal stroke [m^2]; pressure and spring have
-        no influence.
-    """
+    """Volume gained since the nominal stroke, per nominal stroke [m^2]."""
     return -area * contraction
 
 
-def effective_area_elastic_work(
-    contraction: float, stiffness: float, nominal_length: float
-) -> float:
+def effective_area_work(contraction: float, stiffness: float, nominal_length: float) -> float:
     """Work of the spring from the nominal stroke on, per nominal stroke [N]."""
     return -0.5 * stiffness * nominal_length * contraction * contraction
+
+
+CARD = ForceLaw(
+    title="Bellows or piston",
+    equation="F = -p A + k (s - s0), kappa = 1 - s/s0",
+    source="ISO 5598 (2020), effective area; EquiMus (2025)",
+    group=EffectiveArea,
+    force_function=effective_area_force,
+    volume_function=effective_area_volume,
+    work_function=effective_area_work,
+    volume_varies=False,
+    braid_fields=("nominal_length",),
+    pressure_range=(0.0, math.inf),
+    limits=(-0.5, 0.5),  # the spring up to half compressed or stretched
+    pushes=True,
+    notes="Pushes: its force is negative. The group stroke takes the place of braid; passive,"
+    " threshold, end_shape and chain have no meaning for it. The effective area of a real"
+    " bellows falls somewhat with the stroke.",
+)

@@ -1,11 +1,14 @@
-"""The six-parameter exponential force law fitted to Festo fluidic muscles (Sarosi, equation (4)).
+"""Exponential force laws fitted to Festo fluidic muscles (Sarosi, equations (3) to (5)).
 
-F = (a p + b) exp(c kappa) + d p kappa + e p + f. Sarosi (4) has eight constants,
-(a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h: its exp(d) is not identifiable beside a and
-b, and its f kappa is left out here; its e, g, h are d, e, f here. With f kappa it is
-`pamsim.physics.force_laws.invertible_exponential`. The published constants of the same group
-(`pamsim.physics.force_laws.published`) are in the six-parameter form. The p-terms are what the air
-does, b exp(c kappa) + f what the rubber does at no pressure.
+Sarosi (4) is F = (a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h. Its d is fixed at 0 here:
+exp(d) only multiplies a and b, so a fit of all eight constants has no unique answer. What is left
+is the invertible law. The six-parameter law leaves out f kappa, the elasticity without pressure
+that is linear in contraction, and calls e, g, h by d, e, f; `pamsim.physics.force_laws.published`
+has constants in this form. The p-terms are what the air does, the others what the rubber does. Both
+are linear in pressure, which makes them invertible in closed form (5).
+
+Sarosi (3), F = a exp(b kappa + c) + d kappa + e, is one isobar of a force map. Its exp(c) is folded
+into a for the same reason. It does not know what pressure does: it has no inverse p(F, kappa).
 """
 
 from __future__ import annotations
@@ -14,18 +17,15 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import parameter
+from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
 @dataclass(frozen=True, kw_only=True)
-class SixParameter(ParameterGroup):
+class SixParameter(ForceParameters):
     """Coefficients in SI; contraction as a fraction (the papers print it in percent)."""
 
-    group: ClassVar[str] = "force"
     law: ClassVar[str] = "six_parameter"
-    scale: float = parameter(
-        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
-    )
     a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
     b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
     c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
@@ -35,59 +35,35 @@ class SixParameter(ParameterGroup):
 
 
 def six_parameter_force(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
+    pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> float:
-    """Force of the six-parameter law (Sarosi, equation (4), its d and f zero).
+    """Force [N] of the six-parameter law (Sarosi, (4), its d and f zero), not limited to tension.
 
     The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
     `SixParameter` after its scale.
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension.
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
 
 
 def six_parameter_volume(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
+    pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> float:
-    """Volume that belongs to `six_parameter_force`, whose arguments it takes.
-
-    Returns:
-        Integral of dF/dp = a exp(c kappa) + d kappa + e from nominal length, the volume gained per
-        nominal length [m^2]. The pressure has no influence, nor have b and f.
-    """
+    """Volume gained since nominal length, per nominal length [m^2]: the integral of dF/dp."""
     return a * _exponential_integral(contraction, c) + contraction * (0.5 * d * contraction + e)
 
 
-def six_parameter_derivatives(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    d: float,
-    e: float,
-    f: float,
-) -> tuple[float, float, float, float, float]:
-    """Force [N], its derivatives, volume [m^2] and work, as `law_derivatives` returns them.
+def six_parameter_work(contraction: float, b: float, c: float, f: float) -> float:
+    """Work of the part without pressure from nominal length on, per nominal length [N]."""
+    return b * _exponential_integral(contraction, c) + f * contraction
 
-    In one exponential; arguments as the force's.
+
+def six_parameter_derivatives(
+    pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
+) -> tuple[float, float, float, float, float]:
+    """Force [N], its derivatives, volume [m^2] and work in one exponential.
+
+    As `ForceLaw.derivatives_function` returns them; arguments as the force's.
     """
     grown = math.expm1(c * contraction)
     swept = contraction if c == 0.0 else grown / c
@@ -98,16 +74,141 @@ def six_parameter_derivatives(
     return pressure * per_pressure + b * grown + b + f, rising, per_pressure, gained, work
 
 
-def six_parameter_elastic_work(contraction: float, b: float, c: float, f: float) -> float:
-    """Work of the part without pressure, b exp(c kappa) + f, from nominal length on.
-
-    Per nominal length [N]; the arguments are those of `six_parameter_force`.
-    """
-    if b == 0.0:
-        return f * contraction
-    return b * _exponential_integral(contraction, c) + f * contraction
-
-
 def _exponential_integral(contraction: float, c: float) -> float:
     """Integral of exp(c kappa) from 0; c = 0 makes the exponential 1."""
     return contraction if c == 0.0 else math.expm1(c * contraction) / c
+
+
+SIX_PARAMETER = ForceLaw(
+    title="Six-parameter exponential",
+    equation="F = (a p + b) exp(c kappa) + d p kappa + e p + f",
+    source="Sarosi, equation (4) with its d and f zero; inverse (5)",
+    group=SixParameter,
+    force_function=six_parameter_force,
+    volume_function=six_parameter_volume,
+    work_function=six_parameter_work,
+    derivatives_function=six_parameter_derivatives,
+    volume_varies=False,
+    pressure_range=FESTO_PRESSURES,
+    notes="A fit to Festo DMSP muscles; constants in published.py. exp(c kappa)"
+    " grows steeply for a stretched muscle, kappa < 0, where nothing was measured.",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InvertibleExponential(ForceParameters):
+    """Coefficients in SI, in the letters of the paper without d."""
+
+    law: ClassVar[str] = "invertible_exponential"
+    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
+    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
+    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
+    e: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
+    f: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction, no pressure")
+    g: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
+    h: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+
+
+def invertible_exponential_force(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    e: float,
+    f: float,
+    g: float,
+    h: float,
+) -> float:
+    """Force [N] of the invertible law (Sarosi, equation (4) with d = 0).
+
+    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
+    `InvertibleExponential` after its scale.
+    """
+    return six_parameter_force(pressure, contraction, a, b, c, e, g, h) + f * contraction
+
+
+def invertible_exponential_volume(
+    pressure: float,
+    contraction: float,
+    a: float,
+    b: float,
+    c: float,
+    e: float,
+    f: float,
+    g: float,
+    h: float,
+) -> float:
+    """Volume gained since nominal length, per nominal length [m^2]: the six-parameter law's."""
+    return six_parameter_volume(pressure, contraction, a, b, c, e, g, h)
+
+
+def invertible_exponential_work(
+    contraction: float, b: float, c: float, f: float, h: float
+) -> float:
+    """Work of the part without pressure from nominal length on, per nominal length [N]."""
+    return six_parameter_work(contraction, b, c, h) + 0.5 * f * contraction * contraction
+
+
+INVERTIBLE = ForceLaw(
+    title="Invertible exponential",
+    equation="F = (a p + b) exp(c kappa) + (e p + f) kappa + g p + h",
+    source="Sarosi, equation (4) with its d folded into a and b; inverse (5)",
+    group=InvertibleExponential,
+    force_function=invertible_exponential_force,
+    volume_function=invertible_exponential_volume,
+    work_function=invertible_exponential_work,
+    volume_varies=False,
+    pressure_range=FESTO_PRESSURES,
+    notes="The six-parameter law and one term more, f kappa. No constants are published.",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SinglePressureExponential(ForceParameters):
+    """Coefficients of one isobar, in the letters of the paper without c."""
+
+    law: ClassVar[str] = "single_pressure_exponential"
+    a: float = parameter(unit="N", low=-1e4, high=1e4, doc="factor of the exponential")
+    b: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
+    d: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction")
+    e: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without the exponential")
+
+
+def single_pressure_force(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """Force [N] on one isobar (Sarosi, equation (3)).
+
+    The arguments are gauge pressure [Pa], which has no influence, contraction kappa = 1 - l/l0 [-]
+    and the fields of `SinglePressureExponential` after its scale.
+    """
+    # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
+    return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
+
+
+def single_pressure_volume(
+    pressure: float, contraction: float, a: float, b: float, d: float, e: float
+) -> float:
+    """No volume gained [m^2]: air that does not change the force does no work. NaN for NaN."""
+    return 0.0 * contraction
+
+
+def single_pressure_work(contraction: float, a: float, b: float, d: float, e: float) -> float:
+    """Work from nominal length on, per nominal length [N]; arguments of `single_pressure_force`."""
+    return invertible_exponential_work(contraction, a, b, d, e)
+
+
+SINGLE_PRESSURE = ForceLaw(
+    title="Exponential at one pressure",
+    equation="F = a exp(b kappa) + d kappa + e",
+    source="Sarosi, equation (3) with its c folded into a",
+    group=SinglePressureExponential,
+    force_function=single_pressure_force,
+    volume_function=single_pressure_volume,
+    work_function=single_pressure_work,
+    volume_varies=False,
+    pressure_range=None,
+    notes="One isobar: the force does not change with pressure, so the law fits a force map at"
+    " one pressure and must not drive a muscle whose pressure changes.",
+)

@@ -1,20 +1,21 @@
-"""What a force law is to the rest of the package: one signature for all of them.
+"""What a force law is to the rest of the package: one card, with one signature, for all of them.
 
-A law is two scalar functions in its own file, force and volume, which the actuator kernel calls and
-the engine compiles. They belong together: a muscle without losses has one energy G(l, p) with
-F = dG/dl and V = -dG/dp, so dV/dl = -dF/dp. Their arguments are pressure, contraction, the fields
-of its parameter group after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force`
-and `ForceLaw.volume` wrap them, so that every law takes the same arguments.
+A law stands in a file of its own: parameter group, functions, and a card that the catalog lists. It
+is two scalar functions, force and volume, which the actuator kernel calls and the engine compiles.
+They belong together: a muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp,
+so dV/dl = -dF/dp. Their arguments are pressure, contraction, the fields of the parameter group
+after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force` and `ForceLaw.volume`
+wrap them, so that every law takes the same arguments.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from pamsim.core.errors import InputError
-from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.parameters import ParameterGroup, parameter, specs
 from pamsim.physics.braid import Braid, volume
 from pamsim.physics.force_laws.swept_volume import swept_volume, swept_work
 
@@ -22,15 +23,23 @@ Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
 """A law's own function of scalars; each law has its own number of arguments."""
 
+FESTO_PRESSURES: Range = (0.0, 6e5)
+"""Gauge pressures at which Festo's muscles were measured [Pa]."""
 
-def _to_a_quarter(coefficients: Sequence[float], braid: Braid) -> Range:
-    """Contractions of common fluidic muscles."""
-    return 0.0, 0.25
+
+@dataclass(frozen=True, kw_only=True)
+class ForceParameters(ParameterGroup):
+    """What the parameters of every force law begin with."""
+
+    group: ClassVar[str] = "force"
+    scale: float = parameter(
+        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceLaw:
-    """A force law: equation, source, range of validity, and function.
+    """A force law: equation, source, range of validity, and functions.
 
     Attributes:
         title: name for a reader.
@@ -52,8 +61,8 @@ class ForceLaw:
             unless the force is linear in pressure.
         pressure_range: gauge pressures for which the source claims validity [Pa]; None if the law
             holds at the one pressure it was fitted at.
-        limits: contractions for which the source claims validity, from coefficients and braid;
-            0 to 25 % if left out.
+        limits: contractions for which the source claims validity, or a function of coefficients
+            and braid that gives them; 0 to 25 % if left out.
         notes: what a user must know before relying on the law.
         pushes: whether the force may push. Such an actuator is empty where its stroke is zero.
     """
@@ -69,7 +78,8 @@ class ForceLaw:
     braid_fields: tuple[str, ...] = ()
     volume_varies: bool = True
     pressure_range: Range | None
-    limits: Callable[[Sequence[float], Braid], Range] = _to_a_quarter
+    # Festo's DMSP muscles contract by 25 % at most (data sheet, Nguyen 2024, Sarosi).
+    limits: Range | Callable[[Sequence[float], Braid], Range] = (0.0, 0.25)
     notes: str = ""
     pushes: bool = False
 
@@ -130,7 +140,7 @@ class ForceLaw:
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
         """Contractions for which the source claims validity, lowest and highest [-]."""
-        return self.limits(coefficients, braid)
+        return self.limits(coefficients, braid) if callable(self.limits) else self.limits
 
     def _rest(self, coefficients: Sequence[float], braid: Braid) -> tuple[float, ...]:
         geometry = (float(getattr(braid, name)) for name in self.braid_fields)

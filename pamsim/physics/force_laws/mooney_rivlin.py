@@ -11,10 +11,10 @@ fittings a muscle keeps its diameter (Tondu and Lopez, IEEE Control Syst. Mag. 2
 
 The tube resists as soon as the braid turns and then hardly more, since the hoop stretch, which
 stores most of the energy, slows down: this is what measured force maps show. The steep part and the
-flat part follow from one geometry, so one can be predicted from the other; in an exponential law
-they are unrelated. On the two Festo maps that ship with pamsim c1 comes out negative (c1 + c2, the
-stiffness at small strain, positive): c1 and c2 are then constants of the whole wall with its
-embedded fibres, not of a rubber, and are not valid beyond the measured contractions.
+flat part follow from one geometry; in an exponential law they are unrelated. On the two Festo maps
+that ship with pamsim c1 comes out negative (c1 + c2, the stiffness at small strain, positive): c1
+and c2 are then constants of the whole wall with its embedded fibres, not of a rubber, and are not
+valid beyond the measured contractions.
 """
 
 from __future__ import annotations
@@ -23,19 +23,16 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import parameter
 from pamsim.physics.braid import volume_gained, volume_slope
+from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
 @dataclass(frozen=True, kw_only=True)
-class MooneyRivlin(ParameterGroup):
+class MooneyRivlin(ForceParameters):
     """Wall of the tube, its free length, and the share of it that contracts."""
 
-    group: ClassVar[str] = "force"
     law: ClassVar[str] = "mooney_rivlin"
-    scale: float = parameter(
-        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
-    )
     c1: float = parameter(
         unit="N", low=-1e4, high=1e4, doc="2 C10 times the cross-section of the wall"
     )
@@ -62,17 +59,14 @@ def mooney_rivlin_force(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Force of a braid over a Mooney-Rivlin tube (Klute and Hannaford 2000, with end effect).
+    """Force [N] of a braid over a Mooney-Rivlin tube, not limited to tension.
 
     The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension. NaN where the braid
-        cannot be: stretched until its fibres lie straight, or shorter than nothing.
+    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`. NaN
+    where the braid cannot be: stretched until its fibres lie straight, or shorter than nothing.
     """
     braid = (contraction - slack_contraction) / active_share
-    wall = _wall_force(braid, c1, c2, fibre_angle)
+    _, wall = _wall(braid, c1, c2, fibre_angle)
     return -pressure * volume_slope(1.0 - braid, 1.0, diameter, fibre_angle) - wall
 
 
@@ -86,19 +80,14 @@ def mooney_rivlin_volume(
     diameter: float,
     fibre_angle: float,
 ) -> float:
-    """Volume that belongs to `mooney_rivlin_force`, whose arguments it takes.
-
-    Returns:
-        Volume gained since nominal length, per nominal length [m^2]: that of a braid of the active
-        share of the length. The wall and the pressure have no influence.
-    """
+    """Volume gained since nominal length, per nominal length [m^2]: the braid's share."""
     braid = (contraction - slack_contraction) / active_share
     start = -slack_contraction / active_share
     gained = volume_gained(braid, diameter, fibre_angle)
     return active_share * (gained - volume_gained(start, diameter, fibre_angle))
 
 
-def mooney_rivlin_elastic_work(
+def mooney_rivlin_work(
     contraction: float,
     c1: float,
     c2: float,
@@ -106,36 +95,43 @@ def mooney_rivlin_elastic_work(
     active_share: float,
     fibre_angle: float,
 ) -> float:
-    """Work of the wall from nominal length on, per nominal length [N]: minus the energy it stores.
-
-    The arguments are those of `mooney_rivlin_force`.
-    """
-    braid = (contraction - slack_contraction) / active_share
-    start = -slack_contraction / active_share
-    stored = _wall_energy(braid, c1, c2, fibre_angle) - _wall_energy(start, c1, c2, fibre_angle)
-    return -active_share * stored
+    """Work of the wall from nominal length on, per nominal length [N]: minus its energy."""
+    stored, _ = _wall((contraction - slack_contraction) / active_share, c1, c2, fibre_angle)
+    start, _ = _wall(-slack_contraction / active_share, c1, c2, fibre_angle)
+    return -active_share * (stored - start)
 
 
-def _wall_energy(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
-    """(c1 I1 + c2 I2) / 2 [N]."""
-    along2 = (1.0 - braid) ** 2
-    hoop2 = 1.0 + (1.0 - along2) / math.tan(fibre_angle) ** 2
-    if along2 <= 0.0 or hoop2 <= 0.0:
-        return math.nan
-    first = along2 + hoop2 + 1.0 / (along2 * hoop2)
-    second = 1.0 / along2 + 1.0 / hoop2 + along2 * hoop2
-    return 0.5 * (c1 * first + c2 * second)
-
-
-def _wall_force(braid: float, c1: float, c2: float, fibre_angle: float) -> float:
-    """(c1 dI1/dk + c2 dI2/dk) / 2 [N]: what the wall takes from the pull of the air."""
+def _wall(braid: float, c1: float, c2: float, fibre_angle: float) -> tuple[float, float]:
+    """(c1 I1 + c2 I2) / 2 and its derivative by k [N], what the wall takes from the pull."""
     cot2 = 1.0 / math.tan(fibre_angle) ** 2
     along = 1.0 - braid
-    hoop2 = 1.0 + cot2 * (1.0 - along * along)
+    along2 = along * along
+    hoop2 = 1.0 + cot2 * (1.0 - along2)
     if along <= 0.0 or hoop2 <= 0.0:
-        return math.nan
+        return math.nan, math.nan
+    first = along2 + hoop2 + 1.0 / (along2 * hoop2)
+    second = 1.0 / along2 + 1.0 / hoop2 + along2 * hoop2
+    energy = 0.5 * (c1 * first + c2 * second)
     # d(lambda_1)/dk = -1 and d(lambda_2^2)/dk = 2 turn.
     turn = cot2 * along
-    first = turn - along + 1.0 / (along**3 * hoop2) - turn / (along * along * hoop2 * hoop2)
-    second = along * along * turn - along * hoop2 + 1.0 / along**3 - turn / (hoop2 * hoop2)
-    return c1 * first + c2 * second
+    first = turn - along + 1.0 / (along**3 * hoop2) - turn / (along2 * hoop2 * hoop2)
+    second = along2 * turn - along * hoop2 + 1.0 / along**3 - turn / (hoop2 * hoop2)
+    return energy, c1 * first + c2 * second
+
+
+CARD = ForceLaw(
+    title="McKibben muscle with an elastic tube",
+    equation="F = -p dV/dl - c1 I1'(k) / 2 - c2 I2'(k) / 2,"
+    " k = (kappa - slack_contraction) / active_share",
+    source="Klute and Hannaford 2000, with free length and end effect",
+    group=MooneyRivlin,
+    force_function=mooney_rivlin_force,
+    volume_function=mooney_rivlin_volume,
+    work_function=mooney_rivlin_work,
+    volume_varies=False,
+    braid_fields=("diameter", "fibre_angle"),
+    pressure_range=FESTO_PRESSURES,
+    notes="I1, I2: Mooney-Rivlin invariants of a tube that follows the braid. c1 + c2 is the"
+    " stiffness at small strain; either may be negative, as constants of the whole wall. The"
+    " scale takes up the difference between inner and working diameter.",
+)

@@ -12,10 +12,14 @@ themselves would place inner branches far outside a narrow major loop; pieces cu
 reverse loops in their tails.
 
 The printed fits do not meet: they are 0.07 mm apart at no pressure and 0.6 mm at 500 kPa, of at
-most 5 mm between. The operator makes them meet at both ends of its span.
+most 5 mm between. The operator makes them meet at both ends of its span. The paper's contraction
+lags the pressure; as a force the distance below the middle of the major loop leads.
 
-Memory: the last input and a bounded number of turning points, as fractions of the span. A reversal
-for which no room is left runs back along its own branch, so loops inside the innermost are lost.
+The memory is a bounded number of turning points: ``z[0]`` is the last input as a fraction t of the
+span, ``z[1:]`` the turning points since it was last at an end of the span, 0 for an empty slot: a
+turning point is never 0, because there the memory is wiped out. Zeros throughout are an input that
+comes from the lower end. A reversal for which no room is left runs back along its own branch, so
+loops inside the innermost are lost.
 """
 
 from __future__ import annotations
@@ -25,8 +29,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import parameter
-from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
-from pamsim.physics.hysteresis.madelung import SMALLEST_MOVE, kept_and_added
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
+
+SMALLEST_MOVE = 1e-9
+"""Moves below this share of the span are rounding errors of the state, not reversals."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,11 +81,32 @@ class Arctangent(Hysteresis):
         return 1 + int(self.turning_points)
 
 
-def branch_shape(t: float, steepness: float, middle: float) -> float:
-    """Arctangent branch scaled to run from 0 at t = 0 to 1 at t = 1, a pure number."""
-    start = math.atan(-steepness * middle)
-    end = math.atan(steepness * (1.0 - middle))
-    return (math.atan(steepness * (t - middle)) - start) / (end - start)
+def kept_and_added(slots: int, z: Row, t: float) -> tuple[int, int]:
+    """How the turning points change when the input goes to t, a pure number.
+
+    Turning points alternate, the first is a maximum: with an even number of them the input is on
+    a rising branch, which ends at the maximum before last, with an odd number on a falling one.
+
+    Returns:
+        Number of old turning points that stay, and 1 if the last input becomes a new one.
+    """
+    count = 0
+    while count < slots and z[1 + count] > SMALLEST_MOVE:
+        count += 1
+    side = 1.0 if count % 2 == 0 else -1.0
+    if side * (z[0] - t) > SMALLEST_MOVE:
+        if count == 0 and t <= SMALLEST_MOVE:
+            return 0, 0  # down to the lower end in one step
+        if count == 0 or side * (t - z[count]) > SMALLEST_MOVE:
+            return count, 1 if count < slots else 0
+        # Back beyond the start of this branch: both close, the branch before them goes on.
+        count -= 1
+        side = -side
+    while count >= 2 and side * (t - z[count - 1]) >= -SMALLEST_MOVE:
+        count -= 2
+    if count == 1 and t <= SMALLEST_MOVE:
+        count = 0
+    return count, 0
 
 
 def span_fraction(h: Arctangent, x: float) -> float:
@@ -90,135 +117,99 @@ def span_fraction(h: Arctangent, x: float) -> float:
     return 1.0 if t > 1.0 else t
 
 
-def half_width(h: Arctangent, t: float) -> float:
-    """Half the distance of the falling branch above the rising one, a pure number."""
-    rising = branch_shape(t, h.steepness_rising, h.middle_rising)
-    return 0.5 * (branch_shape(t, h.steepness_falling, h.middle_falling) - rising)
+def branch(t: float, steepness: float, middle: float) -> tuple[float, float]:
+    """Arctangent branch from 0 at t = 0 to 1 at t = 1, and its integral from 0; pure numbers."""
+    low, here, high = -steepness * middle, steepness * (t - middle), steepness * (1.0 - middle)
+    start, at, end = math.atan(low), math.atan(here), math.atan(high)
+    under = here * at - low * start - 0.5 * math.log((1.0 + here * here) / (1.0 + low * low))
+    return (at - start) / (end - start), (under / steepness - start * t) / (end - start)
 
 
-def branch_integral(t: float, steepness: float, middle: float) -> float:
-    """Integral of `branch_shape` from 0 to t, a pure number."""
-    low, high = -steepness * middle, steepness * (1.0 - middle)
-    here = steepness * (t - middle)
-    start, end = math.atan(low), math.atan(high)
-    under = here * math.atan(here) - low * start
-    under -= 0.5 * math.log((1.0 + here * here) / (1.0 + low * low))
-    return (under / steepness - start * t) / (end - start)
+def half_width(h: Arctangent, t: float) -> tuple[float, float]:
+    """Half the distance of the falling branch above the rising one, and its integral from 0 to t.
 
-
-def half_width_integral(h: Arctangent, t: float) -> float:
-    """Integral of `half_width` from 0 to t, a pure number."""
-    rising = branch_integral(t, h.steepness_rising, h.middle_rising)
-    return 0.5 * (branch_integral(t, h.steepness_falling, h.middle_falling) - rising)
-
-
-def distance_to_middle(h: Arctangent, z: Row, t: float, kept: int, added: int) -> float:
-    """Distance of the output below the middle of the major loop at t, a pure number.
-
-    It starts from the rising branch of the major loop between 0 and 1. Every turning point narrows
-    the interval and puts the next branch beside the one before by the width of the scaled loop.
+    Both are pure numbers.
     """
-    low = 0.0
-    high = 1.0
-    distance = half_width(h, t)
-    for k in range(kept + added):
-        turn = z[1 + k] if k < kept else z[0]
-        if k % 2 == 0:
-            high = turn
-            side = -2.0
-        else:
-            low = turn
-            side = 2.0
-        size = high - low
-        distance += side * size * half_width(h, (t - low) / size)
-    return distance
+    rising, under_rising = branch(t, h.steepness_rising, h.middle_rising)
+    falling, under_falling = branch(t, h.steepness_falling, h.middle_falling)
+    return 0.5 * (falling - rising), 0.5 * (under_falling - under_rising)
 
 
-def arctangent_output(h: Arctangent, z: Row, x: float) -> float:
-    """Distance of the operator below the middle of its major loop.
+def output_and_energy(h: Arctangent, z: Row, x: float) -> tuple[float, float]:
+    """Distance below the middle of the major loop, a pure number, and energy held [contraction].
 
-    The paper's contraction lags the pressure; as a force the distance to the middle leads.
-
-    Args:
-        h: parameters.
-        z: last input and turning points, as fractions of the span; 0 is an empty slot.
-        x: contraction [-].
-
-    Returns:
-        w in units of the major loop's half width between the steepest points of its branches.
-    """
-    for k in range(int(h.turning_points) + 1):
-        if math.isnan(z[k]):
-            return math.nan
-    if math.isnan(x):
-        return x
-    t = span_fraction(h, x)
-    kept, added = kept_and_added(int(h.turning_points), z, t)
-    widest = half_width(h, 0.5 * (h.middle_rising + h.middle_falling))
-    if widest == 0.0:
-        return 0.0  # equal branches: there is no loop
-    return distance_to_middle(h, z, t, kept, added) / widest
-
-
-def arctangent_rates(
-    h: Arctangent, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
-) -> None:
-    """Write the rates that make the memory what input x leaves of it.
-
-    Args:
-        h: parameters.
-        z: last input and turning points, as fractions of the span; 0 is an empty slot.
-        dz: (1 + turning_points,) written [1/s].
-        x: contraction [-].
-        x_rate: not used; the operator does not know time.
-        timestep: of the explicit Euler step [s].
-    """
-    slots = int(h.turning_points)
-    if math.isnan(x):
-        for k in range(slots + 1):
-            dz[k] = x
-        return
-    t = span_fraction(h, x)
-    kept, added = kept_and_added(int(h.turning_points), z, t)
-    for k in range(slots):
-        if k < kept:
-            dz[1 + k] = 0.0
-        elif k < kept + added:
-            dz[1 + k] = (z[0] - z[1 + k]) / timestep
-        else:
-            dz[1 + k] = (0.0 - z[1 + k]) / timestep
-    # Within SMALLEST_MOVE the last input stays, so that a slow reversal adds up until it is seen.
-    moved = abs(t - z[0]) > SMALLEST_MOVE
-    dz[0] = (t - z[0]) / timestep if moved else 0.0
-
-
-def arctangent_energy(h: Arctangent, z: Row, x: float) -> float:
-    """Energy that the operator holds [contraction]; the arguments are those of `arctangent_output`.
+    The output starts from the rising branch of the major loop between 0 and 1. Every turning point
+    narrows the interval and puts the next branch beside the one before by the width of the scaled
+    loop. Its unit is the major loop's half width between the steepest points of its branches.
 
     A loop of a share s of the span costs 2 s^2 times the integral of the half width. That is lost
     on its rising branch, in proportion to the square of the way since the turn; falling branches
     lose nothing. So what is held goes on without a jump where a loop closes.
     """
-    if math.isnan(x):
-        return x
+    spoilt = x
+    for k in range(int(h.turning_points) + 1):
+        spoilt += z[k]
+    if math.isnan(spoilt):
+        return math.nan, math.nan
     t = span_fraction(h, x)
     kept, added = kept_and_added(int(h.turning_points), z, t)
-    widest = half_width(h, 0.5 * (h.middle_rising + h.middle_falling))
+    widest, _ = half_width(h, 0.5 * (h.middle_rising + h.middle_falling))
     if widest == 0.0:
-        return 0.0
-    low = 0.0
-    high = 1.0
-    held = half_width_integral(h, t)
+        return 0.0, 0.0  # equal branches: there is no loop
+    low, high = 0.0, 1.0
+    distance, held = half_width(h, t)
     for k in range(kept + added):
         turn = z[1 + k] if k < kept else z[0]
         if k % 2 == 0:
             high = turn
-            side = -2.0
         else:
             low = turn
-            side = 2.0
-        size = high - low
-        held += side * size * size * half_width_integral(h, (t - low) / size)
+        side = 2.0 * (high - low) * (-1.0 if k % 2 == 0 else 1.0)
+        width, under = half_width(h, (t - low) / (high - low))
+        distance += side * width
+        held += side * (high - low) * under
     if (kept + added) % 2 == 0:
-        held -= 2.0 * (t - low) * (t - low) * half_width_integral(h, 1.0)
-    return (h.high_contraction - h.low_contraction) * held / widest
+        held -= 2.0 * (t - low) * (t - low) * half_width(h, 1.0)[1]
+    return distance / widest, (h.high_contraction - h.low_contraction) * held / widest
+
+
+def arctangent_output(h: Arctangent, z: Row, x: float) -> float:
+    """Output w, a pure number, see `output_and_energy`."""
+    return output_and_energy(h, z, x)[0]
+
+
+def arctangent_energy(h: Arctangent, z: Row, x: float) -> float:
+    """Energy that the operator holds [contraction], see `output_and_energy`."""
+    return output_and_energy(h, z, x)[1]
+
+
+def arctangent_rates(
+    h: Arctangent, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the rates [1/s] that make the memory what input x leaves of it."""
+    t = span_fraction(h, x)
+    kept, added = kept_and_added(int(h.turning_points), z, t)
+    for k in range(int(h.turning_points)):
+        point = z[1 + k] if k < kept else 0.0
+        if kept <= k < kept + added:
+            point = z[0]
+        dz[1 + k] = x if math.isnan(x) else (point - z[1 + k]) / timestep
+    # Within SMALLEST_MOVE the last input stays, so that a slow reversal adds up until it is seen.
+    dz[0] = 0.0 if abs(t - z[0]) <= SMALLEST_MOVE else (t - z[0]) / timestep
+
+
+CARD = Operator(
+    name="arctangent",
+    title="Arctangent branches",
+    equation="y = k_0 atan(k_1 p + k_2) + k_3 on each branch; w = (middle - y) / half width",
+    source="Alraouf 2025, (1) to (4); partial loops by Madelung's rules",
+    group=Arctangent,
+    output=arctangent_output,
+    energy=arctangent_energy,
+    rates=arctangent_rates,
+    rate_independent=True,
+    odd=False,
+    notes="Zero memory is a muscle that comes from its lower end. Inner loops are images of the"
+    " major one at their own scale, hence not congruent. A reversal beyond the remembered"
+    " number of turning points runs back along its own branch.",
+)

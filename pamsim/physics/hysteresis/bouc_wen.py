@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
-from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.core.parameters import parameter
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoucWen(Hysteresis, ParameterGroup):
+class BoucWen(Hysteresis):
     """Half-width of the force loop and the travel that turns it over; width 0 turns it off."""
 
     law: ClassVar[str] = "bouc_wen"
@@ -39,58 +39,49 @@ class BoucWen(Hysteresis, ParameterGroup):
 def bouc_wen_rate(
     z: float, velocity: float, yield_travel: float, sigma: float, sharpness: float
 ) -> float:
-    """Rate of the internal variable (Ikhouane and Rodellar 2007, normalised Bouc-Wen model).
+    """Rate dz/dt [1/s] of the internal variable z in [-1, 1], from the rate of the input [1/s].
 
-    Args:
-        z: internal variable, in [-1, 1].
-        velocity: rate of the input, here d(kappa)/dt [1/s].
-        yield_travel: D, in units of the input.
-        sigma: shape, >= 1/2 (below it the model is not passive).
-        sharpness: n >= 1.
-
-    Returns:
-        dz/dt [1/s].
+    The travel D is in units of the input; sigma >= 1/2, below which the model is not passive, and
+    n >= 1 are its shape.
     """
-    size = abs(z) ** sharpness
-    along = sigma * size + (1.0 - sigma) * size
-    against = -sigma * size + (1.0 - sigma) * size
-    blocked = along if z * velocity > 0.0 else against
+    blocked = abs(z) ** sharpness
+    if not z * velocity > 0.0:
+        blocked *= 1.0 - 2.0 * sigma
     return velocity / yield_travel * (1.0 - blocked)
 
 
 def bouc_wen_output(h: BoucWen, z: Row, x: float) -> float:
-    """The internal variable itself, which follows its rate and needs no update.
-
-    Args:
-        h: parameters.
-        z: internal variable z.
-        x: contraction [-].
-
-    Returns:
-        w = z in [-1, 1].
-    """
+    """The internal variable, in [-1, 1], which follows its rate and needs no update."""
     return x if math.isnan(x) else z[0]
 
 
 def bouc_wen_rates(
     h: BoucWen, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write dz/dt, see `bouc_wen_rate`.
-
-    Args:
-        h: parameters.
-        z: internal variable z.
-        dz: (1,) written [1/s].
-        x: not used: only its rate moves z.
-        x_rate: rate of the contraction [1/s].
-        timestep: not used: the rate is that of the equation.
-    """
+    """Write dz/dt [1/s], see `bouc_wen_rate`."""
     dz[0] = bouc_wen_rate(z[0], x_rate, h.yield_contraction, h.sigma, h.sharpness)
 
 
 def bouc_wen_energy(h: BoucWen, z: Row, x: float) -> float:
-    """Energy that the operator holds, D z^2 / 2 [contraction]; arguments as `bouc_wen_output`.
+    """Energy that the operator holds, D z^2 / 2 [contraction].
 
     Unloading gives back at most this much: with sigma >= 1/2 the rest of z dx is never negative.
     """
     return 0.5 * h.yield_contraction * z[0] * z[0]
+
+
+CARD = Operator(
+    name="bouc_wen",
+    title="Bouc-Wen",
+    equation="dz/dt = x'/D (1 - |z|^n (sigma sign(z x') + 1 - sigma)), w = z",
+    source="Ikhouane and Rodellar 2007, normalised form",
+    group=BoucWen,
+    output=bouc_wen_output,
+    energy=bouc_wen_energy,
+    rates=bouc_wen_rates,
+    rate_independent=True,
+    odd=True,
+    notes="Small loops inside a large one do not close, they drift: no return-point memory and"
+    " no wiping-out. Explicit Euler is rate-independent only as far as its steps are small"
+    " against D.",
+)

@@ -12,6 +12,8 @@ every such sum is passive. With the published alpha = 0.27, beta = 49.82 and the
 the relative error of the complex stiffness is below 5e-4 over 0.05 to 50 Hz.
 Above alpha = 0.7 the density has a peak at 1/beta that more branches must resolve; near 1, where
 the element is a single Maxwell branch, the sum is no good approximation.
+
+The memory z holds the positions q_k of the branches' dashpots [contraction].
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import parameter
-from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,117 +53,98 @@ class FractionalMaxwell(Hysteresis):
 
 
 def density(rate: float, order: float, time_constant: float) -> float:
-    """Density k of the relaxation function per ln r [-] (Gorenflo and Mainardi 1997).
+    """Density k of the relaxation function per ln r [-].
 
-    Args:
-        rate: r [1/s].
-        order: alpha [-].
-        time_constant: beta [s].
+    Of rate r [1/s], order alpha and time constant beta [s] (Gorenflo and Mainardi 1997).
     """
     v = (rate * time_constant) ** order
     turn = math.pi * order
     return math.sin(turn) / math.pi * v / (v * v + 2.0 * v * math.cos(turn) + 1.0)
 
 
-def density_below(rate: float, order: float, time_constant: float) -> float:
-    """Integral of `density` over all rates below one [-], from 0 to 1; arguments as there."""
+def density_slope_and_integral(
+    rate: float, order: float, time_constant: float
+) -> tuple[float, float]:
+    """Derivative of `density` by ln r, and its integral over all rates below r, from 0 to 1 [-]."""
     v = (rate * time_constant) ** order
     turn = math.pi * order
-    sine = math.sin(turn)
+    sine, cosine = math.sin(turn), math.cos(turn)
+    divisor = v * v + 2.0 * v * cosine + 1.0
+    slope = order * sine / math.pi * v * (1.0 - v * v) / (divisor * divisor)
     # The difference of two arctangents in one, which keeps its digits for small v.
-    return math.atan2(v * sine, 1.0 + v * math.cos(turn)) / turn
-
-
-def density_slope(rate: float, order: float, time_constant: float) -> float:
-    """Derivative of `density` by ln r [-]; arguments as there."""
-    v = (rate * time_constant) ** order
-    turn = math.pi * order
-    below = v * v + 2.0 * v * math.cos(turn) + 1.0
-    return order * math.sin(turn) / math.pi * v * (1.0 - v * v) / (below * below)
+    return slope, math.atan2(v * sine, 1.0 + v * cosine) / turn
 
 
 def branch_rate(h: FractionalMaxwell, k: int) -> float:
     """Rate of branch k [1/s]: the last two stand for all rates below and above the others.
 
-    Their rates match the tails of the density to first order, where it goes as r^alpha below and
-    as r^-alpha above.
+    They match the tails of the density to first order, r^alpha below and r^-alpha above.
     """
     inner = int(h.branches) - 2
-    order = h.order
-    low = h.slowest_rate
-    high = h.fastest_rate
     if k == inner:
-        return low * order / (1.0 + order)
+        return h.slowest_rate * h.order / (1.0 + h.order)
     if k == inner + 1:
-        return high * (1.0 + order) / order
-    return low * (high / low) ** ((k + 0.5) / inner)
+        return h.fastest_rate * (1.0 + h.order) / h.order
+    return h.slowest_rate * (h.fastest_rate / h.slowest_rate) ** ((k + 0.5) / inner)
 
 
 def branch_weight(h: FractionalMaxwell, k: int) -> float:
-    """Weight of branch k [-]; over all branches they add up to 1 but for the midpoint rule's error.
+    """Weight of branch k [-]; all of them add up to 1 but for the midpoint rule's error.
 
-    The midpoint rule cut off at both ends misses h^2/24 times the density's slope there
-    (Euler-Maclaurin), which the two outer branches carry.
+    Cut off at both ends the rule misses h^2/24 times the density's slope there (Euler-Maclaurin),
+    which the two outer branches carry.
     """
     inner = int(h.branches) - 2
-    order = h.order
-    beta = h.time_constant
-    low = h.slowest_rate
-    high = h.fastest_rate
-    width = math.log(high / low) / inner
-    if k == inner:
-        missed = width * width / 24.0 * density_slope(low, order, beta)
-        return density_below(low, order, beta) - missed
-    if k == inner + 1:
-        missed = width * width / 24.0 * density_slope(high, order, beta)
-        return 1.0 - density_below(high, order, beta) + missed
-    return width * density(branch_rate(h, k), order, beta)
+    width = math.log(h.fastest_rate / h.slowest_rate) / inner
+    if k >= inner:
+        end = h.slowest_rate if k == inner else h.fastest_rate
+        slope, below = density_slope_and_integral(end, h.order, h.time_constant)
+        carried = below - width * width / 24.0 * slope
+        return carried if k == inner else 1.0 - carried
+    return width * density(branch_rate(h, k), h.order, h.time_constant)
 
 
 def fractional_maxwell_output(h: FractionalMaxwell, z: Row, x: float) -> float:
-    """Force of the branches over the instantaneous one at a contraction of ``span``.
-
-    Args:
-        h: parameters.
-        z: dashpots' positions q_k [contraction].
-        x: contraction [-].
-
-    Returns:
-        w = sum of weight_k (x - q_k) / span [-].
-    """
+    """Force of the branches over the instantaneous one at a contraction of ``span``, a ratio."""
     total = 0.0
     for k in range(int(h.branches)):
         total += branch_weight(h, k) * (x - z[k])
     return total / h.span
 
 
-def fractional_maxwell_rates(
-    h: FractionalMaxwell, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
-) -> None:
-    """Write the mean rates of the dashpots over one step, dq/dt = r (x - q).
-
-    The step is solved exactly for an input that goes on at its present rate: explicit Euler of the
-    equation itself would blow up in the fast branches.
-
-    Args:
-        h: parameters.
-        z: dashpots' positions [contraction].
-        dz: (branches,) written [1/s].
-        x: contraction [-].
-        x_rate: its rate [1/s].
-        timestep: of the explicit Euler step [s].
-    """
-    for k in range(int(h.branches)):
-        rate = branch_rate(h, k)
-        gone = -math.expm1(-rate * timestep)
-        step = gone * (x - z[k]) + x_rate * (timestep - gone / rate)
-        dz[k] = step / timestep
-
-
 def fractional_maxwell_energy(h: FractionalMaxwell, z: Row, x: float) -> float:
-    """Energy in the branches' springs [contraction]; arguments as `fractional_maxwell_output`."""
+    """Energy in the branches' springs [contraction]."""
     total = 0.0
     for k in range(int(h.branches)):
         stretch = x - z[k]
         total += 0.5 * branch_weight(h, k) * stretch * stretch
     return total / h.span
+
+
+def fractional_maxwell_rates(
+    h: FractionalMaxwell, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
+) -> None:
+    """Write the mean rates [1/s] of the dashpots over one step, dq/dt = r (x - q).
+
+    The step is solved exactly for an input that goes on at its present rate: explicit Euler of the
+    equation itself would blow up in the fast branches.
+    """
+    for k in range(int(h.branches)):
+        rate = branch_rate(h, k)
+        gone = -math.expm1(-rate * timestep)
+        dz[k] = (gone * (x - z[k]) + x_rate * (timestep - gone / rate)) / timestep
+
+
+CARD = Operator(
+    name="fractional_maxwell",
+    title="Fractional Maxwell",
+    equation="F + beta^a D^a F = K_e beta^a D^a x as a sum of Maxwell branches",
+    source="Nguyen 2024, (8) and (9); Gorenflo and Mainardi 1997",
+    group=FractionalMaxwell,
+    output=fractional_maxwell_output,
+    energy=fractional_maxwell_energy,
+    rates=fractional_maxwell_rates,
+    rate_independent=False,
+    odd=True,
+    notes="Linear, so not limited to [-1, 1]: w = 1 is the instantaneous response to span.",
+)

@@ -1,4 +1,4 @@
-"""What every hysteresis operator shares: how its output enters the force, and its row of numbers.
+"""What every hysteresis operator shares: its card, its parameters, how its output enters the force.
 
 An operator gives a pure number w, about in [-1, 1], that *leads* the contraction: over a closed
 cycle the integral of w d(kappa) is not negative. It enters the muscle force as
@@ -20,27 +20,35 @@ chord kappa^2 / 2: a spring, which takes and gives no energy over a cycle.
 Three functions per operator run inside the engine. ``h`` is the operator's group, or the record of
 its fields in a muscle's row; ``z[0:state_count]`` is the whole memory, and zeros are a valid start:
 
-- ``<op>_output(h, z, x)``: w at input x, the memory brought up to date with x but not written;
+- ``<op>_output(h, z, x)``: w at contraction x, the memory brought up to date with x but not
+  written;
 - ``<op>_energy(h, z, x)``: psi, the part of the integral of w dx that is held there;
-- ``<op>_rates(h, z, dz, x, x_rate, timestep)``: what one explicit Euler step of ``timestep`` must
-  add per second for the memory to be brought up to date with x.
+- ``<op>_rates(h, z, dz, x, x_rate, timestep)``: writes to dz what one explicit Euler step of
+  ``timestep`` [s] must add per second for the memory to be brought up to date with x, which changes
+  at ``x_rate`` [1/s].
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, MutableSequence, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.errors import ParameterError
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
 
 Row: TypeAlias = Sequence[float] | NDArray[np.float64]
 MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+
+Output: TypeAlias = Callable[[Any, Row, float], float]
+"""Output or energy of fields h, memory z and input x."""
+
+Rates: TypeAlias = Callable[[Any, Row, MutableRow, float, float, float], None]
+"""Writes the rates of the memory [1/s]: of h, z, dz, x, its rate and the time step."""
 
 COMMON_FIELDS = 4
 """Fields in front of an operator's own: force, force_per_pressure, force_share, chord."""
@@ -90,3 +98,56 @@ class Hysteresis(ParameterGroup):
     def state_count(self) -> int:
         """Number of states of this instance: one for each of what `count_field` counts."""
         return int(getattr(self, self.count_field)) if self.count_field else self.states
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operator:
+    """One operator.
+
+    Attributes:
+        name: as in ``group.law``.
+        title: for people.
+        equation: in plain text.
+        source: paper and equation, or standard literature.
+        group: its parameters.
+        output: see `Output`.
+        energy: integral of w dx that the memory still holds [contraction], arguments as `Output`:
+            along any path w dx is never less than what it gains.
+        rates: see `Rates`.
+        rate_independent: whether only the path of the input counts, not its speed.
+        odd: whether the mirrored input, about the middle of the span where the group has one, gives
+            the mirrored output.
+        notes: what else a user must know. Of all operators: force and force_per_pressure yield no
+            energy over any closed cycle; force_share may, as much as
+            `pamsim.physics.hysteresis.group` states.
+    """
+
+    name: str
+    title: str
+    equation: str
+    source: str
+    group: type[Hysteresis]
+    output: Output
+    energy: Output
+    rates: Rates
+    rate_independent: bool
+    odd: bool
+    notes: str = ""
+
+    def __post_init__(self) -> None:
+        """Check the group.
+
+        Raises:
+            InputError: if it is not one of an operator of this name.
+        """
+        derived = Hysteresis in self.group.__mro__
+        if not derived or self.group.law != self.name:
+            raise InputError(
+                f"{self.group.__name__}: the parameters of the operator {self.name!r} derive from"
+                f" Hysteresis and have law = {self.name!r}"
+            )
+
+    @property
+    def functions(self) -> tuple[Callable[..., Any], ...]:
+        """The functions that the kernel calls."""
+        return self.output, self.energy, self.rates

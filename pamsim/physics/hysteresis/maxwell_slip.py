@@ -4,18 +4,25 @@ Element k stretches with the input until its deflection reaches its slip limit D
 drags its block along: force share_k (x - x_k) / Delta_k, with the block's position x_k a play
 operator of threshold Delta_k (Iwan 1966; Goldfarb and Celanovic 1997; for pneumatic muscles Vo-Minh
 et al. 2011). It is rate-independent, has return-point memory, obeys Masing's rules and is passive.
+
+A muscle's own operator is what was fitted or assumed for its rig. Hysteresis that is missing beside
+it adds to its force, whatever the formulas: `ParallelHysteresis`, whose blocks have places in every
+muscle's state, so that it can be added to a compiled model.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
-from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
-from pamsim.physics.hysteresis.play import play
+from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
+
+BLOCKS = 5
+"""Number of elements of the one in parallel."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,65 +45,76 @@ class MaxwellSlip(Hysteresis):
     )
 
 
-def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Sum of the elements' forces over the largest possible (Iwan 1966).
+@dataclass(frozen=True, kw_only=True)
+class ParallelHysteresis(ParameterGroup):
+    """Half-width of its loop, without and with pressure; both 0 turn it off."""
 
-    Args:
-        elements: number n of them.
-        full_slip: contraction at which every block slips [-].
-        decay: ratio of the shares of neighbours, late slipping over early.
-        z: states, among them the positions of the blocks x_k [contraction].
-        at: place of the first block's in them.
-        x: contraction [-].
+    group: ClassVar[str] = "parallel_hysteresis"
+    force: float = parameter(
+        unit="N", low=0.0, high=1e3, doc="half-width of the loop, without pressure", default=0.0
+    )
+    force_per_pressure: float = parameter(
+        unit="N/Pa", low=0.0, high=1e-2, doc="half-width per gauge pressure", default=0.0
+    )
+    chord: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1e3,
+        doc="output per contraction taken off, so that the loop lies about the static curve",
+        default=0.0,
+    )
+    full_slip: float = parameter(
+        unit="1",
+        low=0.0,
+        high=0.5,
+        low_open=True,
+        doc="contraction at which every block slips",
+        default=0.01,
+    )
+    decay: float = parameter(
+        unit="1",
+        low=0.1,
+        high=10.0,
+        doc="ratio of the shares of neighbours, late slipping over early",
+        default=1.0,
+    )
 
-    Returns:
-        w in [-1, 1]; 1 once every block slips forward.
+
+def play(x: float, held: float, threshold: float) -> float:
+    """Output of the play operator (backlash), which is also its new memory, in the unit of x.
+
+    The memory z follows the input x at a threshold r >= 0, half the dead travel:
+    z+ = max(x - r, min(x + r, z)) (Krasnosel'skii and Pokrovskii 1989; Brokate and Sprekels 1996).
+    x - z is the stop operator, an elastic-ideally plastic element. A NaN in input or memory stays
+    NaN: neither comparison holds for it.
     """
-    limit = full_slip / elements
-    share = 1.0
-    shares = 0.0
-    total = 0.0
+    if held < x - threshold:
+        return x - threshold
+    if held > x + threshold:
+        return x + threshold
+    return x if math.isnan(x) else held
+
+
+def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
+    """Sum of the elements' forces over the largest possible (Iwan 1966), 1 once all slip forward.
+
+    Of the fields of `MaxwellSlip`, states z that hold the positions of the blocks x_k
+    [contraction], the place of the first of them, and the contraction x [-].
+    """
+    share, shares, total = 1.0, 0.0, 0.0
     for k in range(elements):
-        slip = limit * (k + 1)
+        slip = full_slip / elements * (k + 1)
         total += share * (x - play(x, z[at + k], slip)) / slip
         shares += share
         share *= decay
     return total / shares
 
 
-def slip_rates(
-    elements: int,
-    full_slip: float,
-    z: Row,
-    dz: MutableRow,
-    at: int,
-    x: float,
-    timestep: float,
-) -> None:
-    """Write the rates that drag every block to where input x leaves it.
-
-    Args:
-        elements: number n of them.
-        full_slip: contraction at which every block slips [-].
-        z: states, among them the positions of the blocks [contraction].
-        dz: of all states [1/s], of which the blocks' are written.
-        at: place of the first block's.
-        x: contraction [-].
-        timestep: of the explicit Euler step [s].
-    """
-    limit = full_slip / elements
-    for k in range(elements):
-        dz[at + k] = (play(x, z[at + k], limit * (k + 1)) - z[at + k]) / timestep
-
-
 def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
     """Energy in the springs [contraction]; the arguments are those of `slip_output`."""
-    limit = full_slip / elements
-    share = 1.0
-    shares = 0.0
-    total = 0.0
+    share, shares, total = 1.0, 0.0, 0.0
     for k in range(elements):
-        slip = limit * (k + 1)
+        slip = full_slip / elements * (k + 1)
         stretch = x - play(x, z[at + k], slip)
         total += 0.5 * share * stretch * stretch / slip
         shares += share
@@ -104,33 +122,42 @@ def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, 
     return total / shares
 
 
-def maxwell_slip_output(h: MaxwellSlip, z: Row, x: float) -> float:
-    """Output w in [-1, 1], see `slip_output` and `pamsim.physics.hysteresis.group`.
+def slip_rates(
+    elements: int, full_slip: float, z: Row, dz: MutableRow, at: int, x: float, timestep: float
+) -> None:
+    """Write to dz the rates [1/s] that drag every block to where x leaves it in a time step [s]."""
+    for k in range(elements):
+        slip = full_slip / elements * (k + 1)
+        dz[at + k] = (play(x, z[at + k], slip) - z[at + k]) / timestep
 
-    Args:
-        h: parameters.
-        z: positions of the blocks [contraction].
-        x: contraction [-].
-    """
+
+def maxwell_slip_output(h: MaxwellSlip, z: Row, x: float) -> float:
+    """Output w in [-1, 1] of blocks at the positions z, see `slip_output`; a pure number."""
     return slip_output(int(h.elements), h.full_slip, h.decay, z, 0, x)
+
+
+def maxwell_slip_energy(h: MaxwellSlip, z: Row, x: float) -> float:
+    """Energy in the springs [contraction]."""
+    return slip_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)
 
 
 def maxwell_slip_rates(
     h: MaxwellSlip, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the blocks' dz, see `slip_rates`.
-
-    Args:
-        h: parameters.
-        z: positions of the blocks [contraction].
-        dz: (elements,) written [1/s].
-        x: contraction [-].
-        x_rate: not used; the operator does not know time.
-        timestep: of the explicit Euler step [s].
-    """
+    """Write the blocks' rates [1/s], see `slip_rates`."""
     slip_rates(int(h.elements), h.full_slip, z, dz, 0, x, timestep)
 
 
-def maxwell_slip_energy(h: MaxwellSlip, z: Row, x: float) -> float:
-    """Energy in the springs [contraction]; the arguments are those of `maxwell_slip_output`."""
-    return slip_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)
+CARD = Operator(
+    name="maxwell_slip",
+    title="Maxwell slip",
+    equation="w = sum share_k (x - play(x; Delta_k)) / Delta_k, Delta_k = full_slip k/n",
+    source="Iwan 1966; Vo-Minh et al. 2011 for pneumatic muscles",
+    group=MaxwellSlip,
+    output=maxwell_slip_output,
+    energy=maxwell_slip_energy,
+    rates=maxwell_slip_rates,
+    rate_independent=True,
+    odd=True,
+    notes="Zero memory is the state with every spring relaxed at x = 0.",
+)

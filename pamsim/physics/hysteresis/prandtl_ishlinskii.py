@@ -12,14 +12,15 @@ therefore takes the force from the contraction by the inverse operator.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import parameter
-from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Row
-from pamsim.physics.hysteresis.play import play
+from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
+from pamsim.physics.hysteresis.maxwell_slip import play
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,13 +46,11 @@ class PrandtlIshlinskii(Hysteresis):
 
     def compliance(self) -> PlaySum:
         """The operator P from output w to scaled contraction, whose inverse the kernel runs."""
-        count = int(self.elements)
-        raw = [self.decay**k for k in range(count)]
-        scale = (1.0 - self.linear_share) / sum(raw)
+        count, first = int(self.elements), scale_and_weight(self)[1]
         return PlaySum(
             linear=self.linear_share,
             thresholds=tuple((k + 0.5) / count for k in range(count)),
-            weights=tuple(scale * weight for weight in raw),
+            weights=tuple(first * self.decay**k for k in range(count)),
         )
 
 
@@ -75,10 +74,8 @@ class PlaySum:
         Raises:
             InputError: if thresholds do not increase from above 0 or a partial sum is not positive.
         """
-        lower = (0.0, *self.thresholds)[:-1]
-        if len(self.weights) != len(self.thresholds) or any(
-            r <= before for r, before in zip(self.thresholds, lower, strict=True)
-        ):
+        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
+        if len(self.weights) != len(self.thresholds) or any(step <= 0.0 for step in steps):
             raise InputError("thresholds must increase from above 0, with one weight for each")
         if min(self._partial_sums()) <= 0.0:
             raise InputError("every partial sum of the weights must be positive")
@@ -95,127 +92,92 @@ class PlaySum:
     def inverse(self) -> PlaySum:
         """The operator that undoes this one exactly (Kuhnen 2003)."""
         sums = self._partial_sums()
-        threshold, before = 0.0, 0.0
-        thresholds: list[float] = []
-        for slope, r in zip(sums, self.thresholds, strict=False):
-            threshold += slope * (r - before)
-            before = r
-            thresholds.append(threshold)
+        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
+        risen = (s * step for s, step in zip(sums, steps, strict=False))
         weights = tuple(-w / (sums[k] * sums[k + 1]) for k, w in enumerate(self.weights))
-        return PlaySum(linear=1.0 / self.linear, thresholds=tuple(thresholds), weights=weights)
+        return PlaySum(
+            linear=1.0 / self.linear,
+            thresholds=tuple(itertools.accumulate(risen)),
+            weights=weights,
+        )
 
     def _partial_sums(self) -> list[float]:
-        """The partial sums S_0 ... S_n: gradients of the pieces of the initial curve."""
-        sums = [self.linear]
-        for weight in self.weights:
-            sums.append(sums[-1] + weight)
-        return sums
+        """S_0 ... S_n: gradients of the pieces of the initial curve."""
+        return list(itertools.accumulate((self.linear, *self.weights)))
 
 
-def input_scale(h: PrandtlIshlinskii) -> float:
-    """Factor [-] from contraction to the output of P, so that contraction ``span`` gives w = 1.
+def scale_and_weight(h: PrandtlIshlinskii) -> tuple[float, float]:
+    """Factor [-] from contraction to the output of P, and weight w_1 [-] of its first play.
 
-    It is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``.
+    The factor is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``, so that a
+    contraction of ``span`` gives w = 1. The other weights follow by the factor ``decay``.
     """
-    elements = int(h.elements)
-    decay = h.decay
-    linear = h.linear_share
-    weight = 1.0
-    weights = 0.0
-    reached = 0.0
-    for k in range(elements):
+    weight, weights, reached = 1.0, 0.0, 0.0
+    for k in range(int(h.elements)):
         weights += weight
-        reached += weight * (1.0 - (k + 0.5) / elements)
-        weight *= decay
-    return (linear + (1.0 - linear) * reached / weights) / h.span
-
-
-def first_weight(h: PrandtlIshlinskii) -> float:
-    """Weight w_1 [-] of the first play; the others follow by the factor ``decay``."""
-    weight = 1.0
-    weights = 0.0
-    for _ in range(int(h.elements)):
-        weights += weight
+        reached += weight * (1.0 - (k + 0.5) / int(h.elements))
         weight *= h.decay
-    return (1.0 - h.linear_share) / weights
+    first = (1.0 - h.linear_share) / weights
+    return (h.linear_share + first * reached) / h.span, first
+
+
+def output_and_energy(h: PrandtlIshlinskii, z: Row, x: float) -> tuple[float, float]:
+    """Output w of the inverse operator (Kuhnen 2003), a pure number, and its energy [contraction].
+
+    With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
+    each holds half its stiffness times its stretch squared. z are the outputs of its plays. w is 1
+    where a virgin muscle has contracted by ``span``; outside it grows on.
+    """
+    scale, weight = scale_and_weight(h)
+    y = x * scale
+    output, energy = y, y * y
+    slope = h.linear_share
+    threshold = 0.5 * slope / h.elements
+    for k in range(int(h.elements)):
+        stiffness = weight / (slope * (slope + weight))
+        stretch = y - play(y, z[k], threshold)
+        output += stiffness * stretch
+        energy += stiffness * stretch * stretch
+        slope += weight
+        threshold += slope / h.elements
+        weight *= h.decay
+    return output, 0.5 * energy / scale
 
 
 def prandtl_ishlinskii_output(h: PrandtlIshlinskii, z: Row, x: float) -> float:
-    """Inverse Prandtl-Ishlinskii operator of the contraction (Kuhnen 2003).
+    """Output w, a pure number, see `output_and_energy`."""
+    return output_and_energy(h, z, x)[0]
 
-    Args:
-        h: parameters.
-        z: outputs of the inverse's plays [scaled contraction].
-        x: contraction [-].
 
-    Returns:
-        w, 1 where a virgin muscle has contracted by ``span``; outside it grows on.
-    """
-    elements = int(h.elements)
-    y = x * input_scale(h)
-    weight = first_weight(h)
-    slope = h.linear_share
-    result = y / slope
-    threshold = 0.0
-    before = 0.0
-    for k in range(elements):
-        limit = (k + 0.5) / elements
-        threshold += slope * (limit - before)
-        before = limit
-        result -= weight / (slope * (slope + weight)) * play(y, z[k], threshold)
-        slope += weight
-        weight *= h.decay
-    return result
+def prandtl_ishlinskii_energy(h: PrandtlIshlinskii, z: Row, x: float) -> float:
+    """Energy that the operator holds [contraction], see `output_and_energy`."""
+    return output_and_energy(h, z, x)[1]
 
 
 def prandtl_ishlinskii_rates(
     h: PrandtlIshlinskii, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the rates that bring every play to where input x leaves it.
-
-    Args:
-        h: parameters.
-        z: outputs of the inverse's plays [scaled contraction].
-        dz: (elements,) written [1/s].
-        x: contraction [-].
-        x_rate: not used; the operator does not know time.
-        timestep: of the explicit Euler step [s].
-    """
-    elements = int(h.elements)
-    y = x * input_scale(h)
-    weight = first_weight(h)
+    """Write the rates [1/s] that bring every play to where input x leaves it."""
+    scale, weight = scale_and_weight(h)
     slope = h.linear_share
-    threshold = 0.0
-    before = 0.0
-    for k in range(elements):
-        limit = (k + 0.5) / elements
-        threshold += slope * (limit - before)
-        before = limit
-        dz[k] = (play(y, z[k], threshold) - z[k]) / timestep
+    threshold = 0.5 * slope / h.elements
+    for k in range(int(h.elements)):
+        dz[k] = (play(x * scale, z[k], threshold) - z[k]) / timestep
         slope += weight
+        threshold += slope / h.elements
         weight *= h.decay
 
 
-def prandtl_ishlinskii_energy(h: PrandtlIshlinskii, z: Row, x: float) -> float:
-    """Energy that the operator holds [contraction]; arguments as `prandtl_ishlinskii_output`.
-
-    With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
-    each holds half its stiffness times its stretch squared.
-    """
-    elements = int(h.elements)
-    scale = input_scale(h)
-    y = x * scale
-    weight = first_weight(h)
-    slope = h.linear_share
-    total = y * y
-    threshold = 0.0
-    before = 0.0
-    for k in range(elements):
-        limit = (k + 0.5) / elements
-        threshold += slope * (limit - before)
-        before = limit
-        stretch = y - play(y, z[k], threshold)
-        total += weight / (slope * (slope + weight)) * stretch * stretch
-        slope += weight
-        weight *= h.decay
-    return 0.5 * total / scale
+CARD = Operator(
+    name="prandtl_ishlinskii",
+    title="Prandtl-Ishlinskii",
+    equation="w = inverse of P[w] = w_0 w + sum w_k play(w; r_k) at the scaled contraction",
+    source="Krejci and Kuhnen 2001; Kuhnen 2003",
+    group=PrandtlIshlinskii,
+    output=prandtl_ishlinskii_output,
+    energy=prandtl_ishlinskii_energy,
+    rates=prandtl_ishlinskii_rates,
+    rate_independent=True,
+    odd=True,
+    notes="Does not saturate: it contains a spring, and beyond span w grows above 1.",
+)

@@ -97,8 +97,8 @@ def test_a_wrong_loop_is_noticed(monkeypatch):
 
 
 def test_a_lost_sign_is_noticed(monkeypatch):
-    right = geometry.contractive_force
-    monkeypatch.setattr(geometry, "contractive_force", lambda *a: -right(*a))
+    right = geometry.ideal_tension
+    monkeypatch.setattr(geometry, "ideal_tension", lambda *a: -right(*a))
     assert evaluate("nguyen2024-04").verdict is Verdict.TEXT_DAMAGED
     assert evaluate("nguyen2024-05").verdict is Verdict.TEXT_DAMAGED
 

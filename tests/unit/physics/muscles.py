@@ -11,18 +11,17 @@ from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
-from pamsim.physics.force_laws.corrected_mckibben import CorrectedMcKibben
-from pamsim.physics.force_laws.elastic_energy import ElasticEnergy
-from pamsim.physics.force_laws.exponential import SixParameter
-from pamsim.physics.force_laws.invertible_exponential import InvertibleExponential
-from pamsim.physics.force_laws.mckibben import IdealMcKibben
+from pamsim.physics.force_laws.exponential import (
+    InvertibleExponential,
+    SinglePressureExponential,
+    SixParameter,
+)
+from pamsim.physics.force_laws.mckibben import CorrectedMcKibben, ElasticEnergy, IdealMcKibben
 from pamsim.physics.force_laws.mooney_rivlin import MooneyRivlin
-from pamsim.physics.force_laws.pleated import Pleated
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
-from pamsim.physics.force_laws.single_pressure_exponential import SinglePressureExponential
+from pamsim.physics.force_laws.pleated import Pleated, PleatedShape
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.hysteresis.preisach import Preisach
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import PassiveSpring
@@ -43,7 +42,7 @@ FORCES: dict[str, ParameterGroup] = {
             scale=1.1, a=7.9e-5, b=419.9, c=-50.9, e=-8.9e-3, f=159.0, g=2.7e-3, h=-327.5
         ),
         ElasticEnergy(scale=1.1, working_pressure=3e5, working_contraction=0.1),
-        Pleated(scale=1.1, f0=0.3, f1=-0.7, f2=-1.1, f3=3.0, f4=-8.0),
+        Pleated(scale=1.1, f0=0.023, f1=1.03, f2=-4.6, f3=6.7, f4=-5.1),
         PleatedShape(scale=1.1, slenderness=6.0),
         MooneyRivlin(scale=1.5, c1=-150.0, c2=360.0, slack_contraction=0.002, active_share=0.95),
     )

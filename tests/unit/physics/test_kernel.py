@@ -21,7 +21,7 @@ from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.friction import Friction, dry_friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.hysteresis.parallel import BLOCKS
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.laminar_gap import laminar_flow
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.orifice import mass_flow

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.hysteresis.parallel import BLOCKS, ParallelHysteresis
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS, MaxwellSlip, ParallelHysteresis
 from pamsim.physics.record import pack, state_size
 from tests.unit.physics.flat import hysteresis_force, hysteresis_rates, hysteresis_volume, rest
 from tests.unit.physics.muscles import make

@@ -17,8 +17,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.hysteresis.pleated_factor import PleatedFactor
-from pamsim.physics.hysteresis.preisach import Preisach
+from pamsim.physics.hysteresis.preisach import PleatedFactor, Preisach
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import (
     COMMON,

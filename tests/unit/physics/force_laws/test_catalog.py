@@ -9,8 +9,7 @@ import pytest
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.force_laws.pleated import SLENDERNESS_6
-from pamsim.physics.force_laws.pleated_shape import PleatedShape
+from pamsim.physics.force_laws.pleated import SLENDERNESS_6, PleatedShape
 from pamsim.physics.force_laws.published import PUBLISHED
 
 BRAID = Braid(nominal_length=0.3, diameter=0.02, fibre_angle=math.radians(28.6))

@@ -50,7 +50,7 @@ def outside(monkeypatch):
     class Outside(SixParameter):
         law = "outside"
 
-    for name in ("_laws", "_codes", "_groups", "_by_code"):
+    for name in ("_laws", "_codes", "_by_code"):
         monkeypatch.setattr(FORCE_LAWS, name, dict(getattr(FORCE_LAWS, name)))
     stated = dict.fromkeys(("volume_function", "work_function", "derivatives_function"))
     law = dataclasses.replace(

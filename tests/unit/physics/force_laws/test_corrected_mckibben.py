@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pamsim.physics.force_laws.corrected_mckibben import (
+from pamsim.physics.force_laws.mckibben import (
     CorrectedMcKibben,
     corrected_mckibben_force,
+    ideal_force,
 )
-from pamsim.physics.force_laws.mckibben import ideal_force
 
 DIAMETER, ANGLE = 0.02, math.radians(28.6)
 IDEAL = (0.0, -1.0, 0.0, -1.0, 40.0)

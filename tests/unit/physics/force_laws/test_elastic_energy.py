@@ -7,17 +7,18 @@ import math
 import pytest
 
 from pamsim.physics.braid import volume
-from pamsim.physics.force_laws.elastic_energy import contractive_force, elastic_energy_force
-from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.force_laws.mckibben import elastic_energy_force, ideal_force, ideal_tension
 
 LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of Nguyen 2024
 WORK = (3e5, 0.12)
+LOAD = ideal_tension(*WORK, LENGTH, *BRAID)
+"""What the muscle pulls at the working point (Nguyen 2024, (3))."""
 
 
 @pytest.mark.parametrize("p", [0.0, 2e5, 5e5])
 @pytest.mark.parametrize("kappa", [-0.02, 0.0, 0.1, 0.3])
 def test_with_the_load_at_the_working_point_it_is_the_ideal_law(p, kappa):
-    total = elastic_energy_force(p, kappa, *WORK, *BRAID) + contractive_force(*WORK, *BRAID)
+    total = elastic_energy_force(p, kappa, *WORK, *BRAID) + LOAD
     ideal = ideal_force(p, LENGTH * (1.0 - kappa), LENGTH, *BRAID)
     assert total == pytest.approx(ideal, rel=1e-12, abs=1e-9)
 
@@ -30,7 +31,7 @@ def test_it_is_zero_at_the_working_point_and_pulls_back_from_a_stretch():
 
 def test_the_filled_muscle_pulls():
     """The sign that the print of (3) has lost."""
-    assert contractive_force(3e5, 0.1, *BRAID) > 0.0
+    assert ideal_tension(3e5, 0.1, LENGTH, *BRAID) > 0.0
 
 
 def test_the_work_of_a_closed_stretch_is_the_energy_of_the_air():
@@ -47,7 +48,7 @@ def test_the_work_of_a_closed_stretch_is_the_energy_of_the_air():
     for i in range(steps):
         kappa = start - (i + 0.5) * width
         p = absolute * (size(start) / size(kappa)) ** k - atmosphere
-        total = elastic_energy_force(p, kappa, *WORK, *BRAID) + contractive_force(*WORK, *BRAID)
+        total = elastic_energy_force(p, kappa, *WORK, *BRAID) + LOAD
         work += total * LENGTH * width
     squeezed = absolute * (size(start) / size(end)) ** k
     gained = (squeezed * size(end) - absolute * size(start)) / (k - 1.0)

@@ -7,11 +7,13 @@ import math
 import pytest
 
 from pamsim.papers.sarosi.equations import isobar
-from pamsim.physics.force_laws.exponential import six_parameter_force
+from pamsim.physics.force_laws.exponential import (
+    invertible_exponential_force,
+    single_pressure_force,
+    six_parameter_force,
+)
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.force_laws.invertible_exponential import invertible_exponential_force
 from pamsim.physics.force_laws.published import PUBLISHED
-from pamsim.physics.force_laws.single_pressure_exponential import single_pressure_force
 
 EIGHT = {
     "a": 7e-5, "b": 420.0, "c": -51.0, "d": 0.4, "e": -8.9e-3, "f": 159.0, "g": 2.7e-3, "h": -327.0

@@ -7,8 +7,12 @@ import math
 import pytest
 
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.force_laws.pleated import SLENDERNESS_6, pleated_force, pleated_function
-from pamsim.physics.force_laws.pleated_shape import pleated_shape_force
+from pamsim.physics.force_laws.pleated import (
+    SLENDERNESS_6,
+    pleated_force,
+    pleated_function,
+    pleated_shape_force,
+)
 
 SIX = coefficients_of(SLENDERNESS_6)[1:]
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-from pamsim.physics.force_laws.pleated_shape import (
+from pamsim.physics.force_laws.pleated import (
     end_amplitude,
     pleated_max_contraction,
     pleated_shape_force,

@@ -1,4 +1,4 @@
-"""Published constants: the conversion of their units, their sources."""
+"""Published constants: the conversion of their units."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.force_laws.published import PUBLISHED, SOURCES
+from pamsim.physics.force_laws.published import PUBLISHED
 
 
 @pytest.mark.parametrize(
@@ -41,9 +41,3 @@ from pamsim.physics.force_laws.published import PUBLISHED, SOURCES
 def test_si_gives_the_printed_force(name, newton):
     force = six_parameter_force(4e5, 0.1, *coefficients_of(PUBLISHED[name])[1:])
     assert force == pytest.approx(newton, rel=1e-12)
-
-
-def test_each_has_a_source_and_the_second_hand_one_says_so():
-    assert set(SOURCES) == set(PUBLISHED)
-    assert all(SOURCES.values())
-    assert "second-hand" in SOURCES["DMSP-10"]

@@ -12,9 +12,8 @@ from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.fractional_maxwell import FractionalMaxwell
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.hysteresis.pleated_factor import PleatedFactor
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
-from pamsim.physics.hysteresis.preisach import Preisach
+from pamsim.physics.hysteresis.preisach import PleatedFactor, Preisach
 
 TIMESTEP = 1e-3
 LOW, HIGH = -0.175, 0.175

@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 import pytest
+from scipy.integrate import quad
 
 from pamsim.physics.hysteresis.arctangent import (
     Arctangent,
-    branch_shape,
+    branch,
+    half_width,
+    kept_and_added,
 )
-from pamsim.physics.hysteresis.madelung import kept_and_added, remembered
 from pamsim.recordings.printed import arctangent_law, loop_equation
 from tests.unit.physics.hysteresis.operator_runs import area, path, run
 
 INCREASING, DECREASING = (
-    tuple(each.value for each in loop_equation(branch)) for branch in ("up", "down")
+    tuple(each.value for each in loop_equation(side)) for side in ("up", "down")
 )
 
 
 def test_printed_branches_near_the_printed_table():
     """Alraouf 2025, table 2 at 0, 250 and 500 kPa, within little more than its sensor's 3 mm."""
-    for branch, measured in zip(
+    for printed, measured in zip(
         (INCREASING, DECREASING), ((30.053, 25.64, 24.2), (30.05, 25.7, 24.197)), strict=True
     ):
         for p, y in zip((0.0, 250.0, 500.0), measured, strict=True):
-            assert arctangent_law(p, *branch) == pytest.approx(y, abs=0.6)
+            assert arctangent_law(p, *printed) == pytest.approx(y, abs=0.6)
     # They miss each other at both ends, which the operator mends.
     for p, gap in ((0.0, 0.0068), (500.0, 0.0588)):
         found = arctangent_law(p, *INCREASING) - arctangent_law(p, *DECREASING)
@@ -32,16 +34,16 @@ def test_printed_branches_near_the_printed_table():
 
 def test_default_shapes_are_the_printed_branches_over_500_kpa():
     group = Arctangent(high_contraction=0.2)
-    for branch, steepness, middle in (
+    for printed, steepness, middle in (
         (INCREASING, group.steepness_rising, group.middle_rising),
         (DECREASING, group.steepness_falling, group.middle_falling),
     ):
-        assert steepness == pytest.approx(-branch[1] * 500.0, rel=1e-4)
-        assert middle == pytest.approx(-branch[2] / branch[1] / 500.0, rel=1e-3)
-        ends = arctangent_law(0.0, *branch), arctangent_law(500.0, *branch)
+        assert steepness == pytest.approx(-printed[1] * 500.0, rel=1e-4)
+        assert middle == pytest.approx(-printed[2] / printed[1] / 500.0, rel=1e-3)
+        ends = arctangent_law(0.0, *printed), arctangent_law(500.0, *printed)
         for t in (0.2, 0.5, 0.9):
-            share = (arctangent_law(500.0 * t, *branch) - ends[0]) / (ends[1] - ends[0])
-            assert branch_shape(t, steepness, middle) == pytest.approx(share, abs=2e-4)
+            share = (arctangent_law(500.0 * t, *printed) - ends[0]) / (ends[1] - ends[0])
+            assert branch(t, steepness, middle)[0] == pytest.approx(share, abs=2e-4)
 
 
 def test_major_loop_runs_along_both_branches():
@@ -50,9 +52,9 @@ def test_major_loop_runs_along_both_branches():
     ws = run(group, xs)[0]
     s, m = group.steepness_rising, group.middle_rising
     f, n = group.steepness_falling, group.middle_falling
-    widest = branch_shape(0.5 * (m + n), f, n) - branch_shape(0.5 * (m + n), s, m)
+    widest = 2.0 * half_width(group, 0.5 * (m + n))[0]
     for k, (x, w) in enumerate(zip(xs, ws, strict=True)):
-        width = branch_shape(x / 0.2, f, n) - branch_shape(x / 0.2, s, m)
+        width = branch(x / 0.2, f, n)[0] - branch(x / 0.2, s, m)[0]
         assert w == pytest.approx((1.0 if k < 20 else -1.0) * width / widest, abs=1e-12)
 
 
@@ -113,11 +115,18 @@ def test_a_reversal_slower_than_the_rounding_limit_is_seen():
 
 
 def test_rounding_errors_of_the_memory_are_no_turning_points():
-    assert remembered(2, [0.5, 0.8, 1e-16]) == 1
+    assert kept_and_added(2, [0.5, 0.8, 1e-16], 0.5) == (1, 0)
     for error in (-1e-12, 0.0, 1e-12):
         assert kept_and_added(3, [0.5, 0.8, 0.3, 0.0], 0.8 + error) == (0, 0)
         assert kept_and_added(3, [0.5, 0.8, 0.3, 0.7], 0.3 + error) == (1, 0)
         assert kept_and_added(3, [0.5, 0.8, 0.3, 0.0], 0.5 + error) == (2, 0)
+
+
+def test_integrals_are_those_of_the_shapes():
+    group = Arctangent(high_contraction=0.2)
+    for t in (0.3, 1.0):
+        found = quad(lambda at: half_width(group, at)[0], 0.0, t)[0]
+        assert half_width(group, t)[1] == pytest.approx(found, rel=1e-10)
 
 
 def test_equal_branches_have_no_loop():

@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pamsim.core.errors import InputError
-from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.hysteresis.play import play
+from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip, play
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum, PrandtlIshlinskii
 from tests.unit.physics.hysteresis.operator_runs import path, run
 

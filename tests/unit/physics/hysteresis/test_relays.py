@@ -14,10 +14,10 @@ from pamsim.papers.vandamme2008.relays import (
     relay_weights,
     triangle_integral,
 )
-from pamsim.physics.hysteresis.pleated_factor import PleatedFactor, pleated_factor_output
 from pamsim.physics.hysteresis.preisach import (
+    PleatedFactor,
     Preisach,
-    levels_reached,
+    pleated_factor_output,
     preisach_rates,
     staircase_sums,
 )
@@ -50,7 +50,7 @@ def engine_output(levels: int, inputs: np.ndarray, c: float = C, d: float = D) -
     act, rates = [0.0] * levels, [0.0] * levels
     found = []
     for u in inputs:
-        found.append(staircase_sums(levels, c, d, act, levels_reached(levels, u))[0])
+        found.append(staircase_sums(levels, c, d, act, u)[0])
         preisach_rates(group, act, rates, 0.5 * u, 0.0, 1e-3)
         act = [z + 1e-3 * rate for z, rate in zip(act, rates, strict=True)]
     return found
@@ -91,15 +91,12 @@ def test_virgin_state_is_neutral_and_saturation_is_one(levels):
     weights = relay_weights(levels, printed_weight)
     relays = RelaySum(weights)
     assert float(np.sum(weights * relays.relays)) == pytest.approx(0.0, abs=1e-14)
-    half = levels_reached(levels, -1e-9)
+    virgin = [0.0] * levels
     if levels % 2 == 0:  # with an odd number a level lies in the middle, and it switches
-        assert staircase_sums(levels, C, D, [0.0] * levels, half)[0] == pytest.approx(
-            0.0, abs=1e-13
-        )
+        assert staircase_sums(levels, C, D, virgin, -1e-9)[0] == pytest.approx(0.0, abs=1e-13)
     for u in (1.0, -1.0):
         assert relays.step(u) == pytest.approx(u)
-        reached = levels_reached(levels, u)
-        assert staircase_sums(levels, C, D, [0.0] * levels, reached)[0] == pytest.approx(u)
+        assert staircase_sums(levels, C, D, virgin, u)[0] == pytest.approx(u)
 
 
 def test_weight_as_printed():
@@ -130,7 +127,7 @@ def test_pleated_line_is_the_least_squares_line_through_the_major_loop():
     rising = [relays.step(u) for u in grid]
     falling = [relays.step(u) for u in grid[::-1]]
     slope, offset = np.polyfit(np.r_[grid, grid[::-1]], np.r_[rising, falling], 1)
-    found = staircase_sums(levels, C, D, [0.0] * levels, levels)[3]
+    found = staircase_sums(levels, C, D, [0.0] * levels, 1.0)[3]
     assert found == pytest.approx(slope, abs=1e-3)
     assert offset == pytest.approx(0.0, abs=1e-3)
     group = PleatedFactor(levels=levels)
