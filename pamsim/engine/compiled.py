@@ -99,9 +99,7 @@ def _compile(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> tuple[Any, 
     @numba.cfunc(types.void(address, address, types.intc), cache=True, error_model="numpy")
     def rates(model, data, instance):
         keyed_by(key)
-        step_rates(
-            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance
-        )
+        step_rates(numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance)
 
     @numba.cfunc(
         types.void(address, address, types.intc, types.intc), cache=True, error_model="numpy"

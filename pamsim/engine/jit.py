@@ -97,9 +97,7 @@ def _at_home(function: FunctionType) -> FunctionType:
     if function.__module__.startswith("pamsim."):
         return function
     code, space = function.__code__, function.__globals__
-    copy = FunctionType(
-        code, space, function.__name__, function.__defaults__, function.__closure__
-    )
+    copy = FunctionType(code, space, function.__name__, function.__defaults__, function.__closure__)
     copy.__annotations__, copy.__kwdefaults__ = function.__annotations__, function.__kwdefaults__
     copy.__module__ = __name__
     return copy

@@ -18,7 +18,6 @@ from typing import Any
 from pamsim.core.compilation import function_of_text
 from pamsim.core.parameters import ParameterGroup, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import MutableRow, Parameters, Row
 
