@@ -36,11 +36,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 import pamsim
 from pamsim.core.errors import SimulationError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
@@ -118,7 +118,6 @@ _STEP = 2e-3
 
 _CHANNELS = {"angle": ANGLE_NOISE, "pressure": PRESSURE_NOISE, "tension": FORCE_NOISE}
 
-FloatArray = NDArray[np.float64]
 Case = dict[str, Any]
 Signals = Mapping[str, FloatArray]
 

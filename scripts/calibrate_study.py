@@ -27,14 +27,12 @@ from typing import Any
 import mujoco
 import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import write_recording
-
-FloatArray = NDArray[np.float64]
 
 RESULTS = Path("scripts/results")
 KEPT = Path("out/calibrate_study")

@@ -14,13 +14,12 @@ from collections.abc import Callable
 
 import numpy as np
 import scipy.signal
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.intervals import parameter_covariance
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
 from pamsim.inference.simulator_fit import Linearisation
 
-FloatArray = NDArray[np.float64]
 Noise = Callable[[np.random.Generator, int], FloatArray]
 
 

@@ -15,14 +15,13 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-from numpy.typing import NDArray
 
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, rig_name
 from pamsim.comparison.protocols import DURATION, PROTOCOLS
 from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.core.files import complete_file
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.effects import (
     command,
     joint,
@@ -38,8 +37,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
 from pamsim.twins.noise import ANGLE_NOISE, PRESSURE_NOISE
-
-FloatArray = NDArray[np.float64]
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = DOCS / "effects.md"

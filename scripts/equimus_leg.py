@@ -23,13 +23,13 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.encoding import write_json
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.report.style import (
@@ -42,8 +42,6 @@ from pamsim.report.style import (
     save_png,
     styled,
 )
-
-FloatArray = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "equimus_leg.json"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import lfilter
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _LARGEST_GROWTH = 10.0
 

@@ -40,11 +40,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from free_runs import FloatArray, grows, started_freely
+from free_runs import grows, started_freely
 
 import pamsim
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.linear.fit_percent import fit_percent
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.signal_record import SignalRecord

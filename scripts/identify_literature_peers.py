@@ -24,11 +24,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from free_runs import FloatArray, free_responses, grows, started_freely
+from free_runs import free_responses, grows, started_freely
 from scipy.optimize import least_squares
 from scipy.signal import dlsim, lfilter, tf2ss
 from sippy_peer import estimate, write_page
 
+from pamsim.core.units import FloatArray
 from pamsim.linear.fit_percent import fit_percent
 
 N4SID_ORDERS, HORIZONS = range(1, 9), (20, 40)

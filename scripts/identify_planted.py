@@ -38,13 +38,12 @@ from scipy.signal import cont2discrete, lfilter, tf2ss
 
 from pamsim.core.computation import one_blas_thread
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.identification.choice import recommend
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.pole_coordinates import pole_coordinates
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 SYSTEMS = 200
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01

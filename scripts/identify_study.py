@@ -33,16 +33,14 @@ from typing import Any
 import numpy as np
 import scipy
 from kept_rows import as_text, fingerprint, kept_rows
-from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
+from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.residual_independence import residual_independence
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 RESULTS = Path("scripts/results")
 KEPT = Path("out/identify_study")

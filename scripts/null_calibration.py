@@ -32,13 +32,13 @@ from typing import Any
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
 import pamsim
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.evidence import (
     compare_models,
     compare_rows,
@@ -64,7 +64,6 @@ from pamsim.diagnosis.method.where import cells, row_maps, systematic, trial_map
 from pamsim.inference.permutation import best_of_many_p_values
 from pamsim.inference.residual_block import ResidualBlock, layout
 
-FloatArray = NDArray[np.float64]
 Found = tuple[dict[str, float], dict[str, bool]]
 """Of one data set: test -> its p-value, and rule of the verdict -> whether it found something."""
 

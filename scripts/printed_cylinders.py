@@ -21,16 +21,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from PIL import Image
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.encoding import write_json
+from pamsim.core.units import FloatArray
 from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
-
-FloatArray = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "printed_cylinders.json"

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.calibration.calibration_problem import CalibrationProblem
@@ -33,14 +32,13 @@ from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
+from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
 from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
-
-FloatArray = NDArray[np.float64]
 
 DEFAULT_RIG = "mas20_arm"
 CHECKPOINT = "checkpoint.json"
@@ -247,9 +245,7 @@ def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> l
     """Every channel of some measurements, simulated before and after."""
     before, after = problem.predictions(pair) if problem.predictor.experiments else (None, None)
 
-    def signal(
-        prediction: Prediction | None, trial: str, channel: str
-    ) -> NDArray[np.float64] | None:
+    def signal(prediction: Prediction | None, trial: str, channel: str) -> FloatArray | None:
         if prediction is None:
             return None
         if channel == AT_REST:

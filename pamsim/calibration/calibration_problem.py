@@ -6,16 +6,14 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.free_parameters import FreedParameter
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor
 from pamsim.core.errors import ParameterError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
-
-FloatArray = NDArray[np.float64]
 
 _REMEMBERED = 4
 """Simulated vectors: those that a fit comes back to with other starts are the last ones."""

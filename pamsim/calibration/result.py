@@ -7,20 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.free_parameters import FreedParameter
 from pamsim.core.computation import versions
 from pamsim.core.encoding import fields_to_dict, to_dict, write_json
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.profile_likelihood import Profile
 from pamsim.inference.simulator_fit import FitStatus, SimulatorFit
 
-FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-calibrate/1"
 RESULT_FILE = "calibration.json"
 

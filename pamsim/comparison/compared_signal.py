@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.static_table import StaticTable
-
-FloatArray = NDArray[np.float64]
 
 
 def shown_unit(channel: str) -> tuple[str, float]:

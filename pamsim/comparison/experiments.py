@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain, encoder_offset
@@ -64,7 +64,7 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
     )
 
 
-def start_pressures(trial: Trial) -> NDArray[np.float64]:
+def start_pressures(trial: Trial) -> FloatArray:
     """Gauge pressures at which the muscles of a trial rest before it begins, shape (m,) [Pa].
 
     Raises:
@@ -97,7 +97,7 @@ def _owner(trial: Trial, muscle: int) -> str:
     return f"muscle {muscle + 1}: record p{muscle + 1}_kpa"
 
 
-def grid_rate(time: NDArray[np.float64]) -> float:
+def grid_rate(time: FloatArray) -> float:
     """Rate that samples at all given times, or 2000 Hz if no divisor of it does [Hz].
 
     Args:
@@ -112,7 +112,7 @@ def grid_rate(time: NDArray[np.float64]) -> float:
     return near if on_grid else float(GRID_HZ)
 
 
-def _snapped(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def _snapped(time: FloatArray, rate: float) -> FloatArray:
     """Times moved to the grid: a command late by rounding alone would be a whole step late."""
     grid = np.round(time * rate) / rate
     return np.where(np.abs(time - grid) * rate <= _ON_GRID, grid, time)
@@ -120,7 +120,7 @@ def _snapped(time: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
 
 def at_times(
     recording: Recording, trial: Trial, sensor: MeasurementChain | None = None
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, FloatArray]:
     """Simulated signals at the times of a trial, interpolated linearly between samples.
 
     Args:

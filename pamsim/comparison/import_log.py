@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
@@ -340,9 +340,7 @@ def _turned(
     )
 
 
-def _driving(
-    trial: Trial, joint: str, arm: NDArray[np.float64], rig: Rig
-) -> NDArray[np.float64] | None:
+def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
     """What drives a joint in a trial, up to a factor: its own torque or force, or its muscles.
 
     Args:

@@ -7,15 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.protocols import DURATION, RATE
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.excitation import held_levels, triangle
 from pamsim.recordings.experiment import Experiment
 
-FloatArray = NDArray[np.float64]
 Input = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 _ROUNDED = 0.1  # time over which corners of a motion are rounded [s]

@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.sensed_runs import as_read, sensed_runs
 from pamsim.comparison.trial_corrections import Correction, corrections
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment
@@ -25,7 +25,6 @@ from pamsim.recordings.recording import Outcome
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
-FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]
 """Channel -> (n,) [SI]."""
 Shares = Mapping[str, float]

@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial, slow_noise
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import BlockPlace
-
-FloatArray = NDArray[np.float64]
 
 REPEATS = FloorRoute.REPEATS
 FEWEST_REPEATS = 3

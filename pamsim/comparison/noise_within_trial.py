@@ -16,13 +16,11 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
+from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import Scatter
 from pamsim.recordings.step_metrics import rough_noise
-
-FloatArray = NDArray[np.float64]
 
 LAG = 0.5
 """Time over which residuals are compared [s]."""

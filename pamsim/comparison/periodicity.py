@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _SAME = 1e-6  # of the command's range, to which it is written
 _PROBES = 32  # samples by which lags are sorted out before all samples are compared

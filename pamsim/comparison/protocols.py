@@ -7,13 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.recordings.excitation import bursts, held_levels, multisine, triangle
 from pamsim.recordings.experiment import Experiment
 
-FloatArray = NDArray[np.float64]
 Drive = Callable[[FloatArray, np.random.Generator], FloatArray]
 
 DURATION = 8.0

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import table_experiments
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
@@ -20,7 +20,6 @@ from pamsim.recordings.recording import Outcome
 from pamsim.recordings.sensors import MeasurementChain, true_pressure
 from pamsim.recordings.static_table import StaticTable
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
 

@@ -12,13 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
+from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 
-FloatArray = NDArray[np.float64]
 Signals = Mapping[str, FloatArray]
 
 STEP = 1e3

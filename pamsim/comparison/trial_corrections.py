@@ -10,13 +10,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.signals import KINDS, column_of, command_columns, kind_of
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 _ATMOSPHERE = 101.325  # kPa, ISO 2533
 _UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {

@@ -12,12 +12,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.residual_block import Blocks
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 SHORTEST = 1.0
 """Shortest part where a trial is long enough [s]: three times a drift's correlation time of 0.3 s

@@ -6,21 +6,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import at_times, experiment_of, table_experiments
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 CHANNELS = tuple(KINDS)
 """Kinds of channel: ``angle``, ``position``, ``pressure``, ``force``."""

@@ -11,10 +11,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import JOINT_KINDS, kind_of, owner_of
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 _SMOOTH = 5  # samples on either side, for a speed without jitter
 _STILL = 0.05  # of a trial's largest speed: slower counts as standing still

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.trial_parts import TrialParts
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.residual_block import BlockPlace, Blocks, layout, stacked
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 
 

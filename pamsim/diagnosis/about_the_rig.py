@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.mjcf import contacts, may_collide
 from pamsim.engine.rig import Rig
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
-FloatArray = NDArray[np.float64]
 Simulated = Mapping[str, Mapping[str, FloatArray]]
 """Trial -> channel -> (n,) [SI]."""
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.comparison.effects_on_rig import candidates
@@ -25,6 +24,7 @@ from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import fields_to_dict, write_json
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
@@ -36,7 +36,7 @@ from pamsim.inference.residual_block import layout
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
-Simulated = Mapping[str, Mapping[str, NDArray[np.float64]]]
+Simulated = Mapping[str, Mapping[str, FloatArray]]
 """Trial -> channel -> (n,) [SI]."""
 
 SCHEMA = "pamsim-check/2"

@@ -6,13 +6,11 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor, check_channels
 from pamsim.comparison.trial_residuals import Values
 from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.diagnosis.method.next_experiment import Signals
 from pamsim.engine.batch import simulate_batch
@@ -21,8 +19,6 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import distorted
-
-FloatArray = NDArray[np.float64]
 
 _COARSE = 2
 """Fine steps in a coarse one: the MAS-20 arm's signals then move by a sixteenth of the sensors'

@@ -10,7 +10,6 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.measurements import CalibrationData
@@ -18,7 +17,7 @@ from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
-from pamsim.core.units import common_unit, to_si
+from pamsim.core.units import FloatArray, common_unit, to_si
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.screen import VISIBLE
@@ -28,8 +27,6 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 _SECONDS = 12.0
 """Of trials that are simulated with each effect; each of many inputs has its part."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.protocols import PROTOCOLS, Protocol
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _FILLING = 0.6  # time for which a valve is opened before it shuts [s]
 

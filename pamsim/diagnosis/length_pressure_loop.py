@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.diagnosis.method.loop_diagnosis import LoopDiagnosis, diagnose_loop
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS
 from pamsim.diagnosis.method.loop_fit import Loop, LoopModel
@@ -32,8 +31,6 @@ from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.permutation import rms_interval95
 from pamsim.recordings.measured_table import LengthLoop
 from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
-
-FloatArray = NDArray[np.float64]
 
 RUNS = 3
 """Runs behind each printed mean (Alraouf 2025)."""

@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
@@ -30,8 +30,6 @@ from pamsim.effects.effect import AT
 from pamsim.engine.parameters import ParameterName, rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

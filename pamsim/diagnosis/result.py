@@ -8,19 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import INLINE, NOT_IN_JSON, fields_to_dict, json_property, write_json
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.trial_model import far_from
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
 from pamsim.diagnosis.shared_family import shared_families
-
-FloatArray = NDArray[np.float64]
 
 SCHEMA = "pamsim-diagnosis/2"
 FILE = "diagnosis.json"

@@ -7,12 +7,12 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.rest_prediction import RestPredictor, Values
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.effects_at_rest import effects_at_rest
 from pamsim.diagnosis.method.row_diagnosis import diagnose_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
@@ -23,8 +23,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.static_table import StaticTable
-
-FloatArray = NDArray[np.float64]
 
 NUISANCE = (PULLEY,)
 """What a table of angles leaves open of any arm whose pulley was not measured: it is refitted with

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.effects_on_rig import rig_effect
 from pamsim.comparison.readable_unit import readable, readable_unit
@@ -40,8 +39,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.permutation import rms_interval95
 from pamsim.recordings.static_table import StaticTable
-
-FloatArray = NDArray[np.float64]
 
 MM_PER_M = 1e3
 

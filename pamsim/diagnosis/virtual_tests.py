@@ -16,8 +16,8 @@ from typing import TypeAlias
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.virtual_test_conditions import (
     CONDITIONS,
     CONTRACTION_RATE,
@@ -44,8 +44,6 @@ from pamsim.physics.rest_state import charged_air_state, rest
 from pamsim.physics.static_muscle import active_force, limited, static_force
 from pamsim.physics.tension import effective_pressure
 from pamsim.recordings.sensors import MeasurementChain
-
-FloatArray = NDArray[np.float64]
 
 Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import set_off
 from pamsim.engine.preflight import refuse_above_supply
@@ -111,7 +112,7 @@ def simulate_batch(
     return recordings
 
 
-def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[NDArray[np.float64]]:
+def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[FloatArray]:
     """States in which runs begin, as `simulate_batch` brings them to rest in some threads."""
     with _rested(runs, 1, threads, _ReusedData()) as (_, begun):
         return [save_state(run.model, begun(run)) for run in runs]
@@ -123,7 +124,7 @@ def _rested(
 ) -> Iterator[tuple[ThreadPoolExecutor, _Begun]]:
     """Runs at rest, once for all with the same start: a pool, and what begins a run in a thread."""
 
-    def settled(run: Run) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    def settled(run: Run) -> tuple[FloatArray, NDArray[np.int32]]:
         data = reused.of(run.rig)
         settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
         return save_state(run.model, data), data.warning.number.copy()

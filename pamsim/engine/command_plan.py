@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDING = 1e-6  # of a time step: a change closer to its end counts as at the end
 

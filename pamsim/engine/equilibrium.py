@@ -13,9 +13,9 @@ from typing import Any, TypeAlias
 import mujoco
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.muscle_length import chain_length, chain_ratio
@@ -23,7 +23,6 @@ from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import limited, static_force
 from pamsim.physics.tension import taut
 
-FloatArray = NDArray[np.float64]
 Torques: TypeAlias = Callable[[Sequence[float] | FloatArray, Sequence[float]], list[float]]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq

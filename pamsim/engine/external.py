@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.signals import IMPOSED, Drive
-
-FloatArray = NDArray[np.float64]
 
 _HELD = 1e9
 """Inertia of a joint whose motion is imposed [kg m^2 or kg].

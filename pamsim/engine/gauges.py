@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import TypeAlias
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.muscle_step import COUNT, muscle_at, pressure_of, states_at, tension_of
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.muscle_valves import pressure_at_valve
-
-FloatArray: TypeAlias = NDArray[np.float64]
 
 
 class Gauges:

@@ -80,7 +80,8 @@ def hand_to_numba(functions: Iterable[FunctionType]) -> None:
     for function in functions:
         if function not in _handed:
             own = function.__module__.startswith("pamsim.engine.")
-            overload(function, jit_options=ARRAYS if own else OPTIONS)(_giving(_at_home(function)))
+            options: Any = ARRAYS if own else OPTIONS
+            overload(function, jit_options=options)(_giving(_at_home(function)))
             _handed.add(function)
 
 

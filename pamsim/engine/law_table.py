@@ -87,7 +87,7 @@ _load: Any = types.ExternalFunction("pamsim_load", types.int64(types.int64))
 
 @register_jitable(**OPTIONS)
 def law_at(key: Any) -> Any:
-    """Address of a law in the table; else what `_ask` says."""
+    """Address of a law in the table; else the answer of `_ask`."""
     place = key & (_PLACES - 1)
     while True:
         law = _where() + 8 * _WORDS * place
@@ -296,7 +296,7 @@ def _prepare(key: int) -> None:
 
 
 def _functions(key: int) -> tuple[tuple[Any, ...], tuple[int, ...]]:
-    """Compiled functions of a law, and what it says yes or no to."""
+    """Compiled functions of a law, and its answers of yes or no."""
     if key < 0:
         code, functions, make = float(-key), operator_functions, _compile_operator
         group = OPERATORS.group(code)

@@ -10,11 +10,12 @@ from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
 from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
+from pamsim.core.units import FloatArray
 
 _GENERATING = ("composite", "flexcomp")
 _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
@@ -212,7 +213,7 @@ def may_collide(model: mujoco.MjModel) -> bool:
 
 
 def contacts(
-    model: mujoco.MjModel, addresses: Sequence[int], positions: NDArray[np.float64]
+    model: mujoco.MjModel, addresses: Sequence[int], positions: FloatArray
 ) -> dict[tuple[str, str], int]:
     """Pairs of geoms or flexes that touch, and in how many positions.
 

@@ -15,8 +15,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.physics.chamber_pressure import chamber_pressure
 from pamsim.physics.invariants import (
     ABOVE_SUPPLY,
@@ -29,8 +29,6 @@ from pamsim.physics.kernel import state_rates, tendon_force, tension
 from pamsim.physics.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
 from pamsim.physics.record import SIGNATURE, SIZE, STATE_NAMES, view
 from pamsim.physics.supply import VALVE
-
-FloatArray = NDArray[np.float64]
 
 COUNT = len(STATE_NAMES)
 """States of a muscle that have a name; they are the last of its ``act``."""

@@ -12,9 +12,9 @@ from collections.abc import Iterable, Mapping
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.commands import MEASURED, PRESSURE_SET
@@ -70,9 +70,7 @@ def state_control_ranges(model: mujoco.MjModel) -> None:
         model.actuator_ctrlrange[at] = ends or 0.0
 
 
-def check_lengths(
-    model: mujoco.MjModel, data: mujoco.MjData, pressures: NDArray[np.float64]
-) -> None:
+def check_lengths(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
     """Check that no muscle is longer than its fibres at a position whose tendons are measured.
 
     ``pressures``, (m,) gauge [Pa], may stretch the fibres.

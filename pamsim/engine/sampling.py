@@ -14,20 +14,19 @@ import functools
 import inspect
 import zlib
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine import command_plan, external, structs
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
 from pamsim.engine.library import engine_library
 from pamsim.engine.stepping import EachStep, advance
 from pamsim.recordings.recording import Outcome
-
-FloatArray: TypeAlias = NDArray[np.float64]
 
 
 class Trace(NamedTuple):

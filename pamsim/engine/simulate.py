@@ -9,10 +9,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.core.limits import RUN_STEPS
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.command_plan import Plan, command_plan
 from pamsim.engine.external import External, act, as_driven, check_range, external, set_off
@@ -33,8 +33,6 @@ from pamsim.engine.state import restore_state, save_state, settle
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-
-FloatArray = NDArray[np.float64]
 
 _CHECK_EVERY = 512
 """Samples between two checks for a breakdown."""

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.preflight import check_lengths, check_timestep
@@ -25,7 +25,6 @@ from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
 from pamsim.recordings.experiment import Experiment
 
-FloatArray = NDArray[np.float64]
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 _REST_BLOCK = 0.1

@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError, InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.engine import checks, plugin
 from pamsim.physics.record import is_muscle
 
@@ -102,7 +101,7 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
 def advance(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    command: NDArray[np.float64],
+    command: FloatArray,
     count: int,
     each_step: EachStep | None,
 ) -> None:

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
+from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
 from pamsim.fitting.result import FittedLaw
@@ -18,8 +18,6 @@ from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.recordings.measured_table import LengthLoop
 from pamsim.recordings.printed import arctangent_law
-
-FloatArray = NDArray[np.float64]
 
 
 def fit_branches(

@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.fitting.linear_part import Curve
 from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate, Flag
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 
-FloatArray = NDArray[np.float64]
 _student_quantile: Any = scipy.special.stdtrit
 
 _DEAD = 1e-10  # effect over the whole allowed range, relative to the data

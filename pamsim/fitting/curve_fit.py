@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_estimates import curve_estimates
 from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import Scores, scores
@@ -18,8 +19,6 @@ from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate, without_intervals
 from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
-
-FloatArray = NDArray[np.float64]
 
 _REFINED = 3  # starts that are followed to their end, of those tried
 

@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, unsuitable
@@ -24,8 +23,6 @@ from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.recordings.measured_table import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 _GROWTH = 3.0
 """Held-out error over that of the fitted points from which a law does not generalise."""

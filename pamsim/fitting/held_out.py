@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.encoding import json_property
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples
 
-FloatArray = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 

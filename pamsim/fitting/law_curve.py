@@ -7,18 +7,16 @@ import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
+from pamsim.core.units import FloatArray
 from pamsim.fitting.held_out import Rows
 from pamsim.inference.coefficient import Coefficient
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.recordings.measured_table import ForceMap
-
-FloatArray = NDArray[np.float64]
 
 _NO_TENSION = {
     "elastic_energy": "counts from a working point: it gives no tension that a force map could show"

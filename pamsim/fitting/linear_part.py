@@ -18,11 +18,10 @@ from typing import Any
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coefficient import Coefficient
 
-FloatArray = NDArray[np.float64]
 Curve = Callable[[FloatArray], FloatArray]
 """All coefficients, shape (k,), to the predictions, shape (n,)."""
 

@@ -14,13 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.record_checks import increasing_time
-
-FloatArray = NDArray[np.float64]
 
 MAXWELL = (
     Coefficient(name="alpha", unit="1", low=0.01, high=0.99),

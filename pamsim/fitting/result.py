@@ -7,18 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.core.encoding import INLINE, fields_to_dict, to_dict, write_json
 from pamsim.core.files import complete_file
+from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import CurveFit
 from pamsim.fitting.held_out import HeldOut
 from pamsim.fitting.params_section import params_text
 from pamsim.fitting.search_comparison import SearchRun
 from pamsim.fitting.summary import summary_lines
 
-FloatArray = NDArray[np.float64]
 SCHEMA = "pamsim-fit/2"
 
 

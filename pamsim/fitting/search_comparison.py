@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pamsim.core.units import FloatArray
 from pamsim.fitting.water_cycle import water_cycle
 from pamsim.inference.latin_hypercube import latin_hypercube
 
-FloatArray = NDArray[np.float64]
 _least_squares: Any = scipy.optimize.least_squares
 _differential_evolution: Any = scipy.optimize.differential_evolution
 

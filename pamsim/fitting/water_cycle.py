@@ -33,8 +33,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 
-FloatArray = NDArray[np.float64]
 Cost = Callable[[FloatArray], float]
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.batch import rest_states
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.preflight import refuse_above_supply
@@ -16,8 +16,6 @@ from pamsim.engine.simulate import Run, prepare
 from pamsim.gpu.worlds import Readings, Worlds
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-
-FloatArray = NDArray[np.float64]
 
 
 def simulate_worlds(

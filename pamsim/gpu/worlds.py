@@ -8,11 +8,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
@@ -26,8 +26,6 @@ from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import slot
 from pamsim.physics.supply import VALVE
-
-FloatArray = NDArray[np.float64]
 
 _LAW, _OPERATOR = slot("force.law"), slot("hysteresis.law")
 _SUPPLY_FALL = {name: slot(name) for name in ("valve.supply_resistance", "valve.supply_square")}

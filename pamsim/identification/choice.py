@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
@@ -14,8 +13,6 @@ from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_nonlinearity import what_is_missing
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.05  # probability of accepting a parameter that does not help, per comparison
 _TIE = 2.0  # difference of AICc below which two models are equally supported

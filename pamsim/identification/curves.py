@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.response_bands import (
@@ -16,8 +16,6 @@ from pamsim.linear.response_bands import (
     frequency_response,
     step_response_band,
 )
-
-FloatArray = NDArray[np.float64]
 
 _POINTS = 300
 _STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for

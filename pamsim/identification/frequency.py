@@ -17,7 +17,7 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
 from pamsim.identification.summary import summary_lines
@@ -26,8 +26,6 @@ from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.recordings.table_reader import read_columns
-
-FloatArray = NDArray[np.float64]
 
 SCHEMA = "pamsim-identify-frequency/2"
 _BETTER = 2.0  # in AICc, from which a richer model is preferred

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.recordings.columns import Columns
 
 _MEANS: Mapping[str, re.Pattern[str]] = {
@@ -37,7 +37,7 @@ def is_over_frequency(table: Columns) -> bool:
 
 def frequency_response_of(
     table: Columns,
-) -> tuple[NDArray[np.float64], NDArray[np.complex128], tuple[str, ...]]:
+) -> tuple[FloatArray, NDArray[np.complex128], tuple[str, ...]]:
     """Read a frequency response.
 
     Args:

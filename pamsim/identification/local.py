@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.identification.signals import SignalTable, UsedTrial
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import IdentifiedModel
@@ -20,7 +21,6 @@ from pamsim.linear.local_models import (
 )
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
 
-FloatArray = NDArray[np.float64]
 Piece = tuple[SignalRecord, OperatingPoint]
 
 _LONG_ENOUGH = 2.0  # slowest time constants that a held input must last to show a gain

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.identification.structure_choice import (
     StructureChoice,
     choice_by_free_run,
@@ -25,8 +25,6 @@ from pamsim.linear.residual_independence import Independence, residual_independe
 from pamsim.linear.residual_nonlinearity import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import RoughFit, scan_structures
-
-FloatArray = NDArray[np.float64]
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")

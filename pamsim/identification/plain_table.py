@@ -13,10 +13,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import to_si
+from pamsim.core.units import FloatArray, to_si
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.signals import SignalTable, Unit
 from pamsim.linear.signal_record import HOLDS
@@ -24,8 +23,6 @@ from pamsim.recordings.column_guess import kind_of_unit, unit_in_name, unit_of
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import LONGEST_GAP
 from pamsim.recordings.table_reader import read_columns
-
-FloatArray = NDArray[np.float64]
 
 # A column counts as held from row to row with up to this share of distinct values. That it jumps
 # from row to row does not count: the public heat exchanger's flow does, and held it predicts worse.

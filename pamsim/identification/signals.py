@@ -7,16 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.recordings.signals import KINDS, MUSCLE_DRIVES, column_of, command_columns
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 _TERM = re.compile(r"\s*([+-]?)\s*([^\W\d]\w*)")
 # A first command this close to the rest value is no step: as a share of the input's span, and in

@@ -12,8 +12,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.coloured_noise import fit_ar_noise
@@ -22,8 +22,6 @@ from pamsim.linear.identified_model import pooled_fit_percent
 from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
 from pamsim.linear.structure_scan import RoughFit, rough_fit
-
-FloatArray = NDArray[np.float64]
 
 AICC = "AICc"
 LIKELIHOOD = "the Hannan-Quinn criterion"

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import difference_jacobian, secant_update
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import BlockPlace, Simulate, layout, stacked
-
-FloatArray = NDArray[np.float64]
 
 _FORWARD = 1e-5  # step of the search's differences, in ranges: its error is far below the noise
 _CENTRAL = 1e-4  # step at the optimum; wide enough to bridge the kinks of switching valves

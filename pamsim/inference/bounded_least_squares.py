@@ -16,12 +16,12 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
 
-FloatArray = NDArray[np.float64]
 Jacobian = Callable[[FloatArray, FloatArray], FloatArray]
 """Place, shape (p,), and residual there, shape (n,), to the Jacobian, shape (n, p)."""
 GiveUp = Callable[[FloatArray, FloatArray], bool]

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+
 _lfilter: Any = scipy.signal.lfilter
 _lfiltic: Any = scipy.signal.lfiltic
 

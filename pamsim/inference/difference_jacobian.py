@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+
 Residuals = Callable[[FloatArray], Sequence[FloatArray | None]]
 """Places, shape (k, p), to the residual of each, shape (n,); None where it cannot be computed."""
 

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.inference.batched_residual import BatchedResidual
@@ -15,7 +14,6 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.search import SearchEnd, SearchState
 from pamsim.inference.simulator_fit import Checkpoint
 
-FloatArray = NDArray[np.float64]
 _SAME = 1e-6
 
 

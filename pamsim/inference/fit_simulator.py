@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.batched_residual import BatchedResidual
 from pamsim.inference.fit_checkpoint import FitState, identity
 from pamsim.inference.fit_summary import judged, summarise_fit
@@ -19,8 +19,6 @@ from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import NEAR, SearchEnd, SearchState, search
 from pamsim.inference.simulator_fit import Checkpoint, SearchProgress, SimulatorFit
 from pamsim.inference.starts import starting_places
-
-FloatArray = NDArray[np.float64]
 
 _SHARPENED = 3  # times that differences are taken at the optimum
 _STRAIGHT = 0.5  # standard errors over which a Jacobian is as good as one taken after them

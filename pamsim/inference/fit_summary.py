@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate, PriorPull
 from pamsim.inference.flags import Identified, identified, parameter_flags
 from pamsim.inference.free_parameter import FreeParameter
@@ -21,7 +22,6 @@ from pamsim.inference.simulator_fit import (
     StartReport,
 )
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _SAME_OPTIMUM = 0.1  # of -2 log likelihood: a tenth of what one standard error costs

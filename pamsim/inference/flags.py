@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Flag
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.identifiability import DEAD, FLAT, determined, members, trade_offs
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _AT_BOUND = 1e-6  # of the range

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import ParameterError
+from pamsim.core.units import FloatArray
 
-FloatArray = NDArray[np.float64]
 Scale = Literal["linear", "log"]
 
 

@@ -6,11 +6,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import fit_ar_noise
-
-FloatArray = NDArray[np.float64]
 
 TIE = 2.0
 """Difference below which two models are equally supported; of any criterion of this kind."""

@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.effective_degrees import effective_degrees
 from pamsim.inference.residual_block import BlockPlace
@@ -38,7 +38,6 @@ from pamsim.inference.residual_colour import (
 )
 from pamsim.inference.simulator_fit import Linearisation
 
-FloatArray = NDArray[np.float64]
 _student_quantile: Any = scipy.special.stdtrit
 
 _FEWEST_REPEATS = 4

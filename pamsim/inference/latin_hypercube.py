@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from pamsim.core.units import FloatArray
 
 
-def latin_hypercube(rng: np.random.Generator, count: int, size: int) -> NDArray[np.float64]:
+def latin_hypercube(rng: np.random.Generator, count: int, size: int) -> FloatArray:
     """Latin hypercube in the unit cube: each axis has one point in each of ``count`` slices.
 
     Args:

@@ -7,15 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import Simulate, stacked
 from pamsim.inference.simulator_fit import SimulatorFit
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

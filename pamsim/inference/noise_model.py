@@ -13,12 +13,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.simulator_fit import NoiseSource
-
-FloatArray = NDArray[np.float64]
 
 _EXACT = (
     1e-6  # of the first residual: below this a channel is matched exactly, weights stop growing

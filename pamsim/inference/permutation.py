@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import scipy.stats
-from numpy.typing import NDArray
 from scipy.stats import f as f_distribution
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _bootstrap: Any = scipy.stats.bootstrap
 

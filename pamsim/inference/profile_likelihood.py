@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.inference.batched_residual import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.noise_model import NoiseModel
@@ -16,8 +16,6 @@ from pamsim.inference.residual_block import Simulate
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import SearchState, search
 from pamsim.inference.simulator_fit import SimulatorFit
-
-FloatArray = NDArray[np.float64]
 
 _CHI2 = 3.841458820694124  # 95 % point of chi-squared with one degree of freedom
 _REACH = 1.3  # of the linear interval: how far the first points go

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 # Written time stamps are rounded (500 Hz with six decimals: 0.05 %), so exact equality is too much
 # to ask; one per cent of an interval is far below what moves any time constant.

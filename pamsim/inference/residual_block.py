@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

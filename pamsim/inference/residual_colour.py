@@ -17,11 +17,10 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 
-FloatArray = NDArray[np.float64]
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
 _MOST_ORDERS = 30

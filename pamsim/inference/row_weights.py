@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.batched_residual import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.noise_model import NoiseModel
-
-FloatArray = NDArray[np.float64]
 
 
 class RowWeights:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import (
     BreakdownError,
     bounded_least_squares,
@@ -15,8 +16,6 @@ from pamsim.inference.bounded_least_squares import (
 )
 from pamsim.inference.identifiability import DEAD, FLAT, determined
 from pamsim.inference.row_weights import RowWeights
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDS = 12  # of noise estimation; two or three are usual
 _SETTLED = 0.01  # relative change of noise that no longer moves the optimum

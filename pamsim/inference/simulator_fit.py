@@ -8,13 +8,11 @@ from enum import StrEnum
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key, json_property
+from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate, without_intervals
 from pamsim.inference.residual_block import BlockPlace
-
-FloatArray = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.batched_residual import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.latin_hypercube import latin_hypercube
-
-FloatArray = NDArray[np.float64]
 
 _ON_BOUND = 1e-3  # of the range
 _INSIDE = 0.05  # of the range: where a start on a bound is moved to

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples, varying_output
-
-FloatArray = NDArray[np.float64]
 
 
 class UnderdeterminedError(InputError):

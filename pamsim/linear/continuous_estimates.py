@@ -7,15 +7,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate, Interval
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit
 from pamsim.linear.optimum import Optimum
-
-FloatArray = NDArray[np.float64]
 
 _VAGUE = 3.0  # factor up or down
 _AT_BOUND = 1e-3  # distance from the bound of a logarithm

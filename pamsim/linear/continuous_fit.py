@@ -7,17 +7,15 @@ from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_estimates import continuous_estimates, continuous_status
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel, score_trials
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
 from pamsim.linear.optimum import Optimum
 from pamsim.linear.signal_record import SignalRecord, checked_records
-
-FloatArray = NDArray[np.float64]
 
 # Counts of start values per pole coordinate: fewer where the combinations multiply.
 _LAGS = {0: 1, 1: 12, 2: 8, 3: 7, 4: 6, 5: 6, 6: 6}

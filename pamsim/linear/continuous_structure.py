@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.separable_fit import Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 HIGHEST_ORDER = 6
 MOST_INTEGRATORS = 2

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.inference.estimate import Estimate
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.optimum import Optimum
-
-FloatArray = NDArray[np.float64]
 
 _LOST = 5.0  # points of fit percent from prediction to free run
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import scipy.signal
 import scipy.special
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.arx import UnderdeterminedError, centred_regression
 from pamsim.linear.discrete_estimates import discrete_estimates, discrete_status
@@ -25,7 +25,6 @@ from pamsim.linear.noise_weighted_fit import noise_weighted_fit
 from pamsim.linear.optimum import Optimum
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
-FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter
 _student_quantile: Any = scipy.special.stdtrit
 

@@ -15,12 +15,12 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.linear.arx import centred_regression
 from pamsim.linear.separable_fit import WHITE, Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
 
-FloatArray = NDArray[np.float64]
 _lfilter: Any = scipy.signal.lfilter
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
-
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 
 def _positive(value: float, name: str) -> float:

@@ -17,6 +17,7 @@ import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.record_checks import finite_samples
@@ -33,7 +34,6 @@ from pamsim.linear.separable_fit import (
     sandwich_covariance,
 )
 
-FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 _student_quantile: Any = scipy.special.stdtrit
 

@@ -18,7 +18,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _TERMS = 15
 _compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")

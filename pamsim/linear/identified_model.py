@@ -8,17 +8,15 @@ from enum import StrEnum
 from typing import TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.fit_percent import fit_percent
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 
 class FitStatus(StrEnum):

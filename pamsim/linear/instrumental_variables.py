@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.pole_coordinates import constants_of_roots, pole_coordinates
 from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 _ROUNDS = 4
 _SETTLED = 1e-2  # change of the poles' coordinates that ends the rounds

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.separable_fit import (
     WHITE,
@@ -33,7 +33,6 @@ from pamsim.linear.separable_fit import (
     whitened_covariance,
 )
 
-FloatArray = NDArray[np.float64]
 _chi2_tail: Any = scipy.special.chdtrc
 _student_quantile: Any = scipy.special.stdtrit
 

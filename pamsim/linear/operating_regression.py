@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+
 _chi2_tail: Any = scipy.special.chdtrc
 _student_cdf: Any = scipy.special.stdtr
 _student_quantile: Any = scipy.special.stdtrit

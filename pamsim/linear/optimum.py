@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate
-
-FloatArray = NDArray[np.float64]
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
 

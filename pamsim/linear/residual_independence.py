@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import NDArray
 
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
-FloatArray = NDArray[np.float64]
 _f_tail: Any = scipy.special.fdtrc
 
 _LEVEL = 0.05

@@ -13,15 +13,13 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.residual_independence import RegressorTest, added_regressors
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 _LEVEL = 0.01
 _POWERS = (2, 3)

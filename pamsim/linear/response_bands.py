@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.optimum import Optimum
-
-FloatArray = NDArray[np.float64]
 
 _NORMAL = 1.959964
 

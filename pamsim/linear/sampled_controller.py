@@ -14,11 +14,10 @@ from typing import Any
 
 import control
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 
-FloatArray = NDArray[np.float64]
 _control: Any = control
 
 _SAME = 1e-9  # relative, of two sampling times

@@ -18,13 +18,12 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.linear.optimum import central_differences
 
-FloatArray = NDArray[np.float64]
 _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _qr: Any = scipy.linalg.qr
 

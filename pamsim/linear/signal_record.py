@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
-
-FloatArray = NDArray[np.float64]
 
 HOLDS = ("zoh", "foh")
 FEWEST_SAMPLES = 16

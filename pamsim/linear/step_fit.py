@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.record_checks import increasing_time, varying_output
@@ -25,7 +26,6 @@ from pamsim.linear.identified_model import FitStatus, IdentifiedModel, trial_sco
 from pamsim.linear.optimum import Optimum
 from pamsim.linear.separable_fit import inverse_information
 
-FloatArray = NDArray[np.float64]
 _student_quantile: Any = scipy.special.stdtrit
 
 # Splits of the 63 % time into (T1, T2): G2 has a mirror-symmetric cost with a saddle at T1 = T2,

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
 from pamsim.linear.arx import (
     ArxModel,
@@ -28,8 +29,6 @@ from pamsim.linear.first_second_order import unit_step
 from pamsim.linear.fit_percent import fit_percent
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.step_fit import final_value, fit_step
-
-FloatArray = NDArray[np.float64]
 
 OUTPUT_ERROR = "output error, unit gain"
 ARX_UNIT = "ARX least squares, unit gain"

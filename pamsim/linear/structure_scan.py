@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE, hannan_quinn
 from pamsim.linear.continuous_fit import delay_starts
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
@@ -15,8 +15,6 @@ from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
 from pamsim.linear.separable_fit import WHITE, rough_minimum
 from pamsim.linear.signal_record import SignalRecord
-
-FloatArray = NDArray[np.float64]
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried

@@ -15,16 +15,16 @@ from typing import Any
 import control
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.arx import ArxModel, PoleStatus, lag, time_constants_from_arx
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
 
-FloatArray = NDArray[np.float64]
 _control: Any = control
 _expm: Any = scipy.linalg.expm
 

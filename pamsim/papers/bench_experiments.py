@@ -11,14 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.rig_file import shipped_rigs
-
-FloatArray = NDArray[np.float64]
 
 _SWINGING = 30.0  # until 30 kg that were let go hang still within 0.01 mm [s]
 

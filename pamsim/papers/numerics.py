@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
+
+from pamsim.core.units import FloatArray
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 _brentq: Any = scipy.optimize.brentq
@@ -34,7 +35,7 @@ def derivative(function: Callable[[Any], Any], place: float) -> float:
     return float(function(complex(place, _STEP)).imag) / _STEP
 
 
-def jacobian(function: Callable[[Any], Any], place: Sequence[float]) -> NDArray[np.float64]:
+def jacobian(function: Callable[[Any], Any], place: Sequence[float]) -> FloatArray:
     """Derivatives by complex steps, exact to rounding (Squire, Trapp, SIAM Review 40, 1998, 110).
 
     Args:

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, FloatArray
 from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.linear.transfer_function import continuous, step_response
@@ -19,7 +18,7 @@ from pamsim.recordings.recording import Recording
 _CURVE_POINTS = 301
 
 
-def odd_exponential_basis(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def odd_exponential_basis(x: FloatArray) -> FloatArray:
     """Factors of a0, a1, a2 in (17), continued as an odd function (Matiskova 2021, (17), (22)).
 
     Args:
@@ -33,7 +32,7 @@ def odd_exponential_basis(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sign(x)[:, np.newaxis] * np.stack([np.ones_like(size), decay, size * decay], axis=1)
 
 
-def static_angle(pressure_difference: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+def static_angle(pressure_difference: FloatArray, scale: float) -> FloatArray:
     """Equation (23) of Matiskova 2021, continued as an odd function.
 
     Args:
@@ -103,5 +102,5 @@ def model_responses(
     }
 
 
-def _lags(constants: tuple[float, ...], time: NDArray[np.float64]) -> list[float] | None:
+def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
     return unit_step(time, constants).tolist() if constants else None

@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import pamsim.papers.alraouf2025.on_bench as alraouf_on_bench
 import pamsim.papers.nguyen2024.on_bench as nguyen_on_bench
 import pamsim.papers.sarosi.on_bench as sarosi_on_bench
 import pamsim.papers.vandamme2008.on_bench as vandamme_on_bench
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
 from pamsim.papers.alraouf2025.loop import branch_data, fit_arctangent, fit_bouc_wen
 from pamsim.papers.matiskova2021.stiffness import stiffness_over_pressure
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
@@ -33,7 +32,6 @@ from pamsim.recordings.printed import (
     loop_rows,
 )
 
-FloatArray = NDArray[np.float64]
 Curves = Mapping[str, Any]
 
 _LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed

@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.papers.numerics import curve_fit
 from pamsim.papers.sarosi.inverse import pressure_for
 from pamsim.physics.braid import max_contraction
@@ -20,8 +19,6 @@ from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
 from pamsim.physics.force_laws.published import PUBLISHED
-
-FloatArray = NDArray[np.float64]
 
 _MUSCLE = "DMSP-20-200"  # the one Sarosi measures
 _LENGTH, _DIAMETER, _FIBRE_ANGLE = 0.200, 0.020, 28.6 / DEG_PER_RAD

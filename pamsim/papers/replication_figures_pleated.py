@@ -11,9 +11,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_BAR
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.vandamme2008.numbers import value
 from pamsim.papers.vandamme2008.relays import (
     RelaySum,
@@ -30,8 +29,6 @@ from pamsim.physics.force_laws.pleated import (
     pleated_max_contraction,
     pleated_shape_function,
 )
-
-FloatArray = NDArray[np.float64]
 
 _SLENDERNESS = 6.0  # l0/R, as printed
 _MEMBRANE = 0.06  # l0 [m], as printed

@@ -14,10 +14,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -29,8 +28,6 @@ from pamsim.inference.simulator_fit import SimulatorFit
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 from pamsim.recordings.recording import Outcome, Recording
-
-FloatArray = NDArray[np.float64]
 
 SMALL_STEPS = "small steps"
 """Block of rows that every model is fitted without, the other blocks only by accepted models."""

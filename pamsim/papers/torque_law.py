@@ -12,15 +12,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.papers.numerics import curve_fit, root
 from pamsim.recordings.printed import PrintedStep, distinct_steps
-
-FloatArray = NDArray[np.float64]
 
 EXTRA_TERMS = ((), ("c",), ("o",))
 """Terms beside k1, k5 and t of each law that is compared with a model of the muscles."""

@@ -16,11 +16,11 @@ from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.units import FloatArray
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
@@ -29,8 +29,8 @@ from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle import COMMANDS, MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY, Muscle
 
-Row: TypeAlias = Sequence[float] | NDArray[np.float64]
-MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+Row: TypeAlias = Sequence[float] | FloatArray
+MutableRow: TypeAlias = MutableSequence[float] | FloatArray
 Parameters: TypeAlias = Any
 """``m``: a record of `record_dtype` in compiled code, in Python what `view` returns."""
 States: TypeAlias = Any
@@ -185,7 +185,7 @@ def state_size(muscle: Muscle) -> int:
     return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + COMMON
 
 
-def pack(muscle: Muscle) -> NDArray[np.float64]:
+def pack(muscle: Muscle) -> FloatArray:
     """Write a muscle into a row.
 
     Returns:
@@ -241,7 +241,7 @@ def unpack(row: Row) -> Muscle:
     return Muscle(command=COMMANDS[int(command)], **groups)  # pyright: ignore[reportArgumentType]
 
 
-def with_row(muscle: Muscle, row: NDArray[np.float64], before: NDArray[np.float64]) -> Muscle:
+def with_row(muscle: Muscle, row: FloatArray, before: FloatArray) -> Muscle:
     """A muscle with the numbers of a row, as `unpack` reads them; its laws stay.
 
     Groups whose numbers do not change are the muscle's own, so it is much quicker than `unpack`.

@@ -23,12 +23,10 @@ import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from pamsim.core.units import FloatArray
 from pamsim.physics.orifice import mass_flow
 
-Valves: TypeAlias = Sequence[Sequence[float]] | NDArray[np.float64]
+Valves: TypeAlias = Sequence[Sequence[float]] | FloatArray
 
 VALVE = 6
 """Numbers that describe one fill valve, see `supply_sag`."""

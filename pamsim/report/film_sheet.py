@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import shown_unit
 from pamsim.core.errors import InputError
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import words
@@ -44,7 +44,7 @@ class _Curve:
     """A curve as painted: colour and, for each column of its plot, the row it passes."""
 
     colour: NDArray[np.uint8]
-    rows: NDArray[np.float64]
+    rows: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_KPA
 from pamsim.fitting.result import SCHEMA
@@ -25,8 +24,6 @@ from pamsim.report.style import (
     series_look,
     styled,
 )
-
-FloatArray = NDArray[np.float64]
 
 _MM_PER_M = 1e3
 _MOST_SERIES = 8

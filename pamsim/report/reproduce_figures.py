@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.report.numbers import number_or_none
 from pamsim.report.style import (
     BLUE,
@@ -176,7 +176,7 @@ def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
     return figure
 
 
-def _curve(data: Mapping[str, Any], key: str) -> NDArray[np.float64] | None:
+def _curve(data: Mapping[str, Any], key: str) -> FloatArray | None:
     values = data.get(key)
     return None if values is None or len(values) == 0 else np.asarray(values, dtype=float)
 

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.report.numbers import NONE, fixed, plain, significant, unit
 from pamsim.report.page import write_page
 from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
@@ -136,7 +137,7 @@ def _first(result: SweepResult, outputs: list[str]) -> list[str]:
     return sorted(result.factors, key=most)[:_MOST]
 
 
-def _places(values: NDArray[np.generic]) -> tuple[NDArray[np.float64], list[str]]:
+def _places(values: NDArray[np.generic]) -> tuple[FloatArray, list[str]]:
     """Where points lie; of names, their numbers and the names."""
     if values.dtype.kind in "fi":
         return values.astype(float), []

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
@@ -105,7 +106,7 @@ def read_replay(
     return Replay(rig=loaded, trial=chosen, others=others)
 
 
-def frame_times(duration: float, *, fps: float, speed: float) -> NDArray[np.float64]:
+def frame_times(duration: float, *, fps: float, speed: float) -> FloatArray:
     """Instants that the frames of a film show.
 
     Args:
@@ -189,9 +190,7 @@ def arm_camera(
         yield ArmCamera(draw=draw, labels=labels)
 
 
-def _pixel(
-    scene: mujoco.MjvScene, point: NDArray[np.float64], width: int, height: int
-) -> list[float]:
+def _pixel(scene: mujoco.MjvScene, point: FloatArray, width: int, height: int) -> list[float]:
     """Column and row [px] at which the last update's camera of a scene shows a point (3,) [m]."""
     left, right = scene.camera[0], scene.camera[1]
     eye = (np.array(left.pos) + np.array(right.pos)) / 2.0

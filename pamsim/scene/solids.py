@@ -7,11 +7,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import EngineError
+from pamsim.core.units import FloatArray
 
-Vector = NDArray[np.float64]
+Vector = FloatArray
 Rgba = tuple[float, float, float, float]
 CYLINDER, CAPSULE = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
 BOX, ELLIPSOID = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_ELLIPSOID

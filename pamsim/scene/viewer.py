@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import EngineError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.physics.muscle import Muscle
 from pamsim.scene.camera import fit_camera
@@ -119,7 +119,7 @@ class ArmViewer:
         self._window.sync()
 
     @property
-    def controls(self) -> NDArray[np.float64]:
+    def controls(self) -> FloatArray:
         """(nu,) where the sliders stand, in the controls' unit: as last shown, or as moved."""
         return self.data.ctrl.copy()
 

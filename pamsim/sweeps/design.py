@@ -10,11 +10,11 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import SWEEP_RUNS
+from pamsim.core.units import FloatArray
 from pamsim.sweeps.factor import Factor, Value
 
 Runs = list[dict[str, Value]]
@@ -92,7 +92,7 @@ def _listed(design: Design, factors: Sequence[Factor]) -> Runs:
     return [dict(zip(names, values, strict=True)) for values in grid]
 
 
-def _shares(design: Design, count: int, runs: int, seed: int) -> NDArray[np.float64]:
+def _shares(design: Design, count: int, runs: int, seed: int) -> FloatArray:
     """(n, count) shares in (0, 1)."""
     if design is Design.RANDOM:
         return _inside(np.random.default_rng(seed).random((runs, count)))
@@ -106,7 +106,7 @@ def _shares(design: Design, count: int, runs: int, seed: int) -> NDArray[np.floa
     return _inside(np.concatenate([a, b, *mixed]))
 
 
-def _sobol(count: int, runs: int, seed: int) -> NDArray[np.float64]:
+def _sobol(count: int, runs: int, seed: int) -> FloatArray:
     sampler = _qmc.Sobol(d=count, rng=np.random.default_rng(seed))
     with warnings.catch_warnings():
         # The balance of a whole power of 2 is no reason to refuse another number of runs.
@@ -114,6 +114,6 @@ def _sobol(count: int, runs: int, seed: int) -> NDArray[np.float64]:
         return sampler.random(runs)
 
 
-def _inside(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+def _inside(shares: FloatArray) -> FloatArray:
     """Shares kept off 0 and 1, where an unbounded distribution has no value."""
     return np.clip(shares, 1e-12, 1.0 - 1e-12)

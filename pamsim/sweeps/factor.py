@@ -9,9 +9,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.stats
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
 
 Value: TypeAlias = float | str
 """Of a factor in one run: a number in the factor's unit, or text, such as the name of a rig."""
@@ -39,7 +40,7 @@ class Factor:
     values: tuple[Value, ...] = ()
     distribution: Any = None
 
-    def at(self, share: ArrayLike) -> NDArray[np.float64]:
+    def at(self, share: ArrayLike) -> FloatArray:
         """Values at shares in [0, 1) of the distribution, in the factor's unit.
 
         Raises:

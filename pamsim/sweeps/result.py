@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, write_json
+from pamsim.core.units import FloatArray
 from pamsim.recordings.array_files import read_arrays
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.sensitivity import SobolIndex, rank_correlations, sobol_indices
@@ -149,7 +150,7 @@ def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepRe
     )
 
 
-def _summed(values: NDArray[np.float64], unit: str) -> OutputSummary:
+def _summed(values: FloatArray, unit: str) -> OutputSummary:
     known = values[np.isfinite(values)]
     if not known.size:
         return OutputSummary(unit=unit, runs=0, low=np.nan, median=np.nan, high=np.nan)

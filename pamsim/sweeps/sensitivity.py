@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 import scipy.stats
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from pamsim.core.units import FloatArray
 
 _stats: Any = scipy.stats
 

@@ -6,17 +6,14 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.physics.record import has_parameter
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain, convert_pressure, encoded
-
-FloatArray = NDArray[np.float64]
 
 ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
 """Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of

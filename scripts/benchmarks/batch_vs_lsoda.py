@@ -28,10 +28,10 @@ import numba
 import numpy as np
 import scipy
 from numba.extending import register_jitable
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import pamsim
+from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.jit import reached_functions
 from pamsim.twins.plant.rates import write_rates
@@ -45,7 +45,6 @@ TIMESTEPS = (5e-4, 1e-3, 2e-3, 4e-3, 8e-3)  # the first is the rig's own
 REST_STEP = 8e-3  # of its settling; what memory that costs is in the error
 TOLERANCES = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 REFERENCE_STEP, PLANTS_STEP = 2.5e-5, 5e-5
-FloatArray = NDArray[np.float64]
 
 
 def experiments() -> list[pamsim.Experiment]:

@@ -35,13 +35,12 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
-from numpy.typing import NDArray
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -54,7 +53,6 @@ try:
 except ImportError:
     sys.exit(f'mujoco.sysid is not installed: pip install "mujoco[sysid]=={version("mujoco")}"')
 
-FloatArray = NDArray[np.float64]
 
 PLANTED = {
     "valve.conductance_fill": 1.25,

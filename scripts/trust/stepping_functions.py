@@ -37,15 +37,15 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 from mujoco.batch import Batch
-from numpy.typing import NDArray
 
 import pamsim
 import pamsim.envs  # registers the environments
+from pamsim.core.units import FloatArray
 from pamsim.engine import plugin
 
 Model: TypeAlias = mujoco.MjModel
 Data: TypeAlias = mujoco.MjData
-Array: TypeAlias = NDArray[np.float64]
+Array: TypeAlias = FloatArray
 Between: TypeAlias = Callable[[], None]
 """Called between two steps: what the situation does meanwhile."""
 

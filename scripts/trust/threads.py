@@ -28,18 +28,18 @@ import gymnasium
 import mujoco
 import numpy as np
 from mujoco import rollout
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 import pamsim
 import pamsim.envs  # registers the environments
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 
 STEPS = 200
 RIGS = ("mas20_arm", "two_joint_arm")
 
 
-def simulated(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+def simulated(rig: Rig, rng: np.random.Generator) -> FloatArray:
     """Final state of `pamsim.simulate`."""
     pressures = rng.uniform(1e5, 4e5, (2, len(rig.muscles)))
     step = pamsim.pressure_step(*pressures, duration=0.1)
@@ -87,7 +87,7 @@ def rolled_out(model: mujoco.MjModel, data: mujoco.MjData) -> None:
 
 def driven(
     rig: Rig, rng: np.random.Generator, advance: Callable[[mujoco.MjModel, mujoco.MjData], None]
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """State after `STEPS` steps under random valve openings."""
     model = rig.model_for(command="valve")
     data = mujoco.MjData(model)
@@ -97,7 +97,7 @@ def driven(
     return pamsim.save_state(model, data)
 
 
-def episode(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
+def episode(rig: Rig, rng: np.random.Generator) -> FloatArray:
     """After steps of an environment."""
     env = gymnasium.make("pamsim/Rig-v0", rig=rig.name)
     observation, _ = env.reset(seed=int(rng.integers(2**31)))
@@ -108,7 +108,7 @@ def episode(rig: Rig, rng: np.random.Generator) -> NDArray[np.float64]:
     return np.asarray(observation, dtype=float)
 
 
-WAYS: dict[str, Callable[[Rig, np.random.Generator], NDArray[np.float64]]] = {
+WAYS: dict[str, Callable[[Rig, np.random.Generator], FloatArray]] = {
     "simulated": simulated,
     **{
         advance.__name__: functools.partial(driven, advance=advance)

@@ -27,16 +27,16 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 import pamsim
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.twins.hide import hide
 
-Table = dict[str, NDArray[np.float64]]
+Table = dict[str, FloatArray]
 Change = Callable[[Table], None]
 
 EFFECTS = ("viscous_friction",)  # whose visibility a check computes besides

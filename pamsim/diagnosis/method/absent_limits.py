@@ -16,9 +16,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
@@ -26,8 +26,6 @@ from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import KNOWN_NUISANCE
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import BlockPlace
-
-FloatArray = NDArray[np.float64]
 
 NOT_SHOWN = "the data do not show it at any size that was tried"
 OUT_OF_RANGE = "the limit would lie outside the parameter's range"

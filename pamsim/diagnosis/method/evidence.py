@@ -12,15 +12,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.inference.effective_degrees import effective_degrees
 from pamsim.inference.permutation import sign_flip_p_value
-
-FloatArray = NDArray[np.float64]
 
 _FLIPS = 9_999
 

@@ -6,13 +6,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
+from pamsim.core.units import FloatArray
 from pamsim.inference.effective_degrees import effective_degrees
 
-FloatArray = NDArray[np.float64]
 Residuals = Mapping[str, Mapping[str, FloatArray]]
 """Trial -> channel -> (n,) simulated minus measured [SI]."""
 

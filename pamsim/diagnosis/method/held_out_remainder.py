@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.evidence import Improvement
 from pamsim.diagnosis.method.lack_of_fit import LackOfFit, shared_by_repeats
 from pamsim.diagnosis.method.trial_variation import TrialVariation, without_variation
@@ -17,7 +15,7 @@ def has_remainder(
     left: Improvement,
     lack: LackOfFit,
     layout: TrialLayout,
-    residual: NDArray[np.float64],
+    residual: FloatArray,
     floor: NoiseFloor,
     variation: TrialVariation | None = None,
     *,

@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.repeated_trials import (
     RepeatedTrial,
@@ -31,8 +31,6 @@ from pamsim.diagnosis.method.verdict_thresholds import (
     LACK_OF_FIT_WEAKEST,
 )
 from pamsim.inference.permutation import sign_arrangements, sign_flips, upper_p_value
-
-FloatArray = NDArray[np.float64]
 
 _FLIPS = 9999
 

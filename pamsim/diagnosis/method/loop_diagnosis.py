@@ -11,15 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.evidence import Share
 from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS, LoopEffect
 from pamsim.diagnosis.method.loop_fit import Loop, LoopFitter, LoopModel
 from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

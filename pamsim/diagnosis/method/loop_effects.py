@@ -10,12 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
 from pamsim.physics.hysteresis.maxwell_slip import play
-
-FloatArray = NDArray[np.float64]
 
 _SUBSTEPS = 8  # of the Bouc-Wen equation between two points
 _SLIPS = 4  # elements of the Maxwell-slip form

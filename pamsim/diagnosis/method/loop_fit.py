@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.evidence import Improvement, Share, compare_rows, share_of_rows
 from pamsim.diagnosis.method.loop_effects import LoopEffect
 from pamsim.diagnosis.method.verdict_thresholds import (
@@ -19,8 +20,6 @@ from pamsim.diagnosis.method.verdict_thresholds import (
 )
 from pamsim.inference.leave_one_out import jackknife_reach95
 from pamsim.inference.permutation import sign_flips, upper_p_value
-
-FloatArray = NDArray[np.float64]
 
 _EXCHANGES = 1_999
 _NOTHING = 1e-9  # of a column: what is left of it is rounding

@@ -10,14 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.refit import Fitter
 from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.inference.free_parameter import SearchScale
-
-FloatArray = NDArray[np.float64]
 
 Signals = Mapping[str, Mapping[str, FloatArray]]
 """Name of an experiment -> channel -> simulated signal [SI]."""

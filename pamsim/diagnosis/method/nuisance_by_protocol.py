@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import scipy.stats
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.inference.free_parameter import SearchScale
-
-FloatArray = NDArray[np.float64]
 
 _alexandergovern: Any = scipy.stats.alexandergovern
 

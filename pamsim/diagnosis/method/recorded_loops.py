@@ -10,11 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.trial import Trial
 
-FloatArray = NDArray[np.float64]
 Signals = Mapping[str, Mapping[str, FloatArray]]
 """Trial -> channel -> (n,) simulated signal [SI]."""
 

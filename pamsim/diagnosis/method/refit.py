@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import of_all
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.inference.bounded_least_squares import (
     BreakdownError,
@@ -24,7 +24,6 @@ from pamsim.inference.bounded_least_squares import (
 from pamsim.inference.difference_jacobian import Residuals, difference_jacobian, secant_updated
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
-FloatArray = NDArray[np.float64]
 Remembered = MutableMapping[str, Mapping[str, Any]]
 """Fits that are done: what was fitted from where -> ``place``, ``cost`` and ``jacobian``.
 

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.signature import TangentSpace
 from pamsim.inference.residual_block import BlockPlace
-
-FloatArray = NDArray[np.float64]
 
 _VARYING = 0.02
 """Share of the trials' scatter from which they are held to differ in a direction."""

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, supported
 from pamsim.diagnosis.method.evidence import Share, share_of_rows
 from pamsim.diagnosis.method.row_fit import RowSimulator
@@ -24,8 +24,6 @@ from pamsim.diagnosis.method.verdict import Evidence, Verdict, decide
 from pamsim.diagnosis.method.verdict_thresholds import FEWEST_ROWS
 from pamsim.diagnosis.method.where import ResidualMap, row_maps, systematic
 from pamsim.inference.free_parameter import FreeParameter
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import INSIDE
+from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import BreakdownError, bounded_least_squares
 from pamsim.inference.difference_jacobian import difference_jacobian
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 PredictRows = Callable[[Sequence[Values]], Sequence[FloatArray | None]]
 """Rig parameters by name [SI], those left out at the rig's own values, to simulated minus measured

@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.row_fit import RowFit, RowSimulator
 from pamsim.inference.free_parameter import SearchScale
 from pamsim.inference.leave_one_out import LeftOut, refits_without
 
-FloatArray = NDArray[np.float64]
 # scipy carries no types: what it returns is Any at this file's boundary.
 _bounded_linear: Any = scipy.optimize.lsq_linear
 

@@ -6,13 +6,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate, Probe
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.refit import Fitter, Refit
 from pamsim.diagnosis.method.signature import Signature, TangentSpace, signature
-
-FloatArray = NDArray[np.float64]
 
 VISIBLE = 0.02
 """Excess over the noise that an effect must leave at one of its probes to be called visible."""

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.periodicity import samples_per_period
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.gap import Residuals
 from pamsim.recordings.trial import Trial
-
-FloatArray = NDArray[np.float64]
 
 _EXCITED = 1e-6  # of the strongest line: weaker is rounding
 _JITTER = 0.02  # of a sample, by which a clock may be off and still be uniform

@@ -6,13 +6,13 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.noise_floor import NoiseFloor, floor_beside, noise_floor
 from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.absent_limits import AbsentLimit, absent_limits, supported, widest
 from pamsim.diagnosis.method.evidence import (
     Share,
@@ -53,8 +53,6 @@ from pamsim.diagnosis.method.where import (
     trial_maps,
 )
 from pamsim.inference.free_parameter import FreeParameter
-
-FloatArray = NDArray[np.float64]
 
 _LAST = 4
 """Steps after the search: the best models in fine steps, limits of absent effects."""

@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.comparison.noise_floor import NoiseFloor, floor_beside
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.evidence import losses, perfect_losses
 from pamsim.diagnosis.method.lack_of_fit import fitted_trials, shared_by_repeats
 from pamsim.diagnosis.method.refit import Fitter, Refit
@@ -27,8 +27,6 @@ from pamsim.diagnosis.method.repeated_trials import (
 )
 from pamsim.diagnosis.method.screen import Screened
 from pamsim.diagnosis.method.signature import TangentSpace
-
-FloatArray = NDArray[np.float64]
 
 _CHANGE = 0.01
 """Share of a nuisance parameter's value by which it is changed to find its direction."""

@@ -11,10 +11,10 @@ from scipy.stats import t as student
 
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.method.verdict_thresholds import SIGNIFICANCE
 from pamsim.inference.permutation import exchange_p_value, sign_flip_p_value
 
-FloatArray = NDArray[np.float64]
 Regressors = Mapping[str, Mapping[str, FloatArray]]
 """Trial -> name of a quantity -> its values at the trial's samples."""
 

@@ -12,17 +12,14 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_KPA
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.papers.alraouf2025.loop import branch_data
 from pamsim.papers.numerics import curve_fit, root
 from pamsim.physics.force_laws.mckibben import ideal_force
 from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
 from pamsim.physics.passive import tube_force
 from pamsim.physics.tension import effective_pressure
-
-FloatArray = NDArray[np.float64]
 
 LENGTH, DIAMETER = 0.3, 0.02
 """Of the muscle without pressure, as printed [m]."""

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.papers.numerics import curve_fit, jacobian
 from pamsim.recordings.printed import (
@@ -30,8 +30,6 @@ from pamsim.recordings.printed import (
     loop_rows,
     printed_table,
 )
-
-FloatArray = NDArray[np.float64]
 
 SCORES = ("MSE", "R2", "RMSE", "MAE")
 """Printed measures of fit, in the order of the tables."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from pamsim.core.units import FloatArray
 from pamsim.papers.alraouf2025.loop import SCORES, branch_data, loop_scores, published
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.rounding import half_unit, propagated
@@ -20,8 +20,6 @@ from pamsim.recordings.printed import (
     loop_rows,
     printed_document,
 )
-
-FloatArray = NDArray[np.float64]
 
 _RUNS = 3
 # The table drops trailing zeros (30.05 beside 30.053): all its numbers have three decimals.

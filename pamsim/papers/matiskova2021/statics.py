@@ -6,17 +6,14 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, FloatArray
 from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.paper_models import odd_exponential_basis, static_characteristic
 from pamsim.papers.rounding import propagated
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.printed import Printed, distinct_steps, printed_document
-
-FloatArray = NDArray[np.float64]
 
 
 def _data() -> tuple[FloatArray, FloatArray]:

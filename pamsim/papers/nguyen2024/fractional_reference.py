@@ -11,9 +11,10 @@ import cmath
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+
+Array = FloatArray
 
 
 def complex_stiffness(

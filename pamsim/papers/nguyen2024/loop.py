@@ -6,8 +6,8 @@ import cmath
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.papers.claim import (
     AGREES,
     Order,
@@ -26,8 +26,6 @@ from pamsim.papers.nguyen2024.fractional_reference import (
 from pamsim.papers.nguyen2024.numbers import element, omega, printed_element, value
 from pamsim.papers.rounding import propagated, propagated_each
 from pamsim.recordings.printed import Printed
-
-FloatArray = NDArray[np.float64]
 
 _FREQUENCIES = (1.0, 3.5, 10.0)
 """Ends of the identification tests and the frequency of the first study case [Hz]."""

@@ -7,17 +7,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_BAR
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, stretched
 from pamsim.papers.claim import printed_values
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, element, muscle, omega, value
 from pamsim.physics.braid import volume, volume_slope
-
-FloatArray = NDArray[np.float64]
 
 _ATMOSPHERE = 101325.0  # [Pa]
 _AMPLITUDE = 2.0 * MILLIMETRE

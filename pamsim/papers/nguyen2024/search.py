@@ -6,8 +6,8 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.fitting.loop_cost import MAXWELL, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
@@ -20,8 +20,6 @@ from pamsim.papers.nguyen2024.numbers import (
 )
 from pamsim.papers.rounding import half_unit, propagated
 from pamsim.recordings.printed import Printed
-
-FloatArray = NDArray[np.float64]
 
 _BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
 """Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""

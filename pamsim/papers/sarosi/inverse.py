@@ -6,15 +6,13 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_BAR
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.claim import AGREES, Recomputed, printed_numbers, recomputes
 from pamsim.papers.numerics import jacobian, root
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.force_laws.published import PUBLISHED
 
-FloatArray = NDArray[np.float64]
 Form = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 _PERCENT = 1e-2

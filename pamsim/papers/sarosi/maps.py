@@ -6,16 +6,13 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.papers.claim import printed_number
 from pamsim.papers.numerics import curve_fit
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.recordings.printed import printed_table
-
-FloatArray = NDArray[np.float64]
 
 MAPS = {"DMSP-20": "dmsp20_300_force_map.csv", "DMSP-10": "dmsp10_250_force_map.csv"}
 """Diameter -> published force map (Martens and Boblan, Actuators 2017, 6, 33)."""

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.units import PA_PER_BAR
 from pamsim.engine.rig import Rig
@@ -17,8 +16,6 @@ from pamsim.papers.sarosi.maps import measured, rms
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.published import PUBLISHED
-
-FloatArray = NDArray[np.float64]
 
 _LAW = PUBLISHED["DMSP-20-200"]
 _BARS = np.arange(1.0, 7.0)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from pamsim.core.units import FloatArray
 from pamsim.papers.claim import Recomputed, printed_number, recomputes
 from pamsim.papers.numerics import curve_fit
 from pamsim.papers.vandamme2008.factor import (
@@ -19,8 +19,6 @@ from pamsim.papers.vandamme2008.factor import (
 )
 from pamsim.papers.vandamme2008.numbers import length, pressures
 from pamsim.recordings.printed import Printed
-
-FloatArray = NDArray[np.float64]
 
 _NOISE = 0.02
 """Of the force, one standard deviation over the force itself."""

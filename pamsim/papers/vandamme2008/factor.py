@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.papers.claim import AGREES, Order, Recomputed, agreeing, printed_values, recomputes
 from pamsim.papers.vandamme2008.numbers import (
     PERCENT,
@@ -17,8 +17,6 @@ from pamsim.papers.vandamme2008.numbers import (
 )
 from pamsim.papers.vandamme2008.preisach import output, relay_history, weight_table
 from pamsim.physics.force_laws.pleated import SLENDERNESS_6, pleated_function
-
-FloatArray = NDArray[np.float64]
 
 
 @functools.cache

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pamsim.core.units import PA_PER_BAR
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.bench_experiments import bench, stretched
 from pamsim.papers.vandamme2008.numbers import PERCENT, largest, length, pressures, value
 from pamsim.papers.vandamme2008.relays import (
@@ -19,8 +18,6 @@ from pamsim.papers.vandamme2008.relays import (
     relay_weights,
 )
 from pamsim.physics.force_laws.pleated import SLENDERNESS_6, pleated_function
-
-FloatArray = NDArray[np.float64]
 
 _SPEED = 0.25
 """Of the loops, contraction per second [1/s]: they do not depend on it."""

@@ -6,8 +6,8 @@ import functools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pamsim.core.units import FloatArray
 from pamsim.papers.claim import (
     AGREES,
     Recomputed,
@@ -31,8 +31,6 @@ from pamsim.physics.hysteresis.preisach import (
     updated_count,
     virgin_count,
 )
-
-FloatArray = NDArray[np.float64]
 
 LEVELS = 40
 """Of the grid of relays."""

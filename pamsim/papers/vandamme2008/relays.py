@@ -12,9 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from pamsim.core.units import FloatArray
+
+Array = FloatArray
 
 
 def printed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:

@@ -35,14 +35,12 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ClassVar, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.units import FloatArray
 
-Row: TypeAlias = Sequence[float] | NDArray[np.float64]
-MutableRow: TypeAlias = MutableSequence[float] | NDArray[np.float64]
+Row: TypeAlias = Sequence[float] | FloatArray
+MutableRow: TypeAlias = MutableSequence[float] | FloatArray
 
 Output: TypeAlias = Callable[[Any, Row, float], float]
 """Output or energy of fields h, memory z and input x."""

@@ -6,15 +6,13 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lsim
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.twins.hidden.hidden_effect import PlantEffect, Quantities, Quantity, stated
 from pamsim.twins.plant.read_rig import Numbers
-
-FloatArray = NDArray[np.float64]
 
 _BENT = 0.25
 """Relative change of a sensor's error over its range."""

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from pamsim.core.units import FloatArray
 from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
 from pamsim.twins.plant.joint import bristle_rate, dry_level, free_torque
 from pamsim.twins.plant.muscle import (
@@ -18,7 +19,7 @@ from pamsim.twins.plant.muscle import (
     steady_pull,
 )
 from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.records import PLAYS, FloatArray, Record
+from pamsim.twins.plant.records import PLAYS, Record
 
 PRESSURE = 2.5e5
 """Gauge pressure of the tests [Pa]."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from pamsim.twins.plant.records import FloatArray, Record
+from pamsim.core.units import FloatArray
+from pamsim.twins.plant.records import Record
 
 R_AIR = 287.05
 """Gas constant of air [J/(kg K)]."""

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
 from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.records import FloatArray
 
 RATE = 100.0
 """Sampling rate of a trial [Hz]."""

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from pamsim.core.units import FloatArray
 from pamsim.twins.plant.joint import dry_level, sticks
 from pamsim.twins.plant.muscle import played, reach_of
 from pamsim.twins.plant.rates import all_tensions, driving_torque, muscle_length, write_rates
@@ -22,7 +23,6 @@ from pamsim.twins.plant.records import (
     PRESSURE,
     SHIFT,
     SPEED,
-    FloatArray,
     Record,
 )
 

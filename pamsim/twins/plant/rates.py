@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from pamsim.core.units import FloatArray
 from pamsim.twins.plant.air import R_AIR, flows, line_pressure, opening, pressure_rate, refilled
 from pamsim.twins.plant.joint import bristle_rate, dry_level, free_torque
 from pamsim.twins.plant.muscle import duhem_rate, loop_rate, rub_rate, tension, volume
@@ -25,7 +26,6 @@ from pamsim.twins.plant.records import (
     SPEED,
     STRAIN,
     STRETCH,
-    FloatArray,
     Record,
 )
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup
+from pamsim.core.units import FloatArray
 from pamsim.engine.mjcf_fields import native_value
 from pamsim.engine.rig import Rig
-from pamsim.twins.plant.records import JOINT, MUSCLE, FloatArray, Record
+from pamsim.twins.plant.records import JOINT, MUSCLE, Record
 
 _HINGE, _ON_JOINT = 3, 1
 """Codes of a hinge and of a tendon that is proportional to a joint's angle in a compiled model."""
@@ -194,7 +194,7 @@ _COPIED = {
 """Field of the record -> group and name of the rig's parameter."""
 
 
-def _rotation(quat: FloatArray) -> NDArray[np.float64]:
+def _rotation(quat: FloatArray) -> FloatArray:
     """Rotation matrix of a unit quaternion w, x, y, z."""
     w, v = quat[0], quat[1:]
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])

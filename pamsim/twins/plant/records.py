@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 Record: TypeAlias = Any
 """One record of a dtype below: a number per field, by attribute."""
 
-FloatArray: TypeAlias = NDArray[np.float64]
 
 PLAYS = 6
 """Play operators of each muscle."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.errors import InputError, SimulationError
+from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.twins.plant.compiled import compiled_integrator
@@ -25,7 +26,6 @@ from pamsim.twins.plant.records import (
     SECOND_LINE,
     SPEED,
     STRAIN,
-    FloatArray,
     Record,
     state_count,
 )
