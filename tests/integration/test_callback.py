@@ -187,6 +187,23 @@ def test_a_process_without_pamsim_refuses_the_model(rig, tmp_path):
     assert "pamsim.muscle" in done.stderr
 
 
+FOREIGN = """
+import mujoco, pamsim
+rig = pamsim.load_rig("mas20_arm")
+data = mujoco.MjData(rig.model)
+mujoco.set_mjcb_passive(lambda model, data: None)
+mujoco.mj_forward(rig.model, data)
+print(data.actuator_force)
+"""
+
+
+def test_under_a_callback_set_before_the_first_step_forces_are_no_number_and_never_zero():
+    done = subprocess.run([sys.executable, "-c", FOREIGN], capture_output=True, text=True)
+    assert done.stdout.strip() == "[nan nan]"
+    assert "pamsim: the muscles cannot be evaluated" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_a_model_that_was_written_as_mjcf_is_refused_and_never_without_force(rig, tmp_path):
     """MJCF keeps six digits of each parameter, so the muscle would be another one."""
     spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
