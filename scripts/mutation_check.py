@@ -3,12 +3,13 @@
     python scripts/mutation_check.py [PART ...] [--count 20] [--seed 0] [--json FILE]
 
 A mutation changes one comparison, sign, factor, number or condition of a line. As many are drawn
-from each part: ``laws`` of muscles, hysteresis, air and actuator; ``effects``; ``verdict``, the
-rules by which recordings, tables at rest and loops come to a verdict. Each is run by the tests of
-its room, the quickest first, and is caught if one fails or takes too long. Survivors are listed
-with the line before and after. It works on a copy of the repository: nothing here is touched. Where
-no mutation of a room survived, its tests must pass in the end with nothing changed. FILE is written
-after each mutation, and the same command goes on from it.
+from each part: ``laws`` of muscles, hysteresis and air; ``kernel``, the muscles' part of a step;
+``engine``; ``effects``; ``verdict``, the rules by which recordings, tables at rest and loops come
+to a verdict. Each is run by the tests of its room, the quickest first, and is caught if one fails
+or takes too long. Survivors are listed with the line before and after. It works on a copy of the
+repository: nothing here is touched. Where no mutation of a room survived, its tests must pass in
+the end with nothing changed. FILE is written after each mutation, and the same command goes on from
+it.
 """
 
 from __future__ import annotations
@@ -52,17 +53,28 @@ class Room:
 
 _PAGES = "unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_"
 _FIELDS = f"{_PAGES}parameters_is_that_of_the_classes"
-_LAWS = ("properties unit/actuator", "integration/test_laws_in_engine.py unit/engine physics")
+_ENGINE = "unit/engine integration/test_callback.py integration/test_laws_in_engine.py physics"
 
 PARTS: dict[str, tuple[Room, ...]] = {
     "laws": (
-        Room(("muscles",), (_FIELDS, "unit/muscles", *_LAWS)),
-        Room(("hysteresis",), (_FIELDS, "unit/hysteresis", *_LAWS)),
-        Room(("pneumatics",), (_FIELDS, "unit/pneumatics", *_LAWS)),
         Room(
-            ("actuator",),
-            (_FIELDS, *_LAWS),
-            left_out=("invariants.py",),
+            ("physics",),
+            (_FIELDS, "unit/physics", "properties", _ENGINE),
+            left_out=("invariants.py", "kernel.py"),
+        ),
+    ),
+    "kernel": (
+        Room(
+            ("physics/kernel.py", "engine/muscle_step.py", "engine/gauges.py"),
+            ("unit/physics", _ENGINE),
+        ),
+    ),
+    "engine": (
+        Room(
+            ("engine",),
+            (_ENGINE, "integration/test_own_physics.py unit/envs unit/recordings unit/sweeps"),
+            left_out=("muscle_step.py", "gauges.py", "law_table.py", "memory.py", "compiled.py",
+                      "jit.py"),
         ),
     ),
     "effects": (
