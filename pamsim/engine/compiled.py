@@ -62,8 +62,8 @@ class Natives:
     advance: Any
 
 
-def _key(*functions: Any) -> str:
-    """Hand functions to numba; key of what is compiled from them."""
+def _hand_over(*functions: Any) -> str:
+    """Hand functions to numba, with what they call; the key of the code compiled from them."""
     from pamsim.engine import checks
 
     law_table.declare()
@@ -83,7 +83,7 @@ def compiled_kernel() -> Natives:
         function's cache does.
     """
     with compile_notice("the muscles", "about twelve seconds"):
-        key = _key(step_rates, step_forces, step_end)
+        key = _hand_over(step_rates, step_forces, step_end)
         compiled = _compile(key, structs.model_dtype(), structs.data_dtype())
     return Natives(*(native.ctypes for native in compiled))
 
@@ -126,7 +126,7 @@ def checked_end() -> Any:
         ctypes function pointer, which stays referenced by a cache.
     """
     with compile_notice("the checks of a step", "about three seconds"):
-        key = _key(step_end, check_step)
+        key = _hand_over(step_end, check_step)
         return _compile_checked(key, structs.model_dtype(), structs.data_dtype()).ctypes
 
 
@@ -151,7 +151,7 @@ def compiled_gauges() -> Any:
     """`pamsim.engine.gauges.read` as machine code."""
     from pamsim.engine import gauges
 
-    return _compile_gauges(_key(gauges.read))
+    return _compile_gauges(_hand_over(gauges.read))
 
 
 def _compile_gauges(key: str) -> Any:

@@ -1,0 +1,84 @@
+"""What compiling costs: the first command of an installation, later ones, and all laws at once.
+
+    python scripts/benchmarks/compile_times.py [--json FILE]
+
+Each part is a process of its own. The cold ones begin with an empty cache of numba in a temporary
+folder. ``command`` simulates the arm for 0.1 s from the command line; ``everything`` compiles what
+any shipped rig or bench of a paper can ask for: the kernel, its checks, the gauges, and every force
+law and hysteresis operator.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+COMMAND = ("-m", "pamsim", "step", "--pressure", "100,0", "--duration", "100ms")
+EVERYTHING = """
+import numpy as np
+from pamsim.engine import compiled, law_table, plugin
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.record import SIZE, slot
+plugin.load_kernel(), compiled.compiled_gauges(), compiled.checked_end()
+rows = []
+for law in FORCE_LAWS.own():
+    for operator in (None, *OPERATORS.own()):
+        row = np.zeros(SIZE)
+        row[slot("force.law")] = FORCE_LAWS.code(law.group)
+        row[slot("hysteresis.law")] = OPERATORS.code(operator.group) if operator else 0.0
+        rows.append(row)
+law_table.prepare(rows)
+"""
+
+
+def seconds(*args: str, cache: Path) -> float:
+    """Time of a process with a cache of numba."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    began = time.perf_counter()
+    subprocess.run([sys.executable, *args], env=environment, check=True, capture_output=True)
+    return time.perf_counter() - began
+
+
+def measured(*args: str) -> dict[str, Any]:
+    """Seconds with an empty cache and with a full one (median of five), and the cache's size."""
+    with tempfile.TemporaryDirectory() as folder:
+        cache = Path(folder)
+        cold = seconds(*args, cache=cache)
+        warm = statistics.median(seconds(*args, cache=cache) for _ in range(5))
+        size = sum(file.stat().st_size for file in cache.rglob("*") if file.is_file())
+    return {"cold_s": cold, "warm_s": warm, "cache_MB": size / 1e6}
+
+
+def main() -> None:
+    """Time them and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--json", type=Path)
+    target = parser.parse_args().json
+    result = {
+        "command": measured(*COMMAND),
+        "everything": measured("-c", EVERYTHING),
+        "import_s": statistics.median(
+            seconds("-c", "import pamsim.cli.main", cache=Path(tempfile.gettempdir()))
+            for _ in range(5)
+        ),
+        "machine": platform.platform(),
+        "python": platform.python_version(),
+    }
+    text = json.dumps(result, indent=1)
+    print(text)
+    if target is not None:
+        target.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
