@@ -70,7 +70,7 @@ def command_plan(
     )
     if not drives.joints:
         return plan
-    ends = timestep * edges[1:]
+    ends = np.cumsum(plan.timestep * plan.steps)
     acting = experiment.command_at(ends)[:, muscles:]
     middle = experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
     acting[:, ~imposed] = middle[:, ~imposed]

@@ -19,7 +19,7 @@ DIRECTIVES = [
     for match in re.findall(r"^\.\. auto(\w+):: (\S+)$", page.read_text("utf-8"), re.MULTILINE)
 ]
 MODULES = {name for kind, name in DIRECTIVES if kind == "module"}
-OUTSIDE = ("Any", "Figure", "None", "Path")
+OUTSIDE = ("Any", "Figure", "FloatArray", "None", "Path")
 NAMES = {name for kind, name in DIRECTIVES if kind != "module"}
 
 

@@ -12,14 +12,15 @@ import scipy.integrate
 
 from pamsim.core.errors import EngineError
 from pamsim.physics.chosen_law import (
-    chosen,
     law_derivatives,
     law_force,
+    law_functions,
     law_pushes,
     law_volume,
     law_volume_varies,
     law_work,
     operator_energy,
+    operator_functions,
     operator_output,
     operator_rates,
 )
@@ -163,7 +164,7 @@ def test_without_an_operator_there_is_no_output_and_nothing_moves():
 def test_a_code_that_stands_for_no_law_is_refused(codes):
     law, operator = codes
     with pytest.raises(EngineError, match=r"law = .* stands for no law known here"):
-        chosen(law, operator)
+        law_functions(law) if operator == 0.0 else operator_functions(operator)
     m = SimpleNamespace(force=SimpleNamespace(law=law), hysteresis=SimpleNamespace(law=operator))
     with pytest.raises(EngineError, match=r"law = .* stands for no law known here"):
         operator_output(m, [0.0], 0.1)
