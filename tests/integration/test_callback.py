@@ -187,7 +187,7 @@ def test_a_process_without_pamsim_refuses_the_model(rig, tmp_path):
     assert "pamsim.muscle" in done.stderr
 
 
-FOREIGN = """
+OTHER_CALLBACK = """
 import mujoco, pamsim
 rig = pamsim.load_rig("mas20_arm")
 data = mujoco.MjData(rig.model)
@@ -198,7 +198,7 @@ print(data.actuator_force)
 
 
 def test_under_a_callback_set_before_the_first_step_forces_are_no_number_and_never_zero():
-    done = subprocess.run([sys.executable, "-c", FOREIGN], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", OTHER_CALLBACK], capture_output=True, text=True)
     assert done.stdout.strip() == "[nan nan]"
     assert "pamsim: the muscles cannot be evaluated" in done.stderr
     assert "Traceback" not in done.stderr
