@@ -62,7 +62,7 @@ class Natives:
     advance: Any
 
 
-def _hand_over(*functions: Any) -> str:
+def hand_over(*functions: Any) -> str:
     """Hand functions to numba, with what they call; the key of the code compiled from them."""
     from pamsim.engine import checks
 
@@ -83,7 +83,7 @@ def compiled_kernel() -> Natives:
         function's cache does.
     """
     with compile_notice("the muscles", "about twelve seconds"):
-        key = _hand_over(step_rates, step_forces, step_end)
+        key = hand_over(step_rates, step_forces, step_end)
         compiled = _compile(key, structs.model_dtype(), structs.data_dtype())
     return Natives(*(native.ctypes for native in compiled))
 
@@ -126,7 +126,7 @@ def checked_end() -> Any:
         ctypes function pointer, which stays referenced by a cache.
     """
     with compile_notice("the checks of a step", "about three seconds"):
-        key = _hand_over(step_end, check_step)
+        key = hand_over(step_end, check_step)
         return _compile_checked(key, structs.model_dtype(), structs.data_dtype()).ctypes
 
 
@@ -144,31 +144,3 @@ def _compile_checked(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> Any
         check_step(model, data, instance, (address_of(model), address_of(data)))
 
     return after_step
-
-
-@functools.cache
-def compiled_gauges() -> Any:
-    """`pamsim.engine.gauges.read` as machine code."""
-    from pamsim.engine import gauges
-
-    return _compile_gauges(_hand_over(gauges.read))
-
-
-def _compile_gauges(key: str) -> Any:
-    """Compile the gauges; see `_compile`."""
-    from pamsim.engine.gauges import read
-
-    signal, signals = types.float64[:, ::1], types.float64[:, :, ::1]
-    places = types.int64[:, ::1]
-
-    @numba.njit(
-        types.void(signals, signal, signal, signal, places, types.int64, signal),
-        cache=True,
-        nogil=True,
-        error_model="numpy",
-    )
-    def gauge(rows, act, length, speed, places, what, out):
-        keyed_by(key)
-        read(rows, act, length, speed, places, what, out)
-
-    return gauge

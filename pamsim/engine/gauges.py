@@ -105,6 +105,29 @@ def read(
 @functools.cache
 def _compiled() -> Callable[..., None]:
     # Only the compiled backend imports numba.
-    from pamsim.engine import compiled
+    from pamsim.engine.compiled import hand_over
 
-    return compiled.compiled_gauges()
+    return _compile(hand_over(read))
+
+
+def _compile(key: str) -> Callable[..., None]:
+    """Compile `read`; see `pamsim.engine.compiled` for the key."""
+    import numba
+    from numba import types
+
+    from pamsim.engine.memory import keyed_by
+
+    signal, signals = types.float64[:, ::1], types.float64[:, :, ::1]
+    places = types.int64[:, ::1]
+
+    @numba.njit(
+        types.void(signals, signal, signal, signal, places, types.int64, signal),
+        cache=True,
+        nogil=True,
+        error_model="numpy",
+    )
+    def gauge(rows, act, length, speed, places, what, out):
+        keyed_by(key)
+        read(rows, act, length, speed, places, what, out)
+
+    return gauge

@@ -28,8 +28,8 @@ from numba.extending import overload, register_jitable
 
 from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import EngineError, InputError
-from pamsim.engine import plugin
 from pamsim.engine.jit import OPTIONS, fingerprint, hand_to_numba, reached_functions
+from pamsim.engine.making_models import making_a_model
 from pamsim.engine.memory import (
     address_of,
     as_pointer,
@@ -332,7 +332,7 @@ def _ask(key: int) -> int:
     The engine cannot pass an exception on; `pamsim.live` compiles before, and raises it. While a
     model is made nothing is compiled: the engine then tries a step, whose numbers are not used.
     """
-    if plugin.making_a_model():
+    if making_a_model():
         return _NOT_NOW
     if key in _refused:
         return _NONE

@@ -19,8 +19,7 @@ import math
 import re
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +27,7 @@ import mujoco
 
 from pamsim.core.errors import EngineError
 from pamsim.engine.library import engine_library
+from pamsim.engine.making_models import making_a_model, not_evaluated
 
 if TYPE_CHECKING:
     from pamsim.engine.compiled import Natives
@@ -72,29 +72,7 @@ class _Plugin(ctypes.Structure):
     _fields_ = list(FIELDS.items())
 
 
-class _Compiling(threading.local):
-    """Whether this thread compiles a model, in which the engine makes a step to try it."""
-
-    now = False
-
-
-_compiling = _Compiling()
 _once = threading.RLock()
-
-
-@contextmanager
-def not_evaluated() -> Iterator[None]:
-    """Leave out muscles in what the engine evaluates meanwhile in this thread, until loaded."""
-    before, _compiling.now = _compiling.now, True
-    try:
-        yield
-    finally:
-        _compiling.now = before
-
-
-def making_a_model() -> bool:
-    """Whether this thread makes a model, in which the engine makes a step to try it."""
-    return _compiling.now
 
 
 def register() -> None:
@@ -129,6 +107,33 @@ def slots() -> set[int]:
     return {slot()} | ({python_slot()} if _python_slot.cache_info().currsize else set())
 
 
+@functools.cache
+def _verify_layout() -> None:
+    """Check the offsets once per process, on a model made for it.
+
+    Raises:
+        EngineError: as `verify_offsets`.
+    """
+    from pamsim.engine.structs import verify_offsets
+
+    register()
+    text = (
+        f"<mujoco><extension><plugin plugin='{NAME}'><instance name='p'/></plugin>"
+        "</extension><worldbody><body><joint name='j'/><geom size='1'/></body>"
+        "<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>"
+        "<actuator><motor joint='j' user='1 2 3'/><general joint='j' dyntype='integrator'/>"
+        "<orientation joint='b'/></actuator></mujoco>"  # three controls of one actuator
+    )
+    with not_evaluated():
+        model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    # Not zero, or any empty field would do.
+    data.time = 0.125
+    model.opt.integrator, model.opt.disableactuator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 5
+    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    verify_offsets(model, data)
+
+
 def load_kernel() -> Natives:
     """Compile the kernel, or load it, and hand it to the engine; once in the process.
 
@@ -143,9 +148,9 @@ def load_kernel() -> Natives:
 @functools.cache
 def _load() -> Natives:
     # Importing numba takes half a second, which making a model does not need.
-    from pamsim.engine import checks, compiled, structs
+    from pamsim.engine import checks, compiled
 
-    structs.verified_layout()
+    _verify_layout()
     natives = compiled.compiled_kernel()
     entry = engine_entry(slot())
     entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
@@ -164,7 +169,7 @@ def python_slot() -> int:
 def _python_slot() -> int:
     from pamsim.engine import checks, muscle_step, structs
 
-    structs.verified_layout()
+    _verify_layout()
     model_record, data_record = structs.model_dtype(), structs.data_dtype()
 
     def viewing(step: Callable[..., None], *more: str) -> Callable[..., None]:
@@ -208,7 +213,7 @@ def _guarded(function: Callable[..., None]) -> Callable[..., None]:
 
 
 def _first_rates(model: int, data: int, instance: int) -> None:
-    if not _compiling.now and _loaded(model, data):
+    if not making_a_model() and _loaded(model, data):
         _RATES(engine_entry(slot()).actuator_act_dot)(model, data, instance)
 
 
@@ -221,7 +226,7 @@ def first_forces(model: int, data: int, instance: int, capability: int) -> None:
         instance: of the plugin.
         capability: what is computed.
     """
-    if not _compiling.now and _loaded(model, data):
+    if not making_a_model() and _loaded(model, data):
         _FORCES(engine_entry(slot()).compute)(model, data, instance, capability)
 
 

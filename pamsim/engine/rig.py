@@ -17,7 +17,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import compile_model, rig_spec
-from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
+from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.build import build_muscle, idle_groups
@@ -183,7 +183,7 @@ class Rig:
         rows, before = model.actuator_user, self.model.actuator_user
         for name in names:
             if name.owner == "muscle":
-                for index, muscle in muscles_with(self, name):
+                for index, muscle in muscles_with(name, self.muscles, self.file.native):
                     rows[index, slot(name.parameter, self.muscles[muscle])] = values[name.text]
         state_control_ranges(model)
         muscles = {

@@ -189,30 +189,3 @@ def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
                 f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
                 " declaration puts it; report it"
             )
-
-
-@functools.cache
-def verified_layout() -> None:
-    """Check the offsets once per process, on a model made for it.
-
-    Raises:
-        EngineError: as `verify_offsets`.
-    """
-    from pamsim.engine import plugin
-
-    plugin.register()
-    text = (
-        f"<mujoco><extension><plugin plugin='{plugin.NAME}'><instance name='p'/></plugin>"
-        "</extension><worldbody><body><joint name='j'/><geom size='1'/></body>"
-        "<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>"
-        "<actuator><motor joint='j' user='1 2 3'/><general joint='j' dyntype='integrator'/>"
-        "<orientation joint='b'/></actuator></mujoco>"  # three controls of one actuator
-    )
-    with plugin.not_evaluated():
-        model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    # Not zero, or any empty field would do.
-    data.time = 0.125
-    model.opt.integrator, model.opt.disableactuator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 5
-    model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_GRAVITY
-    verify_offsets(model, data)

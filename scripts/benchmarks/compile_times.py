@@ -25,11 +25,11 @@ from typing import Any
 COMMAND = ("-m", "pamsim", "step", "--pressure", "100,0", "--duration", "100ms")
 EVERYTHING = """
 import numpy as np
-from pamsim.engine import compiled, law_table, plugin
+from pamsim.engine import compiled, gauges, law_table, plugin
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import SIZE, slot
-plugin.load_kernel(), compiled.compiled_gauges(), compiled.checked_end()
+plugin.load_kernel(), gauges._compiled(), compiled.checked_end()
 rows = []
 for law in FORCE_LAWS.own():
     for operator in (None, *OPERATORS.own()):
