@@ -4,31 +4,17 @@ from __future__ import annotations
 
 from pamsim.physics.chamber import air_state
 from pamsim.physics.chamber_pressure import chamber_volume
-from pamsim.physics.commands import MEASURED, PRESSURE_SET
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle_length import chain_length, length_at_muscle
-from pamsim.physics.record import (
-    STATE_NAMES,
-    Parameters,
-    Row,
-    States,
-    joined_states,
-    split_states,
-)
+from pamsim.physics.record import STATE_NAMES, Parameters, Row, States, joined_states, split_states
 from pamsim.physics.static_muscle import contraction
+from pamsim.physics.valves import MEASURED, PRESSURE_SET
 
 
 def charged_air_state(m: Parameters, z: Row, tendon_length: float, pressure: float) -> float:
-    """Air state y that gives a gauge pressure.
-
-    Args:
-        m: parameters.
-        z: memory of hysteresis.
-        tendon_length: at the muscle [m].
-        pressure: gauge [Pa].
-    """
+    """Air state y that gives a gauge pressure [Pa] at a tendon length at the muscle [m]."""
     inside = chamber_volume(m, z, tendon_length, pressure)
-    return air_state(pressure + m.chamber.atmosphere, inside, m.chamber.polytropic_index)
+    return air_state(m.chamber, pressure + m.chamber.atmosphere, inside)
 
 
 def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> list[float]:
