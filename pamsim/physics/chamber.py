@@ -73,13 +73,7 @@ class Chamber(ParameterGroup):
 
 
 def absolute_pressure(chamber: Chamber, air: float, volume: float) -> float:
-    """Absolute pressure P = (y / V)^n, kept above the floor [Pa].
-
-    Args:
-        chamber: its index n and floor count.
-        air: y = P^(1/n) V.
-        volume: V > 0 [m^3].
-    """
+    """Absolute pressure P = (y / V)^n [Pa] of air y in a volume V > 0 [m^3], above the floor."""
     pressure = (air / volume) ** chamber.polytropic_index
     if pressure < chamber.floor:
         return chamber.floor
@@ -87,24 +81,12 @@ def absolute_pressure(chamber: Chamber, air: float, volume: float) -> float:
 
 
 def air_state(chamber: Chamber, pressure_abs: float, volume: float) -> float:
-    """State y = P^(1/n) V of a chamber filled to a pressure: the inverse of `absolute_pressure`.
-
-    Args:
-        chamber: its index n counts.
-        pressure_abs: P [Pa, absolute].
-        volume: V [m^3].
-    """
+    """State y = P^(1/n) V at P [Pa, absolute] and V [m^3]: the inverse of `absolute_pressure`."""
     return pressure_abs ** (1.0 / chamber.polytropic_index) * volume
 
 
 def air_state_rate(chamber: Chamber, pressure_abs: float, mass_flow: float) -> float:
-    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state.
-
-    Args:
-        chamber: its index n and temperature T count.
-        pressure_abs: P [Pa, absolute].
-        mass_flow: mdot into the chamber [kg/s].
-    """
+    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state at P [Pa, absolute] and mdot [kg/s]."""
     per_air = pressure_abs ** (1.0 / chamber.polytropic_index - 1.0)
     return per_air * GAS_CONSTANT * chamber.temperature * mass_flow
 

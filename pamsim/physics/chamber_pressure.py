@@ -28,14 +28,7 @@ _LEFT = 1e-11  # and relative error that it may leave, if the next step shrinks 
 
 
 def chamber_volume(m: Parameters, z: Row, tendon_length: float, pressure: float) -> float:
-    """Volume of the air [m^3], hysteresis included.
-
-    Args:
-        m: parameters.
-        z: memory.
-        tendon_length: at the muscle [m].
-        pressure: gauge pressure [Pa], see `static_volume`.
-    """
+    """Volume of the air [m^3], hysteresis included, at a gauge pressure [Pa]: see `static_volume`."""
     kappa = contraction(m, tendon_length)
     return static_volume(m, tendon_length, pressure) + hysteresis_volume(m, z, kappa)
 
@@ -80,15 +73,9 @@ def _consistent_pressure(
 ) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
-    By Newton's method, kept between pressures that are too low and too high: a volume that grows or
-    hardly shrinks with pressure leaves one solution.
-
-    Args:
-        m: parameters.
-        air: air state y.
-        fixed: volume that does not depend on the pressure [m^3].
-        kappa: contraction [-].
-        first: pressure that the search begins with [Pa].
+    By Newton's method from a first pressure, kept between pressures that are too low and too high:
+    a volume that grows or hardly shrinks with pressure leaves one solution. ``fixed`` is the part
+    of the volume that does not depend on the pressure [m^3].
     """
     low, high, index = m.chamber.floor, math.inf, m.chamber.polytropic_index
     pressure, before = first, math.inf

@@ -132,14 +132,8 @@ def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag:
     if left > 0.0:
         source = m.valve.supply_pressure + m.chamber.atmosphere - sag
         conductance = left * m.valve.conductance_fill
-    return mass_flow(
-        source,
-        pressure_abs,
-        conductance,
-        m.valve.critical_ratio,
-        m.valve.laminar_ratio,
-        m.chamber.temperature,
-    )
+    ratio, linear = m.valve.critical_ratio, m.valve.laminar_ratio
+    return mass_flow(source, pressure_abs, conductance, ratio, linear, m.chamber.temperature)
 
 
 def leak_flow(m: Parameters, pressure_abs: float) -> float:

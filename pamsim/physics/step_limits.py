@@ -41,10 +41,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
 def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> float:
     """Stiffness of the bristles of dry friction before they slip, k [N/m]; 0 without friction.
 
-    Args:
-        muscle: with its friction.
-        tendon_length: where the muscle pulls [m].
-        pressure: gauge, at which it pulls [Pa].
+    The muscle pulls at a tendon length [m] under a gauge pressure [Pa].
     """
     friction = muscle.friction
     if not friction.sticks:
@@ -63,23 +60,15 @@ def regulator_time_constant(muscle: Muscle) -> float:
     is largest: choked flow from the supply into a muscle at nominal length. A dead zone of the
     valves leaves the more slope to the rest of the band. Explicit steps longer than the time
     constant overshoot the set point.
-
-    Args:
-        muscle: its size, chamber and valves count.
     """
     chamber, valve = muscle.chamber, muscle.valve
-    flow = mass_flow(
-        valve.supply_pressure + chamber.atmosphere,
-        0.0,
-        max(valve.conductance_fill, valve.conductance_exhaust),
-        valve.critical_ratio,
-        valve.laminar_ratio,
-        chamber.temperature,
-    )
+    air = (valve.critical_ratio, valve.laminar_ratio, chamber.temperature)
+    largest = max(valve.conductance_fill, valve.conductance_exhaust)
+    flow = mass_flow(valve.supply_pressure + chamber.atmosphere, 0.0, largest, *air)
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
-    widest = min(valve.dead_zone * (1.0 + abs(valve.dead_zone_asymmetry)), WIDEST_DEAD_ZONE)
+    dead = min(valve.dead_zone * (1.0 + abs(valve.dead_zone_asymmetry)), WIDEST_DEAD_ZONE)
     room = volume_at_nominal_length(parameters(muscle))
     if valve.tube_resistance > 0.0:
         # The regulator then sees the pressure in the tube, whose air stays at its temperature.
         room = min(room, valve.tube_volume * chamber.polytropic_index)
-    return valve.regulator_band * (1.0 - widest) * room / max(rate, 1e-300)
+    return valve.regulator_band * (1.0 - dead) * room / max(rate, 1e-300)

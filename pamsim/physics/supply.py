@@ -54,16 +54,9 @@ def fill_valve_of(
     timestep: float,
     valve: MutableRow,
 ) -> None:
-    """Write what a muscle's fill valve means to its supply.
+    """Write what a muscle's fill valve means to its supply into a row of `VALVE` numbers.
 
-    Args:
-        m: parameters.
-        s: states.
-        pressure_abs: in the chamber [Pa].
-        command: as sent, before its line.
-        time: [s].
-        timestep: [s].
-        valve: (VALVE,) written.
+    The absolute pressure [Pa] is that in the chamber, the command the one sent, before its line.
     """
     at_valve = pressure_at_valve(m, s, pressure_abs)
     opening = reached_opening(m, s, command, at_valve, time, timestep)

@@ -7,6 +7,7 @@ set point that a local regulator turns into an opening.
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -23,6 +24,9 @@ VALVE, PULSE, PRESSURE_SET, MEASURED = (float(code) for code in range(len(COMMAN
 
 WIDEST_DEAD_ZONE = 0.9
 """Opening up to which a valve may stay shut at most [-]."""
+
+_optional = functools.partial(parameter, low=0.0, default=0.0)
+"""Parameter that is 0 where a muscle has nothing of the kind."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,15 +57,11 @@ class ValvePair(ParameterGroup):
         doc="pressure error at which the set-point regulator opens a valve fully",
         default=1e4,
     )
-    regulator_dead_band: float = parameter(
-        unit="Pa", low=0.0, high=1e5, doc="error the regulator leaves alone", default=0.0
+    regulator_dead_band: float = _optional(
+        unit="Pa", high=1e5, doc="error the regulator leaves alone"
     )
-    dead_zone: float = parameter(
-        unit="1",
-        low=0.0,
-        high=WIDEST_DEAD_ZONE,
-        doc="opening up to which a valve stays shut, mean of both",
-        default=0.0,
+    dead_zone: float = _optional(
+        unit="1", high=WIDEST_DEAD_ZONE, doc="opening up to which a valve stays shut, mean of both"
     )
     dead_zone_asymmetry: float = parameter(
         unit="1",
@@ -70,57 +70,37 @@ class ValvePair(ParameterGroup):
         doc="a: fill valve shut up to 1 + a times the dead zone, exhaust valve up to 1 - a times",
         default=0.0,
     )
-    supply_resistance: float = parameter(
+    supply_resistance: float = _optional(
         unit="Pa*s/kg",
-        low=0.0,
         high=1e11,
         doc="fall of the supply's pressure per mass flow drawn by all its muscles",
-        default=0.0,
     )
-    supply_square: float = parameter(
+    supply_square: float = _optional(
         unit="Pa*s^2/kg^2",
-        low=0.0,
         high=1e16,
         doc="fall of the supply's pressure per square of that flow, as in fittings and regulators",
-        default=0.0,
     )
-    supply_volume: float = parameter(
-        unit="m^3",
-        low=0.0,
-        high=1.0,
-        doc="volume of air between the supply's resistance and the valves",
-        default=0.0,
+    supply_volume: float = _optional(
+        unit="m^3", high=1.0, doc="volume of air between the supply's resistance and the valves"
     )
-    supply_line: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1e3,
-        doc="number of the supply: muscles that state the same one share it",
-        default=0.0,
+    supply_line: float = _optional(
+        unit="1", high=1e3, doc="number of the supply: muscles that state the same one share it"
     )
-    line_lag: float = parameter(
-        unit="s", low=0.0, high=10.0, doc="time constant from command to valve", default=0.0
-    )
-    line_slew_time: float = parameter(
+    line_lag: float = _optional(unit="s", high=10.0, doc="time constant from command to valve")
+    line_slew_time: float = _optional(
         unit="s",
-        low=0.0,
         high=10.0,
         doc="in which the command's line moves by 1 bar or a full opening at its limited rate",
-        default=0.0,
     )
-    travel_time: float = parameter(
+    travel_time: float = _optional(
         unit="s",
-        low=0.0,
         high=10.0,
         doc="in which a valve goes from shut to fully open at its limited speed",
-        default=0.0,
     )
-    tube_resistance: float = parameter(
+    tube_resistance: float = _optional(
         unit="Pa*s/kg",
-        low=0.0,
         high=1e11,
         doc="R, pressure difference per mass flow along the line from valves and sensor to muscle",
-        default=0.0,
     )
     tube_volume: float = parameter(
         unit="m^3",
@@ -129,9 +109,7 @@ class ValvePair(ParameterGroup):
         doc="V of the tube at the valves, in addition to the dead volume; limits the time step",
         default=5e-6,
     )
-    delay: float = parameter(
-        unit="s", low=0.0, high=1.0, doc="dead time of the command; in simulate only", default=0.0
-    )
+    delay: float = _optional(unit="s", high=1.0, doc="dead time of the command; in simulate only")
 
 
 def clamped_opening(command: float) -> float:
