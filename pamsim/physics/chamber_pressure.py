@@ -28,7 +28,7 @@ _LEFT = 1e-11  # and relative error that it may leave, if the next step shrinks 
 
 
 def chamber_volume(m: Parameters, z: Row, tendon_length: float, pressure: float) -> float:
-    """Volume of the air [m^3], hysteresis included, at a gauge pressure [Pa]: see `static_volume`."""
+    """Volume of the air [m^3], hysteresis included; the pressure is gauge, see `static_volume`."""
     kappa = contraction(m, tendon_length)
     return static_volume(m, tendon_length, pressure) + hysteresis_volume(m, z, kappa)
 
