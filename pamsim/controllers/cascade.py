@@ -7,7 +7,7 @@ error over the band, so that the pressure follows its set point as a lag does.
 
 from __future__ import annotations
 
-import copy
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,12 +21,11 @@ from pamsim.controllers.controller import (
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.physics import commands
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.muscle_valves import air_flow, fill_valve, sags
-from pamsim.physics.record import Parameters, parameters
+from pamsim.physics.muscle_valves import flow_through_valves, leak_flow
+from pamsim.physics.record import COMMON, Parameters, parameters, split_states
 from pamsim.physics.static_muscle import static_volume
-from pamsim.physics.supply import VALVE, supply_sag
+from pamsim.physics.supply import sags, supply_sag
 from pamsim.physics.valves import clamped_opening
 
 
@@ -35,17 +34,20 @@ def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[fl
 
     The tendon length [m] is held, and the supply sags by the flow to this muscle alone.
     """
-    m = copy.copy(m)
-    m.command = commands.VALVE
     absolute = pressure + m.chamber.atmosphere
     inside = static_volume(m, tendon_length, pressure)
     scale = m.chamber.polytropic_index * GAS_CONSTANT * m.chamber.temperature / inside
-    sag, valve = 0.0, [0.0] * VALVE
+    sag = 0.0
     if sags(m):
-        fill_valve(m, absolute, 1.0, valve)
-        sag = supply_sag([valve], m.valve.supply_resistance, m.valve.supply_square, 0.0, 0.0)
-    fill = air_flow(m, absolute, 1.0, 0.0, sag)
-    return scale * fill, scale * air_flow(m, absolute, -1.0, 0.0)
+        source, air = m.valve.supply_pressure + m.chamber.atmosphere, m.chamber.temperature
+        ratios = (m.valve.critical_ratio, m.valve.laminar_ratio)
+        valve = (source, absolute, m.valve.conductance_fill, *ratios, air)
+        sag = supply_sag(m, split_states([0.0] * COMMON)[0], [valve], math.inf)
+    lost = leak_flow(m, absolute)
+    fill, exhaust = (
+        flow_through_valves(m, absolute, opening, sag) - lost for opening in (1.0, -1.0)
+    )
+    return scale * fill, scale * exhaust
 
 
 def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:

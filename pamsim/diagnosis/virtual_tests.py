@@ -28,20 +28,19 @@ from pamsim.diagnosis.virtual_test_conditions import (
     TURN,
 )
 from pamsim.engine.rig import Rig
+from pamsim.physics.air import mass_flow
 from pamsim.physics.kernel import dry_friction_after, state_rates, tendon_friction, tension
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_length import chain_length, chain_ratio
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
     leak_flow,
-    line_sag,
-    sags,
     valve_opening,
 )
-from pamsim.physics.orifice import mass_flow
 from pamsim.physics.record import COMMON, Parameters, slot, split_states, state_size, view
 from pamsim.physics.rest_state import charged_air_state, rest
 from pamsim.physics.static_muscle import active_force, limited, static_force
+from pamsim.physics.supply import sags, supply_sag
 from pamsim.physics.tension import effective_pressure
 from pamsim.recordings.sensors import MeasurementChain
 
@@ -332,7 +331,7 @@ def _sag(rig: Bench, muscle: int) -> float:
     air = (m.valve.critical_ratio, m.valve.laminar_ratio, m.chamber.temperature)
     conductance, sag, flow = 1e-10, 0.0, 1.0
     for _ in range(20):  # opens the valve until it passes that flow, or all it can
-        sag = line_sag(m, s, [(full, empty, conductance, *air)], _LONG)
+        sag = supply_sag(m, s, [(full, empty, conductance, *air)], _LONG)
         flow = mass_flow(full - sag, empty, conductance, *air)
         conductance = min(conductance * _FLOW / flow, 1e-6)
     return sag / flow

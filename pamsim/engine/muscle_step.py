@@ -26,9 +26,9 @@ from pamsim.physics.invariants import (
     not_finite,
 )
 from pamsim.physics.kernel import state_rates, tendon_force, tension
-from pamsim.physics.muscle_valves import asks_too_much, fill_valve_of, line_sag, sags
+from pamsim.physics.muscle_valves import asks_too_much
 from pamsim.physics.record import SIGNATURE, SIZE, STATE_NAMES, view
-from pamsim.physics.supply import VALVE
+from pamsim.physics.supply import VALVE, fill_valve_of, sags, supply_sag
 
 COUNT = len(STATE_NAMES)
 """States of a muscle that have a name; they are the last of its ``act``."""
@@ -253,7 +253,7 @@ def supply_fall(model: Any, data: Any, index: int) -> float:
         on_line += 1
     named = integer(model.actuator_actnum, index) - COUNT
     s = states_at(act_of(model, data.act, index) + 8 * named)
-    return line_sag(m, s, valves[:on_line], model.timestep)
+    return supply_sag(m, s, valves[:on_line], model.timestep)
 
 
 def step_rates(model: Any, data: Any, instance: int) -> None:

@@ -17,15 +17,14 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.commands import MEASURED, PRESSURE_SET
 from pamsim.physics.friction import stribeck_damping
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.muscle_length import chain_length
 from pamsim.physics.muscle_valves import SENSOR_ERROR
 from pamsim.physics.record import Row, slot, view
-from pamsim.physics.regulation import regulator_time_constant
 from pamsim.physics.static_muscle import muscle_length
-from pamsim.physics.step_limits import bristle_stiffness, chain_step_limit
+from pamsim.physics.step_limits import bristle_stiffness, chain_step_limit, regulator_time_constant
+from pamsim.physics.valves import MEASURED, PRESSURE_SET
 from pamsim.recordings.experiment import Experiment
 
 _COMMAND, _PARTNER = slot("command"), slot("partner")

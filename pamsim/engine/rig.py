@@ -21,10 +21,10 @@ from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_sp
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.build import build_muscle, idle_groups
-from pamsim.physics.commands import COMMANDS
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import slot, with_row
+from pamsim.physics.valves import COMMANDS
 from pamsim.recordings.rig_file import RigFile, read_rig
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames

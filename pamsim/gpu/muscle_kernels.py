@@ -10,7 +10,7 @@ from typing import Any
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
 from pamsim.physics import chamber_pressure as chamber
-from pamsim.physics import kernel, muscle_valves
+from pamsim.physics import kernel, muscle_valves, supply
 from pamsim.physics.record import STATE_NAMES, slot
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
@@ -54,8 +54,8 @@ def muscle_kernels(precision: str) -> MuscleKernels:
     chamber_pressure = laws.function(chamber.chamber_pressure)
     state_rates = laws.function(kernel.state_rates)
     tendon_force = laws.function(kernel.tendon_force)
-    fill_valve_of = laws.function(muscle_valves.fill_valve_of)
-    line_sag = laws.function(muscle_valves.line_sag)
+    fill_valve_of = laws.function(supply.fill_valve_of)
+    supply_sag = laws.function(supply.supply_sag)
     sensed_pressure = laws.function(muscle_valves.sensed_pressure)
 
     def step(par, act, rates, length, speed, ctrl, time, timestep, place, valves, force):
@@ -102,7 +102,7 @@ def muscle_kernels(precision: str) -> MuscleKernels:
                         valves[world, muscle, on_line],
                     )
                     on_line = on_line + 1
-            sag = line_sag(m, s, valves[world, muscle, 0:on_line], timestep)
+            sag = supply_sag(m, s, valves[world, muscle, 0:on_line], timestep)
         pull = state_rates(
             m,
             s,

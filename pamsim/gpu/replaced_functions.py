@@ -13,12 +13,11 @@ from pamsim.core.compilation import function_of_text
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.record import Parameters, States
 from pamsim.physics.supply import Valves, supply_sag
 
 
-def no_sag(
-    valves: Valves, resistance: float, square: float, storage: float, before: float
-) -> float:
+def no_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
     """In the place of `supply_sag` in single precision, which never reaches its tolerance."""
     return math.nan
 

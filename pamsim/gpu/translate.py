@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.muscle import PLAIN_GROUPS
 from pamsim.physics.record import STATE_NAMES, places_in_row
 
 FLOAT, INT, BOOL, ROW, ROWS, NOTHING = "float", "int", "bool", "row", "rows", "none"
@@ -40,8 +41,11 @@ _KINDS = {
 _TYPES = {FLOAT: "_float", INT: "_int", BOOL: "_bool", ROW: "_row", ROWS: "_rows"}
 """Name, in the rewritten source, of the type of each kind."""
 
-_OPERATORS = {operator.group.__name__: operator.group for operator in OPERATORS.values()}
-"""Groups that an operator's functions take, by their names in annotations."""
+_GROUPS = {
+    group.__name__: group
+    for group in (*PLAIN_GROUPS, *(operator.group for operator in OPERATORS.values()))
+}
+"""Groups of parameters that functions take, by their names in annotations."""
 
 _CONSTANTS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _TESTS = frozenset({"isnan", "isfinite", "isinf"})
@@ -95,7 +99,7 @@ def kind_of(annotation: Any, where: str) -> str | tuple[str, ...]:
     if text.startswith("tuple["):
         inner = text.removeprefix("tuple[").removesuffix("]").split(",")
         return tuple(_KINDS[one.strip()] for one in inner)
-    if text in _OPERATORS:
+    if text in _GROUPS:
         return ROW
     if text not in _KINDS:
         raise InputError(
@@ -471,10 +475,11 @@ class _Places(ast.NodeTransformer):
                 self._rows[name] = places_in_row(*laws)
             elif text == "States":
                 self._rows[name] = {state: place for place, state in enumerate(STATE_NAMES)}
-            elif text in _OPERATORS:
-                every = places_in_row(None, _OPERATORS[text])
-                own = {k: v for k, v in every.items() if k.startswith("hysteresis.")}
-                self._rows[name] = {k.removeprefix("hysteresis."): v for k, v in own.items()}
+            elif text in _GROUPS:
+                head = f"{_GROUPS[text].group}."
+                every = places_in_row(None, _GROUPS[text] if head == "hysteresis." else None)
+                own = {k: v for k, v in every.items() if k.startswith(head)}
+                self._rows[name] = {k.removeprefix(head): v for k, v in own.items()}
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A number's place; the row itself for the record of a group."""

@@ -72,78 +72,40 @@ class Chamber(ParameterGroup):
     )
 
 
-def absolute_pressure(
-    air_state: float, volume: float, polytropic_index: float, floor: float
-) -> float:
-    """Absolute pressure P = (y / V)^n, kept above a floor.
-
-    Args:
-        air_state: y = P^(1/n) V.
-        volume: V > 0 [m^3].
-        polytropic_index: n [-].
-        floor: smallest absolute pressure returned [Pa].
-
-    Returns:
-        P [Pa, absolute].
-    """
-    pressure = (air_state / volume) ** polytropic_index
-    if pressure < floor:
-        return floor
+def absolute_pressure(chamber: Chamber, air: float, volume: float) -> float:
+    """Absolute pressure P = (y / V)^n [Pa] of air y in a volume V > 0 [m^3], above the floor."""
+    pressure = (air / volume) ** chamber.polytropic_index
+    if pressure < chamber.floor:
+        return chamber.floor
     return pressure
 
 
-def air_state(pressure_abs: float, volume: float, polytropic_index: float) -> float:
-    """State y of a chamber filled to a pressure: the inverse of `absolute_pressure`.
-
-    Args:
-        pressure_abs: P [Pa, absolute].
-        volume: V [m^3].
-        polytropic_index: n [-].
-
-    Returns:
-        y = P^(1/n) V.
-    """
-    return pressure_abs ** (1.0 / polytropic_index) * volume
+def air_state(chamber: Chamber, pressure_abs: float, volume: float) -> float:
+    """State y = P^(1/n) V at P [Pa, absolute] and V [m^3]: the inverse of `absolute_pressure`."""
+    return pressure_abs ** (1.0 / chamber.polytropic_index) * volume
 
 
-def air_state_rate(
-    pressure_abs: float, polytropic_index: float, temperature: float, mass_flow: float
-) -> float:
-    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state.
-
-    Args:
-        pressure_abs: P [Pa, absolute].
-        polytropic_index: n [-].
-        temperature: T [K].
-        mass_flow: mdot into the chamber [kg/s].
-
-    Returns:
-        dy/dt.
-    """
-    per_air = pressure_abs ** (1.0 / polytropic_index - 1.0)
-    return per_air * GAS_CONSTANT * temperature * mass_flow
+def air_state_rate(chamber: Chamber, pressure_abs: float, mass_flow: float) -> float:
+    """Rate dy/dt = P^(1/n - 1) R T mdot of the air state at P [Pa, absolute] and mdot [kg/s]."""
+    per_air = pressure_abs ** (1.0 / chamber.polytropic_index - 1.0)
+    return per_air * GAS_CONSTANT * chamber.temperature * mass_flow
 
 
 def relaxing_rate(
-    air: float,
-    pressure_abs: float,
-    ambient_pressure: float,
-    polytropic_index: float,
-    heat_rate: float,
-    timestep: float,
+    chamber: Chamber, air: float, pressure_abs: float, ambient_pressure: float, timestep: float
 ) -> float:
     """Part of dy/dt that heat exchange makes, over an Euler step.
 
     Args:
+        chamber: its index n and heat rate h count.
         air: y = P^(1/n) V.
         pressure_abs: P [Pa, absolute].
         ambient_pressure: of the same air at the ambient temperature, m R T / V [Pa, absolute].
-        polytropic_index: n [-].
-        heat_rate: h [1/s].
         timestep: [s].
 
     Returns:
         Rate that in one step takes P to where it is exactly, if nothing else changes.
     """
-    after = ambient_pressure + (pressure_abs - ambient_pressure) * math.exp(-heat_rate * timestep)
-    return air * ((after / pressure_abs) ** (1.0 / polytropic_index) - 1.0) / timestep
+    decay = math.exp(-chamber.heat_rate * timestep)
+    after = ambient_pressure + (pressure_abs - ambient_pressure) * decay
+    return air * ((after / pressure_abs) ** (1.0 / chamber.polytropic_index) - 1.0) / timestep

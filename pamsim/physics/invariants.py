@@ -23,19 +23,13 @@ import math
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.commands import MEASURED, PULSE
 from pamsim.physics.kernel import rubs, tension
 from pamsim.physics.muscle_length import length_at_muscle
-from pamsim.physics.muscle_valves import (
-    command_at_valve,
-    flow_through_valves,
-    leak_flow,
-    left_by_dead_zone,
-    reached_opening,
-    sags,
-)
+from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached_opening
 from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import static_volume, volume_varies
+from pamsim.physics.supply import sags
+from pamsim.physics.valves import MEASURED, PULSE
 
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
@@ -88,7 +82,7 @@ def broken_invariant(
         tendon_length: before it [m].
         tendon_velocity: before it [m/s].
         force: that the engine applied along the tendon, negative where the muscle pulls [N].
-        command: during it, see `pamsim.physics.muscle_valves.valve_opening`.
+        command: during it, see `pamsim.physics.muscle_valves.wanted_opening`.
         time: before it [s].
         timestep: [s].
         found: (2,) written where one is broken: the number, and what bounds it.
@@ -244,12 +238,11 @@ def flow_in(
         time: before it [s].
         timestep: [s].
     """
-    sent, gauge = command_at_valve(m, before, command), at_valve - m.chamber.atmosphere
-    opening = reached_opening(m, before, sent, gauge, time, timestep)
+    opening = reached_opening(m, before, command, at_valve, time, timestep)
     sag = 0.0
     if sags(m):  # the valves see the sag at the end of the step
         sag = s.sag * (m.valve.supply_pressure + m.chamber.atmosphere)
-    return flow_through_valves(m, at_valve, left_by_dead_zone(m, opening), sag)
+    return flow_through_valves(m, at_valve, opening, sag)
 
 
 def rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep: float) -> float:

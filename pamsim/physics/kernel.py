@@ -14,26 +14,23 @@ from pamsim.physics.chain import extension_rate, shift_rate
 from pamsim.physics.chamber import air_state, air_state_rate, relaxing_rate
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.commands import MEASURED
 from pamsim.physics.creep import creep_force, creep_rate
 from pamsim.physics.friction import dry_friction, stribeck_friction
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_length import chain_ratio, length_at_muscle
 from pamsim.physics.muscle_valves import (
-    command_at_valve,
     flow_through_valves,
-    lags,
     leak_flow,
-    left_by_dead_zone,
-    line_change,
+    line_rate,
     pressure_at_valve,
     reached_opening,
-    sags,
+    tube_step,
 )
 from pamsim.physics.record import MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import contraction, limited, static_force, volume_varies
+from pamsim.physics.supply import sags
 from pamsim.physics.tension import effective_pressure
-from pamsim.physics.tube import line_outflow, near_end_pressure
+from pamsim.physics.valves import MEASURED
 
 
 def tension(
@@ -175,12 +172,12 @@ def state_rates(
         dz: written, as many as ``z``, its rates [1/s].
         tendon_length: [m].
         tendon_velocity: [m/s].
-        command: see `valve_opening`.
+        command: see `wanted_opening`.
         time: [s].
         timestep: [s]; an operator that steps from turning point to turning point writes the rate
             that takes it to its next memory in one Euler step of this length.
         opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
-        sag: fall of the supply's pressure during the step [Pa], see `line_sag`; used with
+        sag: fall of the supply's pressure during the step [Pa], see `supply_sag`; used with
             resistance of the supply only.
 
     Returns:
@@ -238,48 +235,38 @@ def state_rates(
             imposed = m.chamber.floor
         ds.air = (imposed - s.air) / timestep
         return pull
-    ds.line = 0.0
-    at_valve = command_at_valve(m, s, command)
-    if lags(m):
-        ds.line = line_change(m, command, at_valve, timestep)
+    ds.line = line_rate(m, s, command, timestep)
     ds.sag = 0.0
     if sags(m):
         share = sag / (m.valve.supply_pressure + m.chamber.atmosphere)
         ds.sag = (share - s.sag) / timestep
     at_valve_abs = pressure_at_valve(m, s, pressure_abs)
-    opening = reached_opening(m, s, at_valve, at_valve_abs - m.chamber.atmosphere, time, timestep)
+    opening = reached_opening(m, s, command, at_valve_abs, time, timestep)
     ds.opening = 0.0
     if m.valve.travel_time > 0.0:
         ds.opening = (opening - s.opening) / timestep
-    flow = flow_through_valves(m, at_valve_abs, left_by_dead_zone(m, opening), sag)
+    flow = flow_through_valves(m, at_valve_abs, opening, sag)
     ds.tube_pressure = 0.0
     if m.valve.tube_resistance > 0.0:
-        room, warmth = m.valve.tube_volume, m.chamber.temperature
-        after = near_end_pressure(
-            at_valve_abs, pressure_abs, flow, m.valve.tube_resistance, room, warmth, timestep
-        )
+        after, flow = tube_step(m, at_valve_abs, pressure_abs, flow, timestep)
         ds.tube_pressure = (after - s.tube_pressure) / timestep
-        flow = line_outflow(flow, after - at_valve_abs, room, warmth, timestep)
     flow -= leak_flow(m, pressure_abs)
     ds.last_pressure = 0.0
     ds.earlier_pressure = 0.0
     if volume_varies(m):
         ds.last_pressure = (pressure_abs - s.last_pressure) / timestep
         ds.earlier_pressure = (s.last_pressure - s.earlier_pressure) / timestep
-    ds.air = air_state_rate(pressure_abs, m.chamber.polytropic_index, m.chamber.temperature, flow)
+    ds.air = air_state_rate(m.chamber, pressure_abs, flow)
     ds.ambient_air = 0.0
     air, ambient_air = s.air, s.ambient_air
     if air == 0.0:  # as `mj_resetData` leaves it: the step begins with ambient air
         inside = chamber_volume(m, z, length, pressure_abs - m.chamber.atmosphere)
-        air = air_state(pressure_abs, inside, m.chamber.polytropic_index)
+        air = air_state(m.chamber, pressure_abs, inside)
         ambient_air = pressure_abs * inside
         ds.air += air / timestep
         ds.ambient_air = ambient_air / timestep
     if m.chamber.heat_rate > 0.0:
         inside = chamber_volume(m, z, length, pressure_abs - m.chamber.atmosphere)
-        ambient = ambient_air / inside
         ds.ambient_air += GAS_CONSTANT * m.chamber.temperature * flow
-        ds.air += relaxing_rate(
-            air, pressure_abs, ambient, m.chamber.polytropic_index, m.chamber.heat_rate, timestep
-        )
+        ds.air += relaxing_rate(m.chamber, air, pressure_abs, ambient_air / inside, timestep)
     return pull

@@ -11,7 +11,6 @@ from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
-from pamsim.physics.commands import COMMANDS
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -21,7 +20,7 @@ from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.tension import Threshold
-from pamsim.physics.valves import ValvePair
+from pamsim.physics.valves import COMMANDS, ValvePair
 
 
 @dataclass(frozen=True, kw_only=True)

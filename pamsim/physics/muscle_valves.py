@@ -1,27 +1,25 @@
-"""Valves of a muscle: from a command to their opening, and from that to the flow of air.
+"""Air of a muscle: from a command to the opening of its valves, and on to the flow.
 
 ``m`` are the parameters of one actuator, ``s`` its states and ``z`` its memory of hysteresis, see
-`pamsim.physics.record`.
+`pamsim.physics.record`. A command is a signed opening, a signed duty or a gauge pressure [Pa], as
+the row specifies; ``pressure_abs`` is an absolute pressure [Pa], and times are in seconds.
 """
 
 from __future__ import annotations
 
+import math
+
 from pamsim.core.units import PA_PER_BAR
-from pamsim.physics.air import GAS_CONSTANT
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.chamber_pressure import chamber_pressure
-from pamsim.physics.commands import MEASURED, PRESSURE_SET, PULSE, VALVE
-from pamsim.physics.laminar_gap import laminar_flow
-from pamsim.physics.orifice import mass_flow
-from pamsim.physics.record import MutableRow, Parameters, Row, States
-from pamsim.physics.supply import Valves, supply_sag
+from pamsim.physics.record import Parameters, Row, States
 from pamsim.physics.valves import (
+    MEASURED,
+    PRESSURE_SET,
+    PULSE,
+    VALVE,
     clamped_opening,
-    line_rate,
     past_dead_zone,
-    pulsed_opening,
-    regulated_opening,
-    slewed_opening,
-    valve_flow,
 )
 
 SENSOR_ERROR = 0.01
@@ -29,99 +27,86 @@ SENSOR_ERROR = 0.01
 
 
 def asks_too_much(m: Parameters, command: float) -> bool:
-    """Whether a command is a set point above the supply's pressure, errors of sensors apart.
-
-    Args:
-        m: parameters.
-        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
-    """
+    """Whether a command is a set point above the supply's pressure, errors of sensors apart."""
     return m.command == PRESSURE_SET and command > (1.0 + SENSOR_ERROR) * m.valve.supply_pressure
 
 
 def wanted_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
     """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
 
+    On/off valves that pulse are open during the first part of each period, -1, 0 or 1. The
+    regulator is proportional beyond its dead band; a small band resembles on/off valves.
+
     Args:
         m: parameters.
-        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
+        command: at the valves, behind its line.
         pressure: gauge pressure at the valves [Pa].
-        time: [s].
+        time: [s], from the start of the first period.
     """
     if m.command == VALVE:
         return clamped_opening(command)
-    if m.command == PULSE:
-        return pulsed_opening(command, time, m.valve.pulse_period)
     if m.command == MEASURED:
         return 0.0
-    return regulated_opening(command, pressure, m.valve.regulator_band, m.valve.regulator_dead_band)
+    # A NaN must not shut the valves silently, so that what is shut is not a plain 0.
+    if m.command == PULSE:
+        periods = time / m.valve.pulse_period
+        if periods - math.floor(periods) < abs(command):
+            return math.copysign(1.0, command)
+        return 0.0 * command
+    error = command - pressure
+    beyond = abs(error) - m.valve.regulator_dead_band
+    if beyond > 0.0:
+        return clamped_opening(math.copysign(beyond / m.valve.regulator_band, error))
+    return 0.0 * error
 
 
 def valve_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
-    """Signed opening of the valve pair that a command means, dead zone passed, in [-1, 1].
-
-    Args:
-        m: parameters.
-        command: signed opening, signed duty or gauge pressure [Pa], as the row specifies.
-        pressure: gauge pressure at the valves [Pa].
-        time: [s].
-    """
-    return left_by_dead_zone(m, wanted_opening(m, command, pressure, time))
-
-
-def left_by_dead_zone(m: Parameters, opening: float) -> float:
-    """Signed opening that the dead zone leaves of one, in [-1, 1]."""
-    if m.valve.dead_zone == 0.0:
-        return opening
-    return past_dead_zone(opening, m.valve.dead_zone, m.valve.dead_zone_asymmetry)
+    """Signed opening that a command means, dead zone passed [-]; see `wanted_opening`."""
+    return past_dead_zone(m.valve, wanted_opening(m, command, pressure, time))
 
 
 def reached_opening(
-    m: Parameters, s: States, command: float, pressure: float, time: float, timestep: float
+    m: Parameters, s: States, command: float, pressure_abs: float, time: float, timestep: float
 ) -> float:
-    """Opening [-] reached in a time step, dead zone included; see `wanted_opening`."""
-    wanted = wanted_opening(m, command, pressure, time)
-    if m.valve.travel_time == 0.0:
-        return wanted
-    return slewed_opening(wanted, s.opening, m.valve.travel_time, timestep)
+    """Signed opening in [-1, 1] that valves of limited speed reach in a time step.
 
-
-def lags(m: Parameters) -> bool:
-    """Whether the command's line follows with a lag or at a limited rate."""
-    return m.valve.line_lag + m.valve.line_slew_time > 0.0
-
-
-def command_at_valve(m: Parameters, s: States, command: float) -> float:
-    """The command behind its line; any unit."""
-    if lags(m):
-        return s.line
-    return command
-
-
-def line_change(m: Parameters, command: float, carried: float, timestep: float) -> float:
-    """Rate of the command on its line, see `line_rate`; any unit per second.
-
-    A limited rate refers to 1 bar of a set point or to a full opening.
-
-    Args:
-        m: parameters.
-        command: as sent.
-        carried: at the line's other end.
-        timestep: [s].
+    It includes the dead zone. The command is the one sent, before its line; the pressure is that at
+    the valves. NaN stays NaN.
     """
-    sent, full = command, PA_PER_BAR
+    at_valve = command
+    if m.valve.line_lag + m.valve.line_slew_time > 0.0:
+        at_valve = s.line
+    wanted = wanted_opening(m, at_valve, pressure_abs - m.chamber.atmosphere, time)
+    way = wanted - s.opening
+    if abs(way) * m.valve.travel_time > timestep:
+        return s.opening + math.copysign(timestep / m.valve.travel_time, way)
+    return wanted
+
+
+def line_rate(m: Parameters, s: States, command: float, timestep: float) -> float:
+    """Rate of a command on a line with a first-order lag and a limited rate, over an Euler step.
+
+    The limit refers to 1 bar of a set point or to a full opening.
+
+    Returns:
+        Rate [command per s]; without a limit it takes the line in one step to where it is exactly.
+        0 without a line; NaN stays NaN.
+    """
+    if not m.valve.line_lag + m.valve.line_slew_time > 0.0:
+        return 0.0
+    sent, full, share = command, PA_PER_BAR, 1.0
     if m.command != PRESSURE_SET:
         sent, full = clamped_opening(command), 1.0
-    return line_rate(sent, carried, m.valve.line_lag, m.valve.line_slew_time, full, timestep)
+    if m.valve.line_lag > 0.0:
+        share = -math.expm1(-timestep / m.valve.line_lag)
+    rate = (sent - s.line) * share / timestep
+    if abs(rate) * m.valve.line_slew_time > full:
+        return math.copysign(full / m.valve.line_slew_time, rate)
+    return rate
 
 
 def pressure_at_valve(m: Parameters, s: States, pressure_abs: float) -> float:
-    """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube.
-
-    Args:
-        m: parameters.
-        s: states.
-        pressure_abs: in the chamber [Pa].
-    """
+    """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube."""
     if m.valve.tube_resistance > 0.0 and m.command != MEASURED and s.tube_pressure != 0.0:
         return s.tube_pressure
     return pressure_abs
@@ -133,124 +118,63 @@ def sensed_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> f
     return pressure_at_valve(m, s, pressure_abs) - m.chamber.atmosphere
 
 
-def fill_valve(m: Parameters, pressure_abs: float, opening: float, valve: MutableRow) -> None:
-    """Write what a muscle's fill valve means to its supply.
-
-    Args:
-        m: parameters.
-        pressure_abs: absolute pressure behind it [Pa].
-        opening: signed, of the pair, dead zone passed.
-        valve: (VALVE,) written, see `pamsim.physics.supply.supply_sag`.
-    """
-    valve[0] = m.valve.supply_pressure + m.chamber.atmosphere
-    valve[1] = pressure_abs
-    valve[2] = 0.0 if opening <= 0.0 else opening * m.valve.conductance_fill
-    valve[3] = m.valve.critical_ratio
-    valve[4] = m.valve.laminar_ratio
-    valve[5] = m.chamber.temperature
-
-
-def fill_valve_of(
-    m: Parameters,
-    s: States,
-    pressure_abs: float,
-    command: float,
-    time: float,
-    timestep: float,
-    valve: MutableRow,
-) -> None:
-    """Write what the fill valve of a muscle in a given state means to its supply.
-
-    Args:
-        m: parameters.
-        s: states.
-        pressure_abs: in the chamber [Pa].
-        command: as sent, before the lag of its line.
-        time: [s].
-        timestep: [s].
-        valve: (VALVE,) written.
-    """
-    at_valve = pressure_at_valve(m, s, pressure_abs)
-    sent = command_at_valve(m, s, command)
-    opening = reached_opening(m, s, sent, at_valve - m.chamber.atmosphere, time, timestep)
-    fill_valve(m, at_valve, left_by_dead_zone(m, opening), valve)
-
-
-def sags(m: Parameters) -> bool:
-    """Whether the supply's pressure falls with the flow drawn from it."""
-    return m.valve.supply_resistance + m.valve.supply_square > 0.0
-
-
-def line_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
-    """Fall of a muscle's supply during a time step [Pa].
-
-    Args:
-        m: parameters of the muscle.
-        s: its states.
-        valves: (m, VALVE) fill valves of all muscles on its supply, see `fill_valve`.
-        timestep: [s].
-    """
-    full = m.valve.supply_pressure + m.chamber.atmosphere
-    storage = m.valve.supply_volume / (GAS_CONSTANT * m.chamber.temperature * timestep)
-    before = full * s.sag
-    return supply_sag(valves, m.valve.supply_resistance, m.valve.supply_square, storage, before)
-
-
-def air_flow(
-    m: Parameters, pressure_abs: float, command: float, time: float, sag: float = 0.0
-) -> float:
-    """Mass flow into a chamber right behind quick valves [kg/s], minus the leak.
-
-    Args:
-        m: parameters.
-        pressure_abs: absolute pressure in the chamber [Pa].
-        command: see `valve_opening`.
-        time: [s].
-        sag: fall of the supply's pressure [Pa].
-    """
-    opening = valve_opening(m, command, pressure_abs - m.chamber.atmosphere, time)
-    return flow_through_valves(m, pressure_abs, opening, sag) - leak_flow(m, pressure_abs)
-
-
 def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag: float) -> float:
-    """Mass flow through the valves [kg/s].
+    """Mass flow through the pair of valves, positive towards the muscle (ISO 6358) [kg/s].
 
     Args:
         m: parameters.
         pressure_abs: absolute pressure behind them [Pa].
-        opening: signed, dead zone passed, in [-1, 1].
+        opening: signed, dead zone included, in [-1, 1].
         sag: fall of the supply's pressure [Pa].
     """
-    return valve_flow(
-        opening,
-        pressure_abs,
-        m.valve.supply_pressure + m.chamber.atmosphere - sag,
-        m.chamber.atmosphere,
-        m.valve.conductance_fill,
-        m.valve.conductance_exhaust,
-        m.valve.critical_ratio,
-        m.valve.laminar_ratio,
-        m.chamber.temperature,
-    )
+    left = past_dead_zone(m.valve, opening)
+    source, conductance = m.chamber.atmosphere, -left * m.valve.conductance_exhaust
+    if left > 0.0:
+        source = m.valve.supply_pressure + m.chamber.atmosphere - sag
+        conductance = left * m.valve.conductance_fill
+    ratio, linear = m.valve.critical_ratio, m.valve.laminar_ratio
+    return mass_flow(source, pressure_abs, conductance, ratio, linear, m.chamber.temperature)
 
 
 def leak_flow(m: Parameters, pressure_abs: float) -> float:
-    """Mass flow out of the chamber through its leaks, orifice and narrow gap [kg/s]."""
-    lost = 0.0
-    if m.chamber.leak_conductance > 0.0:
-        lost += mass_flow(
-            pressure_abs,
-            m.chamber.atmosphere,
-            m.chamber.leak_conductance,
-            m.valve.critical_ratio,
-            m.valve.laminar_ratio,
-            m.chamber.temperature,
-        )
-    if m.chamber.laminar_leak_conductance > 0.0:
-        lost += laminar_flow(
-            pressure_abs,
-            m.chamber.atmosphere,
-            m.chamber.laminar_leak_conductance,
-            m.chamber.temperature,
-        )
+    """Mass flow out of the chamber through its leaks, orifice and narrow gap [kg/s].
+
+    Through every section of the gap passes a volume flow g (p1 - p2) at the local pressure
+    (Poiseuille; g = pi r^4 / (8 eta l) for a capillary). One mass passes all of them, so the
+    density counts with its mean: mdot = g (p1^2 - p2^2) / (2 R_air T), as in EN 1779.
+    """
+    outside, temperature = m.chamber.atmosphere, m.chamber.temperature
+    mean_density = 0.5 * (pressure_abs + outside) / (GAS_CONSTANT * temperature)
+    lost = m.chamber.laminar_leak_conductance * mean_density * (pressure_abs - outside)
+    size = m.chamber.leak_conductance
+    if size > 0.0:
+        ratio, linear = m.valve.critical_ratio, m.valve.laminar_ratio
+        lost += mass_flow(pressure_abs, outside, size, ratio, linear, temperature)
     return lost
+
+
+def tube_step(
+    m: Parameters, before: float, pressure_abs: float, inflow: float, timestep: float
+) -> tuple[float, float]:
+    """Absolute pressure at the tube's near end after a time step [Pa], and mean flow out [kg/s].
+
+    The tube is a small volume V of air at constant temperature T, then a resistance R, through
+    which laminar flow at a mean density that varies little goes on into the muscle:
+
+        V / (R_air T) dp/dt = w - (p - P) / R
+
+    For constant w and P the step is solved exactly, so that little volume needs no short step.
+
+    Args:
+        m: parameters, the tube's resistance above 0.
+        before: p before the step [Pa, absolute].
+        pressure_abs: P in the muscle during it [Pa, absolute].
+        inflow: w from the valves during it [kg/s].
+        timestep: [s].
+    """
+    level = pressure_abs + m.valve.tube_resistance * inflow
+    per_mass = GAS_CONSTANT * m.chamber.temperature
+    emptying = m.valve.tube_resistance * m.valve.tube_volume / per_mass
+    after = before + (level - before) * -math.expm1(-timestep / emptying)
+    # No air is lost: the rest of the inflow stays in the tube.
+    return after, inflow - m.valve.tube_volume * (after - before) / (per_mass * timestep)

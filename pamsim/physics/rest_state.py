@@ -4,31 +4,17 @@ from __future__ import annotations
 
 from pamsim.physics.chamber import air_state
 from pamsim.physics.chamber_pressure import chamber_volume
-from pamsim.physics.commands import MEASURED, PRESSURE_SET
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle_length import chain_length, length_at_muscle
-from pamsim.physics.record import (
-    STATE_NAMES,
-    Parameters,
-    Row,
-    States,
-    joined_states,
-    split_states,
-)
+from pamsim.physics.record import STATE_NAMES, Parameters, Row, States, joined_states, split_states
 from pamsim.physics.static_muscle import contraction
+from pamsim.physics.valves import MEASURED, PRESSURE_SET
 
 
 def charged_air_state(m: Parameters, z: Row, tendon_length: float, pressure: float) -> float:
-    """Air state y that gives a gauge pressure.
-
-    Args:
-        m: parameters.
-        z: memory of hysteresis.
-        tendon_length: at the muscle [m].
-        pressure: gauge [Pa].
-    """
+    """Air state y that gives a gauge pressure [Pa] at a tendon length at the muscle [m]."""
     inside = chamber_volume(m, z, tendon_length, pressure)
-    return air_state(pressure + m.chamber.atmosphere, inside, m.chamber.polytropic_index)
+    return air_state(m.chamber, pressure + m.chamber.atmosphere, inside)
 
 
 def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> list[float]:
@@ -59,11 +45,7 @@ def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> li
 def quieten(m: Parameters, s: States, tendon_length: float, pressure: float) -> None:
     """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
-    Args:
-        m: parameters.
-        s: states, of which these are written.
-        tendon_length: [m].
-        pressure: gauge pressure [Pa].
+    The muscle is at a tendon length [m] and a gauge pressure [Pa].
     """
     s.creep = s.creep_2 = contraction(m, length_at_muscle(m, s, tendon_length))
     s.line = pressure if m.command == PRESSURE_SET else 0.0

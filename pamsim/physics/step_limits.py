@@ -1,11 +1,15 @@
-"""What limits the time step of a muscle: its chain and the dry friction along its tendon."""
+"""What limits the time step of a muscle: its chain, dry friction and the pressure's regulator."""
 
 from __future__ import annotations
 
+import math
+
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.antagonist import muscle_stiffness
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import parameters
-from pamsim.physics.static_muscle import limited, static_force
+from pamsim.physics.static_muscle import limited, static_force, volume_at_nominal_length
+from pamsim.physics.valves import WIDEST_DEAD_ZONE
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
@@ -23,7 +27,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
     Returns:
         The smaller of 2 tau / (1 + C k) and b / k [s]; no limit on a rigid chain without backlash.
     """
-    chain, limit = muscle.chain, float("inf")
+    chain, limit = muscle.chain, math.inf
     if chain.compliance == 0.0 and chain.backlash == 0.0:
         return limit
     stiffness = max(muscle_stiffness(parameters(muscle), tendon_length, pressure).total, 0.0)
@@ -37,10 +41,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
 def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> float:
     """Stiffness of the bristles of dry friction before they slip, k [N/m]; 0 without friction.
 
-    Args:
-        muscle: with its friction.
-        tendon_length: where the muscle pulls [m].
-        pressure: gauge, at which it pulls [Pa].
+    The muscle pulls at a tendon length [m] under a gauge pressure [Pa].
     """
     friction = muscle.friction
     if not friction.sticks:
@@ -49,3 +50,25 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
     pull = abs(limited(row, static_force(row, tendon_length, pressure)))
     level = friction.coulomb_force + friction.breakaway_force + friction.tension_share * pull
     return level / friction.presliding
+
+
+def regulator_time_constant(muscle: Muscle) -> float:
+    """Time in which the set-point regulator settles inside its proportional band [s].
+
+    Inside the band the opening is the error over the band, so the pressure follows a lag whose
+    time constant is the band over the pressure's rate at full opening. The rate is taken where it
+    is largest: choked flow from the supply into a muscle at nominal length. A dead zone of the
+    valves leaves the more slope to the rest of the band. Explicit steps longer than the time
+    constant overshoot the set point.
+    """
+    chamber, valve = muscle.chamber, muscle.valve
+    air = (valve.critical_ratio, valve.laminar_ratio, chamber.temperature)
+    largest = max(valve.conductance_fill, valve.conductance_exhaust)
+    flow = mass_flow(valve.supply_pressure + chamber.atmosphere, 0.0, largest, *air)
+    rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
+    dead = min(valve.dead_zone * (1.0 + abs(valve.dead_zone_asymmetry)), WIDEST_DEAD_ZONE)
+    room = volume_at_nominal_length(parameters(muscle))
+    if valve.tube_resistance > 0.0:
+        # The regulator then sees the pressure in the tube, whose air stays at its temperature.
+        room = min(room, valve.tube_volume * chamber.polytropic_index)
+    return valve.regulator_band * (1.0 - dead) * room / max(rate, 1e-300)

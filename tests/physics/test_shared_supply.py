@@ -12,8 +12,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.engine.stepping import BACKENDS
-from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.orifice import mass_flow
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.record import slot
 from pamsim.twins.plant.read_rig import read_rig
 from pamsim.twins.plant.run import run

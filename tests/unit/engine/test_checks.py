@@ -113,7 +113,12 @@ def test_air_from_nowhere_and_a_muscle_that_pushes_are_errors(rig, spoil, messag
 @pytest.mark.parametrize(
     ("broken", "substitute", "changes", "message"),
     [
-        ("line_outflow", lambda inflow, *_: inflow, {"valve.tube_resistance": 2e8}, "air gained"),
+        (
+            "tube_step",
+            lambda m, p, _, w, dt: (p, 0.9 * w),
+            {"valve.tube_resistance": 2e8},
+            "air gained",
+        ),
         ("limited", lambda m, force: -force, {}, "it only pulls"),
     ],
 )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
-from pamsim.physics import orifice
+from pamsim.physics import air
 from pamsim.physics.chosen_law import law_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter
@@ -136,7 +136,7 @@ def with_globals(function, **names):
 @pytest.mark.parametrize(
     ("function", "names"),
     [
-        (orifice.mass_flow, {"REFERENCE_DENSITY": 1.2}),
+        (air.mass_flow, {"REFERENCE_DENSITY": 1.2}),
         (weighted, {"WEIGHTS": ((0.5, 2), (0.25, 4))}),
     ],
 )

@@ -17,8 +17,8 @@ from tests.unit.physics.flat import (
     chamber_pressure,
     fill_valve_of,
     kernel,
-    line_sag,
     sensed_pressure,
+    supply_sag,
 )
 from tests.unit.physics.muscles import charged
 
@@ -121,7 +121,7 @@ def python_results(given: Batch, worlds: Sequence[int] | None = None) -> Results
                         fill_valve_of(
                             fed, states, inside, sent[j], given.time, TIMESTEP, valves[-1]
                         )
-                sag = line_sag(row, act, valves, TIMESTEP)
+                sag = supply_sag(row, act, valves, TIMESTEP)
             own = [0.0] * len(act)
             motion = at[i], speed[i]
             pull = kernel.state_rates(

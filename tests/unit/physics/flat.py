@@ -13,6 +13,7 @@ import pkgutil
 from types import ModuleType, SimpleNamespace
 
 import pamsim.physics
+from pamsim.physics import muscle_valves as _valves
 from pamsim.physics import rest_state as _rest_state
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import (
@@ -109,6 +110,14 @@ def quieten(row, act, tendon_length, pressure):
     s, z = split(act)
     _rest_state.quieten(record(row), s, tendon_length, pressure)
     act[:] = joined_states(s, z)
+
+
+def air_flow(row, pressure_abs, command, time):
+    """Mass flow into a chamber right behind quick valves, less the leak [kg/s]."""
+    m = record(row)
+    opening = _valves.wanted_opening(m, command, pressure_abs - m.chamber.atmosphere, time)
+    flow = _valves.flow_through_valves(m, pressure_abs, opening, 0.0)
+    return flow - _valves.leak_flow(m, pressure_abs)
 
 
 def __getattr__(name: str):

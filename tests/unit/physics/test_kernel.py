@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.parameters import specs
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber, air_state_rate
-from pamsim.physics.commands import COMMANDS
 from pamsim.physics.creep import Creep
 from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -22,18 +22,13 @@ from pamsim.physics.friction import Friction, dry_friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
-from pamsim.physics.laminar_gap import laminar_flow
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.orifice import mass_flow
 from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
 from pamsim.physics.record import pack
 from pamsim.physics.tension import Threshold
 from pamsim.physics.valves import (
+    COMMANDS,
     ValvePair,
-    clamped_opening,
-    past_dead_zone,
-    pulsed_opening,
-    regulated_opening,
 )
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
@@ -165,21 +160,12 @@ def test_rates_are_the_laws_put_together(loop, command):
         _, kappa = geometry(muscle, tendon, lost_length(muscle, act, tendon))
         row = pack(muscle).tolist()
         p_abs = chamber_pressure(row, act, tendon)
-        opening = {
-            "valve": clamped_opening(target),
-            "pulse": pulsed_opening(target, TIME, valve.pulse_period),
-            "pressure_set": regulated_opening(
-                target,
-                p_abs - chamber.atmosphere,
-                valve.regulator_band,
-                valve.regulator_dead_band,
-            ),
-        }[command]
+        opening = valve_opening(row, target, p_abs - chamber.atmosphere, TIME)
         orifice = valve.critical_ratio, valve.laminar_ratio, chamber.temperature
         leak = mass_flow(p_abs, chamber.atmosphere, chamber.leak_conductance, *orifice)
-        gap = chamber.laminar_leak_conductance, chamber.temperature
-        leak += laminar_flow(p_abs, chamber.atmosphere, *gap)
-        opening = past_dead_zone(opening, valve.dead_zone, valve.dead_zone_asymmetry)
+        squares = p_abs**2 - chamber.atmosphere**2
+        heat = GAS_CONSTANT * chamber.temperature
+        leak += chamber.laminar_leak_conductance * squares / (2.0 * heat)
         supply = valve.supply_pressure + chamber.atmosphere
         if opening > 0.0:
             fill = opening * valve.conductance_fill
@@ -188,8 +174,7 @@ def test_rates_are_the_laws_put_together(loop, command):
             vent = opening * valve.conductance_exhaust
             flow = mass_flow(p_abs, chamber.atmosphere, vent, *orifice)
         expected = [0.0] * len(act)
-        index = chamber.polytropic_index
-        expected[-1] = air_state_rate(p_abs, index, chamber.temperature, flow - leak)
+        expected[-1] = air_state_rate(chamber, p_abs, flow - leak)
         pulled = muscle.chain.compliance * composed_tension(muscle, act, tendon)
         expected[-2] = (pulled - EXTENSION) / muscle.chain.relaxation_time
         apart = composed_tension(muscle, act, tendon) - OPPOSING

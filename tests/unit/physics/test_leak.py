@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
-from pamsim.physics.laminar_gap import laminar_flow
-from pamsim.physics.record import pack
+from pamsim.physics.muscle_valves import leak_flow
+from pamsim.physics.record import pack, parameters
 from tests.unit.physics.flat import air_flow, chamber_pressure, kernel, static_muscle
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, charged, make
 
@@ -77,14 +77,18 @@ def test_a_narrow_gap_empties_a_still_muscle_as_riccati_has_it(index):
 def test_poiseuille_in_thin_slices_gives_the_flow_through_a_narrow_gap():
     """In each slice the volume flow g N (p_k - p_k+1) at its own density; one mass passes all."""
     slices, cold, inside, outside = 2000, 290.0, 5e5, 1e5
-    given = laminar_flow(inside, outside, GAP, cold)
+    chamber = dataclasses.replace(leaking(0.0, 1.0, GAP).chamber, temperature=cold)
+    m = parameters(dataclasses.replace(leaking(), chamber=chamber))
+    m.chamber.atmosphere = outside
+    given = leak_flow(m, inside)
     pressure = inside
     for _ in range(slices):  # the slice's fall of pressure that passes the given mass
         per_mass = GAS_CONSTANT * cold / (slices * GAP)
         middle = pressure - 0.5 * given * per_mass / pressure
         pressure -= given * per_mass / middle
     assert pressure == pytest.approx(outside, rel=1e-4)
-    assert laminar_flow(outside, inside, GAP, cold) == -given
+    m.chamber.atmosphere = inside
+    assert leak_flow(m, outside) == -given
 
 
 @pytest.mark.parametrize("muscle", [leaking(), leaking(0.0, 1.0, GAP)], ids=["orifice", "gap"])

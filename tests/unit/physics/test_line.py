@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pamsim.physics.chain import Chain
+from pamsim.physics.muscle_valves import line_rate
 from pamsim.physics.record import pack, state_size
 from pamsim.physics.step_limits import chain_step_limit
-from pamsim.physics.valves import line_rate
+from pamsim.physics.valves import PRESSURE_SET, VALVE
 from tests.unit.physics.flat import (
     contraction,
     gauge_pressure,
@@ -22,12 +24,19 @@ from tests.unit.physics.flat import (
 from tests.unit.physics.muscles import LASTING, LOOPS, PLAIN_VALVE, charged, make
 
 
+def rate(command, carried, timestep, **line):
+    """Rate of a command of a set point on a line, or of an opening up to 1."""
+    valve = SimpleNamespace(**{"line_lag": 0.0, "line_slew_time": 0.0} | line)
+    m = SimpleNamespace(command=PRESSURE_SET if abs(command) > 1.0 else VALVE, valve=valve)
+    return line_rate(m, SimpleNamespace(line=carried), command, timestep)
+
+
 @pytest.mark.parametrize("timestep", [1e-4, 0.02, 1.0])
 def test_the_line_closes_in_exponentially_at_any_time_step(timestep):
     carried, seen = 0.2, []
     for _ in range(30):
         seen.append(carried)
-        carried += timestep * line_rate(0.9, carried, 0.05, 0.0, 1.0, timestep)
+        carried += timestep * rate(0.9, carried, timestep, line_lag=0.05)
     expected = 0.9 - 0.7 * np.exp(-timestep * np.arange(30) / 0.05)
     assert seen == pytest.approx(expected, rel=1e-9)
 
@@ -36,18 +45,19 @@ def test_the_line_closes_in_exponentially_at_any_time_step(timestep):
 def test_a_line_of_limited_rate_moves_by_its_full_scale_in_its_time(lag):
     """A high step at the limit, down as up; what is left of it as without one."""
     slew_time, full, timestep = 0.2, 1e5, 1e-3
+    line = {"line_lag": lag, "line_slew_time": slew_time}
     for height in (4e5, -4e5):
         carried, seen = 0.0, []
         for _ in range(2000):
             seen.append(carried)
-            carried += timestep * line_rate(height, carried, lag, slew_time, full, timestep)
+            carried += timestep * rate(height, carried, timestep, **line)
         rates = np.diff(seen) / timestep
         limited = np.abs(height - np.array(seen[:-1])) > max(lag, timestep) * full / slew_time
         assert np.sum(limited) > 500
         assert rates[limited] == pytest.approx(math.copysign(full / slew_time, height))
         assert np.abs(rates).max() <= full / slew_time * (1.0 + 1e-9)
         assert carried == pytest.approx(height, rel=1e-9)
-    assert math.isnan(line_rate(math.nan, 0.0, lag, slew_time, full, timestep))
+    assert math.isnan(rate(math.nan, 0.0, timestep, **line))
 
 
 @pytest.mark.parametrize(

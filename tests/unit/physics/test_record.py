@@ -12,7 +12,6 @@ import pytest
 from pamsim.core.catalog import MOST_PARAMETERS
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, specs
-from pamsim.physics.commands import COMMANDS
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
@@ -39,6 +38,7 @@ from pamsim.physics.record import (
     view,
     with_row,
 )
+from pamsim.physics.valves import COMMANDS
 from tests.unit.core.refusals import refused
 from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, make
 

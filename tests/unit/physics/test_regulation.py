@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.physics.record import COMMON, pack
-from pamsim.physics.regulation import regulator_time_constant
+from pamsim.physics.step_limits import regulator_time_constant
 from tests.unit.physics.flat import gauge_pressure, kernel, rest_state
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, make
 

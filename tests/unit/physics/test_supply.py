@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from pamsim.physics.orifice import mass_flow
-from pamsim.physics.supply import supply_sag
+from pamsim.physics import supply
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 
 RNG = np.random.default_rng(8)
 ORIFICE = (4e-9, 0.3, 0.999, 293.15)
+
+
+def supply_sag(valves, resistance, square, storage, before):
+    """The sag behind a line whose volume stores so much per pressure in a time step."""
+    valve = {"supply_resistance": resistance, "supply_square": square, "supply_volume": storage}
+    m = SimpleNamespace(
+        valve=SimpleNamespace(supply_pressure=1.0, **valve),
+        chamber=SimpleNamespace(atmosphere=0.0, temperature=1.0),
+    )
+    return supply.supply_sag(m, SimpleNamespace(sag=before), valves, 1.0 / GAS_CONSTANT)
 
 
 def drawn(sag, valves):

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.chamber import absolute_pressure, air_state, relaxing_rate
-from pamsim.physics.tube import line_outflow, near_end_pressure
-from pamsim.physics.valves import slewed_opening
+from pamsim.physics.chamber import Chamber, absolute_pressure, air_state, relaxing_rate
+from pamsim.physics.muscle_valves import reached_opening, tube_step
+from pamsim.physics.valves import VALVE
 
 WARM, VOLUME, RESISTANCE = 293.15, 6e-6, 8e7
+TUBE = SimpleNamespace(
+    valve=SimpleNamespace(tube_resistance=RESISTANCE, tube_volume=VOLUME),
+    chamber=SimpleNamespace(temperature=WARM, atmosphere=1e5),
+)
 
 
 @pytest.mark.parametrize("step", [1e-5, 5e-4, 0.1])
@@ -26,16 +31,22 @@ def test_a_step_of_the_line_is_the_solution_and_loses_no_air(step, inflow):
         return [GAS_CONSTANT * WARM / VOLUME * (inflow - out), out]
 
     found = solve_ivp(rate, (0.0, step), [before, 0.0], rtol=1e-11, atol=1e-13, method="LSODA")
-    after = near_end_pressure(before, chamber, inflow, RESISTANCE, VOLUME, WARM, step)
+    after, out = tube_step(TUBE, before, chamber, inflow, step)
     assert after == pytest.approx(found.y[0, -1], rel=1e-9)
-    out = line_outflow(inflow, after - before, VOLUME, WARM, step)
     assert out * step == pytest.approx(found.y[1, -1], rel=1e-6, abs=1e-16)
 
 
 def test_in_steady_flow_the_line_drops_its_resistance_times_the_flow():
-    steady = near_end_pressure(1e5, 4e5, 2e-4, RESISTANCE, VOLUME, WARM, 10.0)
+    steady, _ = tube_step(TUBE, 1e5, 4e5, 2e-4, 10.0)
     assert steady == pytest.approx(4e5 + RESISTANCE * 2e-4, rel=1e-12)
-    assert line_outflow(2e-4, 0.0, VOLUME, WARM, 1e-3) == 2e-4
+    after, out = tube_step(TUBE, steady, 4e5, 2e-4, 1e-3)
+    assert (after, out) == pytest.approx((steady, 2e-4), rel=1e-12)
+
+
+def slewed_opening(opening, before, travel_time, timestep):
+    valve = SimpleNamespace(travel_time=travel_time, line_lag=0.0, line_slew_time=0.0)
+    m = SimpleNamespace(command=VALVE, valve=valve, chamber=TUBE.chamber)
+    return reached_opening(m, SimpleNamespace(opening=before), opening, 1e5, 0.0, timestep)
 
 
 def test_a_slow_valve_moves_at_its_speed_and_stops_where_it_is_wanted():
@@ -54,13 +65,14 @@ def test_a_slow_valve_moves_at_its_speed_and_stops_where_it_is_wanted():
 @pytest.mark.parametrize("index", [1.2, 1.4])
 def test_heat_exchange_brings_warm_air_back_exponentially(index):
     volume, ambient, rate, step = 1e-4, 3e5, 2.0, 0.01
-    air = air_state(3.6e5, volume, index)
+    chamber = Chamber(polytropic_index=index, temperature=WARM, dead_volume=0.0, heat_rate=rate)
+    air = air_state(chamber, 3.6e5, volume)
     seen = []
     for _ in range(100):
-        pressure = absolute_pressure(air, volume, index, 1e3)
+        pressure = absolute_pressure(chamber, air, volume)
         seen.append(pressure)
-        air += step * relaxing_rate(air, pressure, ambient, index, rate, step)
+        air += step * relaxing_rate(chamber, air, pressure, ambient, step)
     expected = ambient + 6e4 * np.exp(-rate * step * np.arange(100))
     np.testing.assert_allclose(seen, expected, rtol=1e-10)
-    assert relaxing_rate(air, ambient, ambient, index, rate, step) == 0.0
-    assert relaxing_rate(air, 2e5, 3e5, index, rate, step) > 0.0  # cold air warms up
+    assert relaxing_rate(chamber, air, ambient, ambient, step) == 0.0
+    assert relaxing_rate(chamber, air, 2e5, 3e5, step) > 0.0  # cold air warms up

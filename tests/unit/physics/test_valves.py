@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pamsim.core.parameters import specs
-from pamsim.physics.orifice import mass_flow
+from pamsim.physics.air import mass_flow
+from pamsim.physics.muscle_valves import flow_through_valves, wanted_opening
 from pamsim.physics.valves import (
+    PRESSURE_SET,
+    PULSE,
+    VALVE,
     ValvePair,
     clamped_opening,
-    own_dead_zone,
     past_dead_zone,
-    pulsed_opening,
-    regulated_opening,
-    valve_flow,
 )
 from tests.unit.core.refusals import cases
 
@@ -27,8 +28,38 @@ GRID = 1000
 PERIOD = 0.02
 
 
+def made(command: float = VALVE, **changes: float) -> SimpleNamespace:
+    """Parameters of valves on a chamber, with a command."""
+    valve = ValvePair(
+        **{
+            "conductance_fill": FILL,
+            "conductance_exhaust": VENT,
+            "critical_ratio": AIR[0],
+            "laminar_ratio": AIR[1],
+            "supply_pressure": SUPPLY - EXHAUST,
+            "pulse_period": PERIOD,
+            **changes,
+        }
+    )
+    chamber = SimpleNamespace(atmosphere=EXHAUST, temperature=AIR[2])
+    return SimpleNamespace(command=command, valve=valve, chamber=chamber)
+
+
 def flow(opening: float, chamber: float) -> float:
-    return valve_flow(opening, chamber, SUPPLY, EXHAUST, FILL, VENT, *AIR)
+    return flow_through_valves(made(), chamber, opening, 0.0)
+
+
+def pulsed_opening(duty: float, time: float) -> float:
+    return wanted_opening(made(PULSE), duty, 0.0, time)
+
+
+def regulated_opening(set_point: float, pressure: float, band: float, dead_band: float) -> float:
+    m = made(PRESSURE_SET, regulator_band=band, regulator_dead_band=dead_band)
+    return wanted_opening(m, set_point, pressure, 0.0)
+
+
+def past(opening: float, zone: float, asymmetry: float) -> float:
+    return past_dead_zone(made(dead_zone=zone, dead_zone_asymmetry=asymmetry).valve, opening)
 
 
 def test_clamp_keeps_what_is_inside_and_stops_at_fully_open():
@@ -40,10 +71,10 @@ def test_clamp_keeps_what_is_inside_and_stops_at_fully_open():
 
 WITH_NAN = {
     "clamp": lambda: clamped_opening(math.nan),
-    "pulse": lambda: pulsed_opening(math.nan, 0.001, PERIOD),
+    "pulse": lambda: pulsed_opening(math.nan, 0.001),
     "set point": lambda: regulated_opening(math.nan, 1e5, 1e4, 0.0),
     "pressure": lambda: regulated_opening(1e5, math.nan, 1e4, 5e3),
-    "dead zone": lambda: past_dead_zone(math.nan, 0.1, 0.0),
+    "dead zone": lambda: past(math.nan, 0.1, 0.0),
     "opening": lambda: flow(math.nan, 3e5),
     "chamber, filling": lambda: flow(0.5, math.nan),
     "chamber, venting": lambda: flow(-0.5, math.nan),
@@ -60,7 +91,7 @@ def test_nan_is_not_hidden(evaluate):
 @pytest.mark.parametrize("periods_before", [0, 7])
 def test_pulses_have_the_duty_for_their_mean(duty, sign, periods_before):
     times = PERIOD * (periods_before + (np.arange(GRID) + 0.5) / GRID)
-    openings = np.array([pulsed_opening(sign * duty, float(t), PERIOD) for t in times])
+    openings = np.array([pulsed_opening(sign * duty, float(t)) for t in times])
     assert set(openings) <= {0.0, sign}  # the sign of the duty selects the one valve
     assert abs(openings.mean() - sign * duty) <= 1.0 / GRID
     assert np.all(np.diff(np.abs(openings)) <= 0.0)  # open first, then shut
@@ -95,20 +126,20 @@ def test_a_dead_zone_shuts_the_middle_and_keeps_the_ends(zone):
     """Odd, shut up to the zone, without a jump, straight, fully open at the end."""
     half = np.linspace(0.0, 1.0, 2001)
     openings = np.concatenate([-half[:0:-1], half])
-    left = np.array([past_dead_zone(u, zone, 0.0) for u in openings.tolist()])
+    left = np.array([past(u, zone, 0.0) for u in openings.tolist()])
     assert np.array_equal(left, -left[::-1])
     assert np.all(left[np.abs(openings) <= zone] == 0.0)
     assert np.all(left[openings > zone] > 0.0)
     assert (left[0], left[-1]) == (-1.0, 1.0)
     slopes = np.diff(left) / np.diff(openings)
     assert np.all((slopes >= 0.0) & (slopes <= 1.0 / (1.0 - zone) + 1e-9))
-    assert past_dead_zone(0.5 * (1.0 + zone), zone, 0.0) == pytest.approx(0.5, rel=1e-12)
+    assert past(0.5 * (1.0 + zone), zone, 0.0) == pytest.approx(0.5, rel=1e-12)
 
 
 def test_no_dead_zone_is_none_to_the_bit():
     for opening in np.random.default_rng(1).uniform(-1.0, 1.0, 200).tolist():
         for asymmetry in (-1.0, 0.0, 0.4):
-            assert past_dead_zone(opening, 0.0, asymmetry) == opening
+            assert past(opening, 0.0, asymmetry) == opening
 
 
 @pytest.mark.parametrize("asymmetry", [-1.0, -0.4, 0.3, 1.0])
@@ -116,16 +147,14 @@ def test_each_valve_has_the_dead_zone_of_its_side(asymmetry):
     """Either side is that of a symmetric zone of its own width; 1 leaves the other side none."""
     zone, openings = 0.3, np.linspace(0.0, 1.0, 501).tolist()
     for opening in openings:
-        filled = past_dead_zone(opening, zone, asymmetry)
-        assert filled == past_dead_zone(opening, zone * (1.0 + asymmetry), 0.0)
-        vented = past_dead_zone(-opening, zone, asymmetry)
-        assert vented == past_dead_zone(-opening, zone * (1.0 - asymmetry), 0.0)
-    mean = 0.5 * (own_dead_zone(zone, 1.0 + asymmetry) + own_dead_zone(zone, 1.0 - asymmetry))
-    assert mean == pytest.approx(zone, rel=1e-15)
+        filled = past(opening, zone, asymmetry)
+        assert filled == past(opening, zone * (1.0 + asymmetry), 0.0)
+        vented = past(-opening, zone, asymmetry)
+        assert vented == past(-opening, zone * (1.0 - asymmetry), 0.0)
 
 
 def test_the_wider_zone_never_shuts_a_valve_for_good():
-    assert past_dead_zone(1.0, 0.8, 0.9) == past_dead_zone(-1.0, 0.8, -0.9) * -1.0 == 1.0
+    assert past(1.0, 0.8, 0.9) == past(-1.0, 0.8, -0.9) * -1.0 == 1.0
 
 
 @pytest.mark.parametrize("chamber", [2e4, EXHAUST, 3e5, SUPPLY, 9e5])
