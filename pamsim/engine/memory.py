@@ -14,13 +14,17 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, overload, register_jitable
+from numba.extending import (
+    intrinsic,
+    lower_builtin,
+    overload,
+    register_jitable,
+    type_callable,
+)
 
 from pamsim.engine.jit import ARRAYS
 from pamsim.engine.muscle_step import doubles, integer, memory_at, muscle_at, states_at
 from pamsim.physics.record import STATES, record_dtype
-
-_GENERIC = record_dtype()
 
 
 @intrinsic
@@ -129,16 +133,35 @@ def _memory_at(address, count):
     return numba.carray(as_pointer(address), (count,), np.float64)
 
 
-@compiled_as(integer)
-def _integer(address, index):
-    return numba.carray(as_pointer(address + 4 * index), (1,), np.int32)[0]
+def _viewed_as(place: Callable[[int], Any], record: np.dtype[Any]) -> None:
+    """Have compiled code see the memory at an address as a record where Python calls a function."""
+    kind = numba.from_dtype(record)
+
+    @type_callable(place)
+    def declared(context: Any) -> Any:
+        def typed(address: Any) -> Any:
+            return kind
+
+        return typed
+
+    @lower_builtin(place, types.Integer)
+    def view(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return builder.inttoptr(args[0], context.get_value_type(kind))
 
 
-@compiled_as(muscle_at)
-def _muscle_at(address):
-    return numba.carray(as_pointer(address), (1,), _GENERIC)[0]
+_viewed_as(muscle_at, record_dtype())
+_viewed_as(states_at, STATES)
 
 
-@compiled_as(states_at)
-def _states_at(address):
-    return numba.carray(as_pointer(address), (1,), STATES)[0]
+@type_callable(integer)
+def _declared(context):
+    def typed(address, index):
+        return types.int64
+
+    return typed
+
+
+@lower_builtin(integer, types.Integer, types.Integer)
+def _integer(context, builder, signature, args):
+    pointer = builder.inttoptr(args[0], ir.IntType(32).as_pointer())
+    return builder.sext(builder.load(builder.gep(pointer, [args[1]])), ir.IntType(64))
