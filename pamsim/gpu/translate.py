@@ -20,6 +20,7 @@ from typing import Any, NoReturn
 
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.muscle import PLAIN_GROUPS
 from pamsim.physics.record import STATE_NAMES, places_in_row
 
 FLOAT, INT, BOOL, ROW, ROWS, NOTHING = "float", "int", "bool", "row", "rows", "none"
@@ -41,7 +42,8 @@ _TYPES = {FLOAT: "_float", INT: "_int", BOOL: "_bool", ROW: "_row", ROWS: "_rows
 """Name, in the rewritten source, of the type of each kind."""
 
 _OPERATORS = {operator.group.__name__: operator.group for operator in OPERATORS.values()}
-"""Groups that an operator's functions take, by their names in annotations."""
+_GROUPS = {group.__name__: group for group in PLAIN_GROUPS} | _OPERATORS
+"""Groups that a law's functions take, by their names in annotations."""
 
 _CONSTANTS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _TESTS = frozenset({"isnan", "isfinite", "isinf"})
@@ -95,7 +97,7 @@ def kind_of(annotation: Any, where: str) -> str | tuple[str, ...]:
     if text.startswith("tuple["):
         inner = text.removeprefix("tuple[").removesuffix("]").split(",")
         return tuple(_KINDS[one.strip()] for one in inner)
-    if text in _OPERATORS:
+    if text in _GROUPS:
         return ROW
     if text not in _KINDS:
         raise InputError(
@@ -471,10 +473,12 @@ class _Places(ast.NodeTransformer):
                 self._rows[name] = places_in_row(*laws)
             elif text == "States":
                 self._rows[name] = {state: place for place, state in enumerate(STATE_NAMES)}
-            elif text in _OPERATORS:
-                every = places_in_row(None, _OPERATORS[text])
-                own = {k: v for k, v in every.items() if k.startswith("hysteresis.")}
-                self._rows[name] = {k.removeprefix("hysteresis."): v for k, v in own.items()}
+            elif text in _GROUPS:
+                every = places_in_row(None, _OPERATORS.get(text))
+                own = f"{_GROUPS[text].group}."
+                self._rows[name] = {
+                    k.removeprefix(own): v for k, v in every.items() if k.startswith(own)
+                }
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A number's place; the row itself for the record of a group."""

@@ -24,8 +24,8 @@ from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.commands import MEASURED, PULSE
-from pamsim.physics.kernel import rubs, tension
-from pamsim.physics.muscle_length import length_at_muscle
+from pamsim.physics.friction import rubs
+from pamsim.physics.kernel import tension
 from pamsim.physics.muscle_valves import (
     command_at_valve,
     flow_through_valves,
@@ -35,7 +35,7 @@ from pamsim.physics.muscle_valves import (
     sags,
 )
 from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
-from pamsim.physics.static_muscle import static_volume, volume_varies
+from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
 
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
@@ -170,7 +170,7 @@ def state_name(place: int) -> str:
 
 def _has_friction(m: Parameters) -> bool:
     """Whether the force along the tendon is another than the muscle's."""
-    return rubs(m) or m.friction.stribeck_force > 0.0 or m.chain.ripple > 0.0
+    return rubs(m.friction) or m.friction.stribeck_force > 0.0 or m.chain.ripple > 0.0
 
 
 def highest_pressure(

@@ -12,15 +12,13 @@ from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
 from pamsim.physics.commands import COMMANDS
-from pamsim.physics.creep import Creep
-from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
-from pamsim.physics.passive import PassiveSpring
-from pamsim.physics.tension import Threshold
+from pamsim.physics.passive import Creep, PassiveSpring
+from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import ValvePair
 
 

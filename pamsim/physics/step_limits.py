@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pamsim.physics.antagonist import muscle_stiffness
+from pamsim.physics.friction import rubs
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import limited, static_force
@@ -43,7 +44,7 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
         pressure: gauge, at which it pulls [Pa].
     """
     friction = muscle.friction
-    if not friction.sticks:
+    if not rubs(friction):
         return 0.0
     row = parameters(muscle)
     pull = abs(limited(row, static_force(row, tendon_length, pressure)))
