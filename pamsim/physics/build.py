@@ -5,23 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from pamsim.core.catalog import Catalog
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
-from pamsim.physics.muscle import (
-    MUSCLE_ONLY,
-    PLAIN_GROUPS,
-    PUSHING_ONLY,
-    Muscle,
-)
+from pamsim.physics.muscle import MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY, Muscle
 
 Sections = Mapping[str, Mapping[str, Sourced | str]]
-
-_LAWS: Mapping[str, Catalog[Any]] = {"force": FORCE_LAWS, "hysteresis": OPERATORS}
 
 
 def build_muscle(
@@ -44,76 +36,63 @@ def build_muscle(
         InputError: for an unknown group, law or field, a missing field, or a wrong unit.
         ParameterError: for a value out of range.
     """
-    known = {group.group for group in PLAIN_GROUPS} | set(_LAWS)
-    for name in sections:
-        if name not in known:
-            raise InputError(f"{where}: unknown group {name!r}; {nearest(name, known)}")
-    groups: dict[str, Any] = {}
-    for group in PLAIN_GROUPS:
-        if group.group in sections:
-            groups[group.group] = _build(group, sections[group.group], where)
-    for name, catalog in _LAWS.items():
-        laws = {**catalog, **{law.name: law for law in own if law.group.group == name}}
-        if name in sections:
-            section = dict(sections[name])
-            law = section.pop("law", None)
-            if not isinstance(law, str) or law not in laws:
+    laws: dict[str, dict[str, Any]] = {"force": {**FORCE_LAWS}, "hysteresis": {**OPERATORS}}
+    for law in own:
+        laws[law.group.group][law.name] = law
+    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
+    groups: dict[str, ParameterGroup] = {}
+    for name, stated in sections.items():
+        section = dict(stated)
+        if name in laws:
+            chosen, known = section.pop("law", None), laws[name]
+            if not isinstance(chosen, str) or chosen not in known:
                 raise InputError(
-                    f"{where}: {name}.law = {law!r} is not known; {nearest(str(law), laws)}"
+                    f"{where}: {name}.law = {chosen!r} is not known; {nearest(str(chosen), known)}"
                 )
-            groups[name] = _build(laws[law].group, section, where)
-    pushing = "force" in groups and FORCE_LAWS.card(groups["force"].__class__).pushes
-    needed, idle = ("stroke", MUSCLE_ONLY) if pushing else ("braid", PUSHING_ONLY)
-    kind = "pushing actuator" if pushing else "muscle"
-    for name in ("mounting", needed, "force", "chamber", "valve"):
+            groups[name] = _build(known[chosen].group, section, where)
+        elif name in kinds:
+            groups[name] = _build(kinds[name], section, where)
+        else:
+            raise InputError(f"{where}: unknown group {name!r}; {nearest(name, {*kinds, *laws})}")
+    pushing = "force" in groups and FORCE_LAWS.card(type(groups["force"])).pushes
+    kind, body = ("pushing actuator", "stroke") if pushing else ("muscle", "braid")
+    for name in ("mounting", body, "force", "chamber", "valve"):
         if name not in groups:
             raise InputError(f"{where}: a {kind} needs the group {name!r}")
-    for group in idle:
-        if group.group in groups:
-            raise InputError(
-                f"{where}: the group {group.group!r} has no meaning for a {kind}; remove it"
-            )
+    for name in sorted(_idle(pushing) & groups.keys()):
+        raise InputError(f"{where}: the group {name!r} has no meaning for a {kind}; remove it")
     # Without width it changes no bit; with it, diagnoses can try hysteresis on any rig.
     groups.setdefault("hysteresis", BoucWen(**BoucWen.usual))
-    return Muscle(command=command, **groups)
+    return Muscle(command=command, **groups)  # pyright: ignore[reportArgumentType]
 
 
 def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) -> ParameterGroup:
     fields = dict(specs(group))
-    for key in section:
-        if key not in fields:
-            raise InputError(
-                f"{where}: unknown parameter {group.group}.{key}; {nearest(key, fields)}"
-            )
     values: dict[str, float] = {}
-    for name, spec in fields.items():
-        entry = section.get(name)
-        if isinstance(entry, Sourced):
-            values[name] = entry.si(spec.unit)
-        elif entry is not None:
+    for name, entry in section.items():
+        if name not in fields:
+            raise InputError(
+                f"{where}: unknown parameter {group.group}.{name}; {nearest(name, fields)}"
+            )
+        if not isinstance(entry, Sourced):
             raise InputError(
                 f"{where}: {group.group}.{name} = {entry!r} is a word; write"
                 ' { value = ..., unit = "...", source = "..." }'
             )
-    try:
-        return group(**values)
-    except TypeError:
-        missing = [n for n in fields if n not in values and not _has_default(group, n)]
+        values[name] = entry.si(fields[name].unit)
+    missing = [name for name in fields if name not in values and not hasattr(group, name)]
+    if missing:
         raise InputError(
             f"{where}: {group.group} needs {', '.join(missing)} ({fields[missing[0]].doc})"
-        ) from None
-
-
-def _has_default(group: type[ParameterGroup], name: str) -> bool:
-    return hasattr(group, name)
+        )
+    return group(**values)
 
 
 def idle_groups(sections: Sections) -> frozenset[str]:
     """Names of the groups that have no meaning for an actuator with these sections."""
-    return frozenset(g.group for g in (MUSCLE_ONLY if _pushes(sections) else PUSHING_ONLY))
-
-
-def _pushes(sections: Sections) -> bool:
-    """Whether the force law of an actuator with these sections may push."""
     law = sections.get("force", {}).get("law")
-    return isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
+    return _idle(isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes)
+
+
+def _idle(pushing: bool) -> frozenset[str]:
+    return frozenset(group.group for group in (MUSCLE_ONLY if pushing else PUSHING_ONLY))

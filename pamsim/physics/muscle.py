@@ -58,10 +58,11 @@ MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold
 PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
 """Groups that have none for a muscle."""
 
-MUSCLE_GROUPS: tuple[type[ParameterGroup], ...] = tuple(
-    group for group in PLAIN_GROUPS if group not in PUSHING_ONLY
-)
-"""The groups every muscle has exactly one kind of."""
+
+def plain_groups(pushing: bool) -> tuple[type[ParameterGroup], ...]:
+    """The groups of one kind that have a meaning for a pushing actuator, or for a muscle."""
+    idle = MUSCLE_ONLY if pushing else PUSHING_ONLY
+    return tuple(group for group in PLAIN_GROUPS if group not in idle)
 
 
 @dataclass(frozen=True, kw_only=True)
