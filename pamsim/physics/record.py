@@ -216,45 +216,33 @@ def unpack(row: Row) -> Muscle:
     """
     if not is_muscle(row):
         raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
-    laws = laws_of(row)
-    places = places_in_row(*laws)
-    plain = plain_groups(FORCE_LAWS.card(laws[0]).pushes)
-    groups = {
-        group.group: group(
-            **{name: float(row[places[f"{group.group}.{name}"]]) for name, _ in specs(group)}
-        )
-        for group in (*plain, *laws)
-        if group is not None
-    }
-    command = float(row[slot("command")])
-    if command not in range(len(COMMANDS)):
-        raise EngineError(f"command = {command:g} in an actuator's user data stands for nothing")
-    return Muscle(command=COMMANDS[int(command)], **groups)  # pyright: ignore[reportArgumentType]
+    m, laws = view(row), laws_of(row)
+    kinds = plain_groups(FORCE_LAWS.card(laws[0]).pushes) + tuple(law for law in laws if law)
+    groups = {kind.group: kind(**_numbers(m, kind)) for kind in kinds}
+    if m.command not in range(len(COMMANDS)):
+        raise EngineError(f"command = {m.command:g} in an actuator's user data stands for nothing")
+    return Muscle(command=COMMANDS[int(m.command)], **groups)  # pyright: ignore[reportArgumentType]
 
 
-def with_row(muscle: Muscle, row: FloatArray, before: FloatArray) -> Muscle:
-    """A muscle with the numbers of a row, as `unpack` reads them; its laws stay.
+def with_row(muscle: Muscle, row: Row) -> Muscle:
+    """A muscle with the numbers of a row with the same laws, as `unpack` reads them.
 
     Groups whose numbers do not change are the muscle's own, so it is much quicker than `unpack`.
-
-    Args:
-        muscle: as packed in ``before``.
-        row: (SIZE,) with the same laws.
-        before: (SIZE,).
 
     Raises:
         ParameterError: if a number has been set out of range.
     """
-    changed = set(np.flatnonzero(row != before).tolist())
-    fields: defaultdict[str, dict[str, float]] = defaultdict(dict)
-    for name, place in _slots_of(muscle).items() if changed else ():
-        if place in changed:
-            group, _, field = name.partition(".")
-            fields[group][field] = float(row[place])
-    groups = {
-        group: dataclasses.replace(getattr(muscle, group), **new) for group, new in fields.items()
-    }
-    return dataclasses.replace(muscle, **groups) if groups else muscle
+    m, changed = view(row), dict[str, Any]()
+    for group in muscle.groups:
+        numbers = _numbers(m, type(group))
+        if any(getattr(group, name) != number for name, number in numbers.items()):
+            changed[group.group] = type(group)(**numbers)
+    return dataclasses.replace(muscle, **changed) if changed else muscle
+
+
+def _numbers(m: Parameters, group: type[ParameterGroup]) -> dict[str, float]:
+    record = getattr(m, group.group)
+    return {name: getattr(record, name) for name, _ in specs(group)}
 
 
 def is_muscle(row: Row) -> bool:
