@@ -91,16 +91,13 @@ def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Sti
 def antagonist_torque(
     pair: Sequence[Parameters], radius: float, angle: float, pressures: Sequence[float]
 ) -> float:
-    """Torque of two muscles on one sprocket, towards positive angles (Matiskova 2021, (4)).
+    """Torque r (F1 - F2) of two muscles on one sprocket [N m] (Matiskova 2021, (4)).
 
     Args:
         pair: (2,) parameters of muscles 1 and 2, each at tendon length 0 at angle 0.
         radius: of the sprocket [m].
         angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
         pressures: (2,) gauge [Pa].
-
-    Returns:
-        r (F1 - F2) [N m].
     """
     first = taut(static_force(pair[0], -radius * angle, pressures[0]))
     second = taut(static_force(pair[1], radius * angle, pressures[1]))

@@ -49,16 +49,9 @@ class Braid(ParameterGroup):
 
 
 def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:
-    """Inner volume of the braid (Nguyen 2024, equation (4)).
+    """Inner volume V of the braid at a length l [m^3] (Nguyen 2024, equation (4)).
 
-    Args:
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        V [m^3]; zero at and beyond the length at which the fibres lie straight.
+    Zero at and beyond the length at which the fibres lie straight. Lengths in m, the angle in rad.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length
@@ -83,13 +76,7 @@ def volume_slope(
 
 
 def volume_gained(contraction: float, diameter: float, fibre_angle: float) -> float:
-    """Volume that the braid gains from nominal length to a contraction, per nominal length [m^2].
-
-    Args:
-        contraction: kappa = 1 - l/l0 [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-    """
+    """Volume that the braid gains from nominal length to kappa, per nominal length [m^2]."""
     # V / l0 depends on l/l0 alone, so lengths are taken in units of l0.
     start = volume(1.0, 1.0, diameter, fibre_angle)
     return volume(1.0 - contraction, 1.0, diameter, fibre_angle) - start

@@ -126,7 +126,12 @@ def broken_invariant(
     at_valve = pressure
     if m.valve.tube_resistance > 0.0:
         at_valve = before.tube_pressure
-    gained = _air_gained(m, pressure, ds)
+    gained = pressure ** (1.0 - 1.0 / m.chamber.polytropic_index) * ds.air
+    if m.chamber.heat_rate > 0.0:  # which changes the air state too
+        gained = ds.ambient_air
+    if m.valve.tube_resistance > 0.0:
+        gained += m.valve.tube_volume * ds.tube_pressure
+    gained /= GAS_CONSTANT * m.chamber.temperature
     allowed = _rounding_of_flow(m, pressure, at_valve, timestep)
     missing = math.inf
     # Valves that pulse switch at an instant, which is known to its rounding.
@@ -183,17 +188,6 @@ def _highest_pressure(
     if m.chamber.heat_rate > 0.0:
         highest *= max(supply / m.chamber.atmosphere, 1.0) ** (1.0 - 1.0 / index)
     return _MARGIN * highest
-
-
-def _air_gained(m: Parameters, pressure: float, ds: States) -> float:
-    """Rate at which chamber and tube gain air by the rates of their states [kg/s]."""
-    index = m.chamber.polytropic_index
-    gained = pressure ** (1.0 - 1.0 / index) * ds.air
-    if m.chamber.heat_rate > 0.0:  # which changes the air state too
-        gained = ds.ambient_air
-    if m.valve.tube_resistance > 0.0:
-        gained += m.valve.tube_volume * ds.tube_pressure
-    return gained / (GAS_CONSTANT * m.chamber.temperature)
 
 
 def _flow_in(

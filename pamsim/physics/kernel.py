@@ -89,15 +89,10 @@ def tendon_force(
     tendon_velocity: float,
     timestep: float,
 ) -> float:
-    """Force against the tendon's lengthening [N]: the muscle's tension and friction.
+    """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and friction.
 
-    Args:
-        m: parameters.
-        s: states before the step.
-        pull: tension of the muscle [N].
-        tendon_length: [m].
-        tendon_velocity: present one [m/s].
-        timestep: [s], at whose end dry friction is taken.
+    The states are those before the step, length [m] and velocity [m/s] the present ones; dry
+    friction is that at the end of the step [s].
     """
     rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
     return chain_ratio(m.chain, tendon_length) * pull + rubbed

@@ -25,6 +25,9 @@ from pamsim.physics.passive import Creep, PassiveSpring
 from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import ValvePair
 
+Sections = Mapping[str, Mapping[str, Sourced | str]]
+"""Group -> field -> number, as a rig file states them."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mounting(ParameterGroup):
@@ -58,9 +61,6 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
 
 MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold, EndShape, Chain)
 """Groups that have no meaning for a pushing actuator."""
-
-Sections = Mapping[str, Mapping[str, Sourced | str]]
-"""Group -> field -> number, as a rig file states them."""
 
 PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
 """Groups that have none for a muscle."""

@@ -176,11 +176,7 @@ def state_size(muscle: Muscle) -> int:
 
 
 def pack(muscle: Muscle) -> FloatArray:
-    """Write a muscle into a row.
-
-    Returns:
-        (SIZE,) parameters in SI, for ``model.actuator_user``.
-    """
+    """The row of a muscle, (SIZE,) parameters in SI, for ``model.actuator_user``."""
     row = np.zeros(SIZE)
     hysteresis = None if muscle.hysteresis is None else type(muscle.hysteresis)
     places = places_in_row(type(muscle.force), hysteresis)
@@ -251,13 +247,9 @@ def is_muscle(row: Row) -> bool:
 
 
 def view(row: Row) -> Parameters:
-    """The record of a row for the kernel in plain Python.
+    """The record of a row (SIZE,) for the kernel in plain Python.
 
-    Args:
-        row: (SIZE,) of any law that is known here.
-
-    Returns:
-        Namespace of numbers and, per group, namespaces; a copy, whose numbers may be changed.
+    It is a namespace of numbers and, per group, namespaces; a copy, whose numbers may be changed.
 
     Raises:
         EngineError: if a code stands for no law.
@@ -279,13 +271,9 @@ def parameters(muscle: Muscle) -> Parameters:
 
 
 def split_states(act: Row) -> tuple[States, list[float]]:
-    """States of a muscle by name, and its memory, for the kernel in plain Python; in SI.
+    """States of a muscle by name, and its memory of hysteresis (n - 13,), from its ``act`` (n,).
 
-    Args:
-        act: (n,) of one actuator.
-
-    Returns:
-        Namespace of `STATE_NAMES`, and (n - 13,) the hysteresis; copies.
+    For the kernel in plain Python; copies, in SI.
     """
     numbers = np.asarray(act, dtype=float).tolist()
     count = len(numbers) - len(STATE_NAMES)

@@ -77,16 +77,12 @@ def limited(m: Parameters, force: float) -> float:
 
 
 def static_volume(m: Parameters, tendon_length: float, pressure: float) -> float:
-    """Volume of the air [m^3]: tubing, and the muscle's under its force law, without hysteresis.
+    """Volume of the air [m^3] in tubing and muscle at a gauge pressure [Pa], without hysteresis.
 
     The muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp, so the volume
     changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume at
-    nominal length on. The air then does the work that the muscle gives.
-
-    Args:
-        m: parameters.
-        tendon_length: at the muscle [m].
-        pressure: gauge pressure [Pa]; without influence if the force is linear in it.
+    nominal length on. The air then does the work that the muscle gives. The pressure is without
+    influence if the force is linear in it.
     """
     kappa = contraction(m, tendon_length)
     return volume_at_nominal_length(m) + volume_and_slope(m, kappa, pressure)[0]

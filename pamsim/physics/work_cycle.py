@@ -27,17 +27,10 @@ def work_ratio(m: Parameters, pressure: float, contraction: float) -> float:
     stroke = np.linspace(-contraction, contraction, _POINTS)
     filling = np.linspace(0.0, pressure, _POINTS)
     still = np.ones(_POINTS)
-    sides = (
-        (stroke, pressure * still),
-        (contraction * still, filling[::-1]),
-        (stroke[::-1], 0.0 * still),
-        (-contraction * still, filling),
-    )
-    given = done = 0.0
-    for kappa, p in sides:
-        length: FloatArray = (1.0 - kappa) * m.braid.nominal_length
-        tendon: FloatArray = length - m.mounting.length_at_zero
-        points = list(zip(tendon.tolist(), p.tolist(), strict=True))
-        given -= float(np.trapezoid([static_force(m, *point) for point in points], length))
-        done += float(np.trapezoid(p, [static_volume(m, *point) for point in points]))
-    return given / done
+    kappa = np.concatenate([stroke, contraction * still, stroke[::-1], -contraction * still])
+    held = np.concatenate([pressure * still, filling[::-1], 0.0 * still, filling])
+    length: FloatArray = (1.0 - kappa) * m.braid.nominal_length
+    tendon: FloatArray = length - m.mounting.length_at_zero
+    places = list(zip(tendon.tolist(), held.tolist(), strict=True))
+    given = -np.trapezoid([static_force(m, *place) for place in places], length)
+    return float(given / np.trapezoid(held, [static_volume(m, *place) for place in places]))
