@@ -41,9 +41,11 @@ _KINDS = {
 _TYPES = {FLOAT: "_float", INT: "_int", BOOL: "_bool", ROW: "_row", ROWS: "_rows"}
 """Name, in the rewritten source, of the type of each kind."""
 
-_OPERATORS = {operator.group.__name__: operator.group for operator in OPERATORS.values()}
-_GROUPS = {group.__name__: group for group in PLAIN_GROUPS} | _OPERATORS
-"""Groups that a law's functions take, by their names in annotations."""
+_GROUPS = {
+    group.__name__: group
+    for group in (*PLAIN_GROUPS, *(operator.group for operator in OPERATORS.values()))
+}
+"""Groups of parameters that functions take, by their names in annotations."""
 
 _CONSTANTS = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 _TESTS = frozenset({"isnan", "isfinite", "isinf"})
@@ -474,11 +476,10 @@ class _Places(ast.NodeTransformer):
             elif text == "States":
                 self._rows[name] = {state: place for place, state in enumerate(STATE_NAMES)}
             elif text in _GROUPS:
-                every = places_in_row(None, _OPERATORS.get(text))
-                own = f"{_GROUPS[text].group}."
-                self._rows[name] = {
-                    k.removeprefix(own): v for k, v in every.items() if k.startswith(own)
-                }
+                head = f"{_GROUPS[text].group}."
+                every = places_in_row(None, _GROUPS[text] if head == "hysteresis." else None)
+                own = {k: v for k, v in every.items() if k.startswith(head)}
+                self._rows[name] = {k.removeprefix(head): v for k, v in own.items()}
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         """A number's place; the row itself for the record of a group."""

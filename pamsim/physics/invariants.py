@@ -123,9 +123,7 @@ def broken_invariant(
             return TENSION
     if m.command == MEASURED:
         return NOTHING
-    at_valve = pressure
-    if m.valve.tube_resistance > 0.0:
-        at_valve = before.tube_pressure
+    at_valve = before.tube_pressure if m.valve.tube_resistance > 0.0 else pressure
     gained = pressure ** (1.0 - 1.0 / m.chamber.polytropic_index) * ds.air
     if m.chamber.heat_rate > 0.0:  # which changes the air state too
         gained = ds.ambient_air
@@ -210,9 +208,7 @@ def _flow_in(
 
 def _rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep: float) -> float:
     """What rounding may add to the balance of air [kg/s]; see the top of this module."""
-    uncertain = _OPERATIONS * _ROUNDING
-    if volume_varies(m):
-        uncertain = _SEARCH
+    uncertain = _SEARCH if volume_varies(m) else _OPERATIONS * _ROUNDING
     upstream = max(pressure, at_valve, m.valve.supply_pressure + m.chamber.atmosphere)
     per_volume = GAS_CONSTANT * m.chamber.temperature
     steep = 1.0 / (1.0 - m.valve.laminar_ratio) + upstream / m.valve.regulator_band

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from pamsim.core.units import FloatArray
 from pamsim.physics.chain import chain_length
 from pamsim.physics.chosen_law import (
     law_derivatives,
@@ -23,6 +26,7 @@ from pamsim.physics.record import Parameters, States
 from pamsim.physics.tension import effective_pressure, force_left, taut
 
 _HIGHER = 10.0  # step of a difference quotient by pressure [Pa]
+_POINTS = 401  # on each side of a cycle; the trapezium rule is right to 1e-6 there
 
 
 def length_at_muscle(m: Parameters, s: States, tendon_length: float) -> float:
@@ -59,9 +63,8 @@ def static_force(m: Parameters, tendon_length: float, pressure: float) -> float:
     """
     free = m.braid.nominal_length * (1.0 + m.braid.extensibility * pressure)
     kappa = 1.0 - muscle_length(m, tendon_length) / free
-    effective = effective_pressure(pressure, m.threshold.pressure)
-    if law_pushes(m):
-        effective = pressure
+    threshold = m.threshold.pressure
+    effective = pressure if law_pushes(m) else effective_pressure(pressure, threshold)
     active = active_force(m, effective, kappa)
     if m.end_shape.loss > 0.0 and active > 0.0:
         active *= force_left(m.end_shape, kappa)[0]
@@ -71,9 +74,7 @@ def static_force(m: Parameters, tendon_length: float, pressure: float) -> float:
 
 def limited(m: Parameters, force: float) -> float:
     """A signed force [N] limited to tension, unless the law of the actuator may push."""
-    if law_pushes(m):
-        return force
-    return taut(force)
+    return force if law_pushes(m) else taut(force)
 
 
 def static_volume(m: Parameters, tendon_length: float, pressure: float) -> float:
@@ -199,3 +200,27 @@ def _left_by_ends(m: Parameters, pressure: float, contraction: float) -> tuple[f
             lost_gain += share * inner
             lost_work += share * law_work(m, pressure, at, inner)
     return gain - lost_gain, work - lost_work
+
+
+def work_ratio(m: Parameters, pressure: float, contraction: float) -> float:
+    """Mechanical over pneumatic work of a cycle [-]; 1 if no energy is made or lost.
+
+    A muscle that shortens at a pressure, is vented, lengthens without pressure and is filled again
+    gives the difference of its force's work on the two ways. Its air does the integral of p dV.
+    Hysteresis is left out.
+
+    Args:
+        m: parameters of a muscle.
+        pressure: gauge, at which it shortens [Pa].
+        contraction: it goes from minus to plus this [-].
+    """
+    stroke = np.linspace(-contraction, contraction, _POINTS)
+    filling = np.linspace(0.0, pressure, _POINTS)
+    still = np.ones(_POINTS)
+    kappa = np.concatenate([stroke, contraction * still, stroke[::-1], -contraction * still])
+    held = np.concatenate([pressure * still, filling[::-1], 0.0 * still, filling])
+    length: FloatArray = (1.0 - kappa) * m.braid.nominal_length
+    tendon: FloatArray = length - m.mounting.length_at_zero
+    places = list(zip(tendon.tolist(), held.tolist(), strict=True))
+    given = -np.trapezoid([static_force(m, *place) for place in places], length)
+    return float(given / np.trapezoid(held, [static_volume(m, *place) for place in places]))

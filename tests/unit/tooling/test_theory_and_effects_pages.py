@@ -75,7 +75,7 @@ def test_the_theory_names_every_file_with_a_law():
     composing = {
         "antagonist", "chamber_pressure", "chosen_law", "commands", "invariants", "kernel",
         "muscle", "muscle_hysteresis", "muscle_valves", "record", "regulation",
-        "rest_state", "static_muscle", "step_limits", "work_cycle", "chain", "friction",
+        "rest_state", "static_muscle", "step_limits", "chain", "friction",
     }  # fmt: skip
     every = (ROOT / "pamsim" / "physics").rglob("[!_]*.py")
     files = [path for path in every if path.stem not in composing]
