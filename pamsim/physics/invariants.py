@@ -71,7 +71,6 @@ def broken_invariant(
     before: States,
     memory_before: Row,
     s: States,
-    z: Row,
     ds: States,
     tendon_length: float,
     tendon_velocity: float,
@@ -88,7 +87,6 @@ def broken_invariant(
         before: states before the step.
         memory_before: memory of hysteresis before it.
         s: states after it.
-        z: memory after it.
         ds: rates of the states in the step.
         tendon_length: before it [m].
         tendon_velocity: before it [m/s].

@@ -64,10 +64,9 @@ def force_left(ends: EndShape, contraction: float) -> tuple[float, float]:
     """
     if contraction <= ends.onset:
         return 1.0, 0.0
-    beyond, half = contraction - ends.onset, _HALF * _HALF
-    room = beyond * beyond + half
-    share = 1.0 - ends.loss * (beyond * beyond) / room
-    return share, -2.0 * ends.loss * beyond * _HALF * _HALF / (room * room)
+    x = contraction - ends.onset
+    room = x * x + _HALF * _HALF
+    return 1.0 - ends.loss * (x * x) / room, -2.0 * ends.loss * x * _HALF * _HALF / (room * room)
 
 
 def taut(force: float) -> float:
