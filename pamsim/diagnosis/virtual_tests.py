@@ -29,15 +29,16 @@ from pamsim.diagnosis.virtual_test_conditions import (
 )
 from pamsim.engine.rig import Rig
 from pamsim.physics.air import mass_flow
-from pamsim.physics.kernel import dry_friction_after, state_rates, tendon_friction, tension
+from pamsim.physics.chain import chain_length, chain_ratio
+from pamsim.physics.friction import dry_friction, tendon_friction
+from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
-from pamsim.physics.muscle_length import chain_length, chain_ratio
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
     leak_flow,
     valve_opening,
 )
-from pamsim.physics.record import COMMON, Parameters, slot, split_states, state_size, view
+from pamsim.physics.record import Parameters, slot, split_states, state_size, view
 from pamsim.physics.rest_state import charged_air_state, rest
 from pamsim.physics.static_muscle import active_force, limited, static_force
 from pamsim.physics.supply import sags, supply_sag
@@ -150,11 +151,11 @@ def _friction(rig: Bench, speed: float) -> FloatArray:
     timestep = float(np.abs(moved[0])) / speed
     for m, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
         pull = abs(limited(m, static_force(m, length, PRESSURE)))
-        s = split_states([0.0] * COMMON)[0]
+        rubbed = 0.0
         for k, sense in enumerate(np.sign(moved).tolist()):
             velocity = arm * speed * sense
-            taken[k] += arm * tendon_friction(m, s, pull, velocity, timestep)
-            s.friction = dry_friction_after(m, s.friction, pull, velocity, timestep)
+            taken[k] += arm * tendon_friction(m.friction, rubbed, pull, velocity, timestep)
+            rubbed = dry_friction(m.friction, rubbed, pull, velocity, timestep)
     return taken
 
 
@@ -399,10 +400,10 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
         for rig, sign in ((there, 1.0), (without, -1.0)):
             for m, length, arm in zip(rig.muscles, rig.lengths, rig.arms, strict=True):
                 at = length + arm * angle
-                pull = limited(m, static_force(m, chain_length(m, at), PRESSURE))
-                torque[k] -= sign * arm * chain_ratio(m, at) * pull
+                pull = limited(m, static_force(m, chain_length(m.chain, at), PRESSURE))
+                torque[k] -= sign * arm * chain_ratio(m.chain, at) * pull
         at = there.lengths[0] + there.arms[0] * angle
-        travel[k] = chain_length(teeth, at) - chain_length(without.muscles[0], at)
+        travel[k] = chain_length(teeth.chain, at) - chain_length(without.muscles[0].chain, at)
     return _chosen(
         {
             "torque_amplitude": (0.5 * float(np.ptp(torque)), "N*m"),

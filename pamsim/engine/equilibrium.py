@@ -18,7 +18,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.muscle_length import chain_length, chain_ratio
+from pamsim.physics.chain import chain_length, chain_ratio
 from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import limited, static_force
 from pamsim.physics.tension import taut
@@ -177,7 +177,8 @@ def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
         total = (passive - bias).tolist()
         for m, tendon, own, held in zip(rows, tendons, places, pressure, strict=True):
             at_tendon = float(length[tendon])
-            pull = _tension(m, chain_length(m, at_tendon), held) * chain_ratio(m, at_tendon)
+            pull = _tension(m, chain_length(m.chain, at_tendon), held)
+            pull *= chain_ratio(m.chain, at_tendon)
             for joint, place in own:
                 total[joint] -= float(moment[place]) * pull
         return total

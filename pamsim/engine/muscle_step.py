@@ -161,7 +161,6 @@ def broken_in(
         states_at(before + named),
         memory_at(before, count - COUNT),
         states_at(act + named),
-        memory_at(act, count - COUNT),
         states_at(act_dot + named),
         length,
         velocity,

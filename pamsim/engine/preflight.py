@@ -16,10 +16,10 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.chain import chain_length
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.friction import stribeck_damping
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.muscle_length import chain_length
 from pamsim.physics.muscle_valves import SENSOR_ERROR
 from pamsim.physics.record import Row, slot, view
 from pamsim.physics.static_muscle import muscle_length
@@ -82,7 +82,7 @@ def check_lengths(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatAr
         if law_pushes(m):
             continue
         tendon = float(data.actuator_length[model.actuator_outadr[index]])
-        length = muscle_length(m, chain_length(m, tendon))
+        length = muscle_length(m, chain_length(m.chain, tendon))
         stretched = 1.0 + m.braid.extensibility * max(pressure, 0.0)
         straight = m.braid.nominal_length * stretched / math.cos(m.braid.fibre_angle)
         if length > (1.0 + _ROUNDING) * straight:
@@ -179,7 +179,7 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
             f"above which the chain of {name} becomes unstable; take a shorter step, a longer"
             " chain.relaxation_time or, with backlash, a larger chain.seating_damping",
         )
-        slope = stribeck_damping(muscle.friction.stribeck_force, muscle.friction.stribeck_velocity)
+        slope = stribeck_damping(muscle.friction)
         if muscle.braid is not None:
             slope += muscle.braid.friction * supply / muscle.braid.nominal_length
         if muscle.stroke is not None:

@@ -20,9 +20,8 @@ from pamsim.engine.attach import compile_model, rig_spec
 from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
-from pamsim.physics.build import build_muscle, idle_groups
 from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.muscle import Muscle
+from pamsim.physics.muscle import Muscle, build_muscle, idle_groups
 from pamsim.physics.record import slot, with_row
 from pamsim.physics.valves import COMMANDS
 from pamsim.recordings.rig_file import RigFile, read_rig
@@ -180,14 +179,14 @@ class Rig:
         model = copy.copy(self.model)
         natives = {name.text: values[name.text] for name in names if name.owner == "native"}
         mjcf_fields.set_natives(model, natives, self.compiled, data=data)
-        rows, before = model.actuator_user, self.model.actuator_user
+        rows = model.actuator_user
         for name in names:
             if name.owner == "muscle":
                 for index, muscle in muscles_with(name, self.muscles, self.file.native):
                     rows[index, slot(name.parameter, self.muscles[muscle])] = values[name.text]
         state_control_ranges(model)
         muscles = {
-            name: with_row(muscle, rows[index], before[index])
+            name: with_row(muscle, rows[index])
             for index, (name, muscle) in enumerate(self.muscles.items())
         }
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)

@@ -8,10 +8,9 @@ import functools
 from pamsim.papers.numerics import root
 from pamsim.physics.antagonist import antagonist_torque
 from pamsim.physics.braid import max_contraction
-from pamsim.physics.build import build_muscle
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.force_laws.published import PUBLISHED
-from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.muscle import Mounting, Muscle, build_muscle
 from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.record import parameters
 from pamsim.physics.tension import Threshold

@@ -29,7 +29,7 @@ from pamsim.papers.printed_steps import Start, find_start, printed_experiment, s
 from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.physics.record import parameters
-from pamsim.physics.work_cycle import work_ratio
+from pamsim.physics.static_muscle import work_ratio
 from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import measured

@@ -42,79 +42,44 @@ class Stiffness:
 
 
 def pressure_slope(m: Parameters, tendon_length: float, pressure: float) -> float:
-    """Change of pressure with length of a shut chamber [Pa/m].
+    """Change of pressure with length of a shut chamber [Pa/m], at a gauge pressure [Pa].
 
-    It keeps P V^n, so dP/dl = -n P (dV/dl) / (V + n P dV/dp), with the derivatives of the kernel's
-    volume by finite differences.
-
-    Args:
-        m: parameters of one muscle.
-        tendon_length: [m].
-        pressure: gauge [Pa].
+    It keeps P V^n, so dP/dl = -n P (dV/dl) / (V + n P dV/dp).
     """
     inside = static_volume(m, tendon_length, pressure)
-    by_length = _by_length(static_volume, m, tendon_length, pressure)
-    by_pressure = _by_pressure(static_volume, m, tendon_length, pressure)
+    by_length, by_pressure = _derivatives(static_volume, m, tendon_length, pressure)
     stiffness = m.chamber.polytropic_index * (pressure + m.chamber.atmosphere)
     return -stiffness * by_length / (inside + stiffness * by_pressure)
 
 
 def muscle_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:
-    """Stiffness dF/dl of one shut muscle under any force law of the kernel.
+    """Stiffness dF/dl of one shut muscle under any force law [N/m]; zero for a slack muscle.
 
-    The derivatives of the law are taken by finite differences, so that a new law needs no change
-    here. At the kink of a pressure threshold they average both sides.
-
-    Args:
-        m: parameters of the muscle.
-        tendon_length: [m].
-        pressure: gauge [Pa].
-
-    Returns:
-        [N/m]; zero for a slack muscle.
+    The derivatives of the law are finite differences, so that a new law needs no change here. At
+    the kink of a pressure threshold they average both sides. The pressure is gauge [Pa].
     """
     if not law_pushes(m) and static_force(m, tendon_length, pressure) <= 0.0:
         return Stiffness(compressibility=0.0, geometric=0.0)
-    by_pressure = _by_pressure(static_force, m, tendon_length, pressure)
-    return Stiffness(
-        compressibility=by_pressure * pressure_slope(m, tendon_length, pressure),
-        geometric=_by_length(static_force, m, tendon_length, pressure),
-    )
+    by_length, by_pressure = _derivatives(static_force, m, tendon_length, pressure)
+    compressibility = by_pressure * pressure_slope(m, tendon_length, pressure)
+    return Stiffness(compressibility=compressibility, geometric=by_length)
 
 
-def _by_length(
-    law: Callable[[Parameters, float, float], float],
-    m: Parameters,
-    tendon_length: float,
-    pressure: float,
-) -> float:
-    """Derivative of force or volume by length, at a held pressure."""
+def _derivatives(
+    law: Callable[[Parameters, float, float], float], m: Parameters, length: float, pressure: float
+) -> tuple[float, float]:
+    """Derivatives of force or volume by length and by pressure."""
     h = _LENGTH_STEP * m.braid.nominal_length
-    near = law(m, tendon_length + h, pressure) - law(m, tendon_length - h, pressure)
-    far = law(m, tendon_length + 2.0 * h, pressure) - law(m, tendon_length - 2.0 * h, pressure)
-    return (8.0 * near - far) / (12.0 * h)
-
-
-def _by_pressure(
-    law: Callable[[Parameters, float, float], float],
-    m: Parameters,
-    tendon_length: float,
-    pressure: float,
-) -> float:
-    """Derivative of force or volume by pressure, at a held length."""
-    up, down = pressure + _PRESSURE_STEP, pressure - _PRESSURE_STEP
-    return (law(m, tendon_length, up) - law(m, tendon_length, down)) / (2.0 * _PRESSURE_STEP)
+    near = law(m, length + h, pressure) - law(m, length - h, pressure)
+    far = law(m, length + 2.0 * h, pressure) - law(m, length - 2.0 * h, pressure)
+    up, down = law(m, length, pressure + _PRESSURE_STEP), law(m, length, pressure - _PRESSURE_STEP)
+    return (8.0 * near - far) / (12.0 * h), (up - down) / (2.0 * _PRESSURE_STEP)
 
 
 def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Stiffness:
-    """Stiffness of a joint that muscles pull on constant moment arms.
+    """Stiffness of a joint that muscles pull on constant moment arms [m]: sum r^2 k [N m/rad].
 
-    Args:
-        muscles: (m,) stiffness of each [N/m].
-        radii: (m,) moment arms; their signs do not matter [m].
-
-    Returns:
-        sum r^2 k [N m/rad].
+    The signs of the arms do not matter. The muscles' stiffness is in N/m.
     """
     pairs = list(zip(muscles, radii, strict=True))
     return Stiffness(
@@ -126,16 +91,13 @@ def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Sti
 def antagonist_torque(
     pair: Sequence[Parameters], radius: float, angle: float, pressures: Sequence[float]
 ) -> float:
-    """Torque of two muscles on one sprocket, towards positive angles (Matiskova 2021, (4)).
+    """Torque r (F1 - F2) of two muscles on one sprocket [N m] (Matiskova 2021, (4)).
 
     Args:
         pair: (2,) parameters of muscles 1 and 2, each at tendon length 0 at angle 0.
         radius: of the sprocket [m].
         angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
         pressures: (2,) gauge [Pa].
-
-    Returns:
-        r (F1 - F2) [N m].
     """
     first = taut(static_force(pair[0], -radius * angle, pressures[0]))
     second = taut(static_force(pair[1], radius * angle, pressures[1]))

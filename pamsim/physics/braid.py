@@ -48,34 +48,10 @@ class Braid(ParameterGroup):
     )
 
 
-def braid_friction(pressure: float, contraction_rate: float, friction: float) -> float:
-    """Force that the rubbing fibres take from the pull of a muscle that shortens.
-
-    The pressure presses the fibres on each other; that the force grows in proportion to the rate as
-    well is the simplest law that only dissipates.
-
-    Args:
-        pressure: gauge, not below 0 [Pa].
-        contraction_rate: positive where the muscle shortens [1/s].
-        friction: force per pressure and rate [N s/Pa].
-
-    Returns:
-        [N], of the sign of the rate.
-    """
-    return friction * pressure * contraction_rate
-
-
 def volume(length: float, nominal_length: float, diameter: float, fibre_angle: float) -> float:
-    """Inner volume of the braid (Nguyen 2024, equation (4)).
+    """Inner volume V of the braid at a length l [m^3] (Nguyen 2024, equation (4)).
 
-    Args:
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        V [m^3]; zero at and beyond the length at which the fibres lie straight.
+    Zero at and beyond the length at which the fibres lie straight. Lengths in m, the angle in rad.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length
@@ -100,45 +76,15 @@ def volume_slope(
 
 
 def volume_gained(contraction: float, diameter: float, fibre_angle: float) -> float:
-    """Volume that the braid gains from nominal length to a contraction, per nominal length [m^2].
-
-    Args:
-        contraction: kappa = 1 - l/l0 [-].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-    """
+    """Volume that the braid gains from nominal length to kappa, per nominal length [m^2]."""
     # V / l0 depends on l/l0 alone, so lengths are taken in units of l0.
     start = volume(1.0, 1.0, diameter, fibre_angle)
     return volume(1.0 - contraction, 1.0, diameter, fibre_angle) - start
 
 
-def pressurised_contraction(
-    length: float, nominal_length: float, extensibility: float, pressure: float
-) -> float:
-    """Contraction against the length that a pressurised braid is free at, l0 (1 + e p).
-
-    Pressure stretches the fibres; a model with rigid ones overestimates the force, by up to 70 %
-    for soft braids (Actuators 2022, 11, 219). To first order the free length grows in proportion.
-
-    Args:
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        extensibility: e [1/Pa]; 0 for fibres that do not give, exactly.
-        pressure: gauge pressure p [Pa].
-
-    Returns:
-        kappa = 1 - l / (l0 (1 + e p)) [-].
-    """
-    return 1.0 - length / (nominal_length * (1.0 + extensibility * pressure))
-
-
 def max_contraction(fibre_angle: float) -> float:
-    """Contraction at which the ideal muscle stops pulling: cos(theta) = 1/sqrt(3), 54.7 deg.
+    """Contraction at which the ideal muscle stops pulling [-], from the fibre angle alpha0 [rad].
 
-    Args:
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        kappa_max = 1 - 1 / (sqrt(3) cos(alpha0)) [-].
+    There cos(theta) = 1/sqrt(3), 54.7 deg, so kappa_max = 1 - 1 / (sqrt(3) cos(alpha0)).
     """
     return 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(fibre_angle))

@@ -69,62 +69,48 @@ class Chain(ParameterGroup):
     )
 
 
-def rippled_travel(travel: float, ripple: float, pitch: float, phase: float) -> float:
-    """Travel of the chain behind the sprocket's teeth [m].
+def chain_length(chain: Chain, tendon_length: float) -> float:
+    """Tendon length behind the sprocket's teeth [m], from that before them [m]."""
+    if chain.ripple == 0.0:
+        return tendon_length
+    wave = 2.0 * math.pi / chain.ripple_pitch
+    return tendon_length + chain.ripple * math.sin(wave * tendon_length + chain.ripple_phase)
 
-    Args:
-        travel: x, of the tendon [m].
-        ripple: a [m].
-        pitch: p [m].
-        phase: [rad].
+
+def chain_ratio(chain: Chain, tendon_length: float) -> float:
+    """Derivative of `chain_length` [-]: speed behind the teeth over the tendon's.
+
+    It is also the force on the tendon over the muscle's pull.
     """
-    return travel + ripple * math.sin(2.0 * math.pi / pitch * travel + phase)
+    if chain.ripple == 0.0:
+        return 1.0
+    wave = 2.0 * math.pi / chain.ripple_pitch
+    return 1.0 + chain.ripple * wave * math.cos(wave * tendon_length + chain.ripple_phase)
 
 
-def rippled_ratio(travel: float, ripple: float, pitch: float, phase: float) -> float:
-    """Derivative of `rippled_travel` by the travel [-]: of speeds, and of forces the other way."""
-    wave = 2.0 * math.pi / pitch
-    return 1.0 + ripple * wave * math.cos(wave * travel + phase)
-
-
-def extension_rate(
-    extension: float, tension: float, compliance: float, relaxation_time: float
-) -> float:
-    """Rate of the chain's extension [m/s].
-
-    Args:
-        extension: [m].
-        tension: T [N].
-        compliance: C [m/N].
-        relaxation_time: [s].
-    """
-    return (compliance * tension - extension) / relaxation_time
+def extension_rate(chain: Chain, extension: float, tension: float) -> float:
+    """Rate of the chain's extension [m/s] at an extension [m] and a tension T [N]."""
+    return (chain.compliance * tension - extension) / chain.relaxation_time
 
 
 def shift_rate(
-    shift: float,
-    tension: float,
-    opposing: float,
-    backlash: float,
-    seating_damping: float,
-    timestep: float,
+    chain: Chain, shift: float, tension: float, opposing: float, timestep: float
 ) -> float:
     """Rate of the chain's shift on the sprocket, over an Euler step.
 
     Args:
+        chain: its backlash and damping.
         shift: s, by which the muscle is longer than its tendon [m].
         tension: T of the muscle [N].
         opposing: of the muscle at the chain's other end; 0 if there is none [N].
-        backlash: g [m].
-        seating_damping: b [N s/m].
         timestep: [s].
 
     Returns:
         Rate [m/s] that in one step leaves the shift within half the backlash, exactly at a tooth
         where one stops it.
     """
-    after = shift - timestep * (tension - opposing) / seating_damping
-    half = 0.5 * backlash
+    after = shift - timestep * (tension - opposing) / chain.seating_damping
+    half = 0.5 * chain.backlash
     if after > half:
         after = half
     elif after < -half:

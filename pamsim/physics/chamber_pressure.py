@@ -10,10 +10,10 @@ import math
 
 from pamsim.physics.chamber import absolute_pressure
 from pamsim.physics.muscle_hysteresis import hysteresis_volume
-from pamsim.physics.muscle_length import length_at_muscle
 from pamsim.physics.record import Parameters, Row, States
 from pamsim.physics.static_muscle import (
     contraction,
+    length_at_muscle,
     rigid_volume,
     static_volume,
     volume_and_slope,

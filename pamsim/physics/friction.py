@@ -75,79 +75,69 @@ class Friction(ParameterGroup):
     @property
     def acts(self) -> bool:
         """Whether there is any friction along the tendon."""
-        return self.stribeck_force > 0.0 or self.sticks
+        return self.stribeck_force > 0.0 or rubs(self)
 
-    @property
-    def sticks(self) -> bool:
-        """Whether any of it is dry."""
-        return self.coulomb_force + self.breakaway_force + self.tension_share > 0.0
+
+def rubs(friction: Friction) -> bool:
+    """Whether any of the friction is dry; of its forces [N] and its share one is not 0."""
+    return friction.coulomb_force + friction.breakaway_force + friction.tension_share > 0.0
 
 
 def dry_friction(
-    force: float,
-    velocity: float,
-    tension: float,
-    coulomb_force: float,
-    breakaway_force: float,
-    tension_share: float,
-    stribeck_velocity: float,
-    presliding: float,
-    timestep: float,
+    friction: Friction, force: float, pull: float, velocity: float, timestep: float
 ) -> float:
-    """Force of the bristles after a time step.
+    """Force f of the bristles after a time step [N].
+
+    That of the exact solution; 0 where nothing is left to rub, and not further from 0 than before
+    or than the friction in sliding.
 
     Args:
-        force: f before it [N].
+        friction: its sizes.
+        force: f before the step [N].
+        pull: of the muscle in it [N]; T is its size.
         velocity: v of the tendon in it, positive where it lengthens [m/s].
-        tension: T of the muscle in it [N].
-        coulomb_force: C [N].
-        breakaway_force: B [N].
-        tension_share: m [-].
-        stribeck_velocity: v_s [m/s].
-        presliding: d [m].
         timestep: [s].
-
-    Returns:
-        f [N], that of the exact solution; 0 where nothing is left to rub, and not further from 0
-        than before or than the friction in sliding.
     """
-    always = coulomb_force + tension_share * tension
-    resting = always + breakaway_force
+    always = friction.coulomb_force + friction.tension_share * abs(pull)
+    resting = always + friction.breakaway_force
     if resting <= 0.0:
         return 0.0
-    share = velocity / stribeck_velocity
-    sliding = always + breakaway_force * math.exp(-share * share)
+    share = velocity / friction.stribeck_velocity
+    sliding = always + friction.breakaway_force * math.exp(-share * share)
     if sliding <= 0.0:
         return 0.0
-    slipped = -math.expm1(-resting / (sliding * presliding) * abs(velocity) * timestep)
+    slipped = -math.expm1(-resting / (sliding * friction.presliding) * abs(velocity) * timestep)
     if velocity < 0.0:
         sliding = -sliding
     return force + (sliding - force) * slipped
 
 
-def stribeck_friction(velocity: float, force: float, stribeck_velocity: float) -> float:
-    """Force against the tendon's motion.
+def stribeck_friction(friction: Friction, velocity: float) -> float:
+    """Smooth force against the tendon's motion [N], of the sign of its velocity [m/s]."""
+    share = velocity / friction.stribeck_velocity
+    return friction.stribeck_force * share * math.exp(0.5 * (1.0 - share * share))
 
-    Args:
-        velocity: v of the tendon, positive where it lengthens [m/s].
-        force: F [N].
-        stribeck_velocity: v_s [m/s].
 
-    Returns:
-        f [N], of the sign of the velocity.
+def stribeck_damping(friction: Friction) -> float:
+    """Largest slope of the smooth friction, at rest: F sqrt(e) / v_s [N s/m].
+
+    On a mass m, explicit time steps longer than m / slope overshoot rest.
     """
-    share = velocity / stribeck_velocity
-    return force * share * math.exp(0.5 * (1.0 - share * share))
+    return friction.stribeck_force * math.exp(0.5) / friction.stribeck_velocity
 
 
-def stribeck_damping(force: float, stribeck_velocity: float) -> float:
-    """Largest slope of the friction, at rest: F sqrt(e) / v_s.
+def tendon_friction(
+    friction: Friction, before: float, pull: float, velocity: float, timestep: float
+) -> float:
+    """All friction along the tendon against its lengthening [N], at the end of a time step.
 
-    Args:
-        force: F [N].
-        stribeck_velocity: v_s [m/s].
-
-    Returns:
-        [N s/m]. On a mass m, explicit time steps longer than m / slope overshoot rest.
+    Dry friction at its beginning would give the bristles energy. ``before`` is the dry friction
+    before the step [N]; the arguments are those of `dry_friction`.
     """
-    return force * math.exp(0.5) / stribeck_velocity
+    force = 0.0
+    if friction.stribeck_force > 0.0:
+        force = stribeck_friction(friction, velocity)
+    if rubs(friction):
+        after = dry_friction(friction, before, pull, velocity, timestep)
+        force += after + friction.bristle_time * (after - before) / timestep
+    return force

@@ -23,11 +23,11 @@ import math
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.kernel import rubs, tension
-from pamsim.physics.muscle_length import length_at_muscle
+from pamsim.physics.friction import rubs
+from pamsim.physics.kernel import tension
 from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached_opening
 from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
-from pamsim.physics.static_muscle import static_volume, volume_varies
+from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
 from pamsim.physics.supply import sags
 from pamsim.physics.valves import MEASURED, PULSE
 
@@ -37,22 +37,27 @@ NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 ABOVE_SUPPLY = 5.0
 """Code of a set point that the supply cannot reach, which breaks nothing."""
 
-
 _ROUNDING = 4e-16
-_OPERATIONS = 100.0
-"""Roundings that add up from state to flow, a stretched dead zone included."""
+_OPERATIONS = 100.0  # roundings that add up from state to flow, a stretched dead zone included
+_SEARCH = 1e-11  # relative error of a pressure that is searched for
+_MARGIN = 1.05  # on the highest pressure, for one explicit step of filling
+_EMPTY = 1e-9  # share of its air in a chamber before the step that charges it, but for rounding
+_PLACES = 50  # contractions at which the largest volume is looked for
 
-_SEARCH = 1e-11
-"""Relative error of a pressure that is searched for."""
-
-_MARGIN = 1.05
-"""On the highest pressure, for one explicit step of filling."""
-
-_EMPTY = 1e-9
-"""Share of its air that a chamber has before the step with which it is charged, rounding apart."""
-
-_PLACES = 50
-"""Contractions at which the largest volume is looked for."""
+_WORDS = {
+    "air": "air (a chamber without volume has no pressure)",
+    "friction": "dry friction",
+    "line": "command's line",
+    "sag": "supply's sag",
+    "shift": "chain's shift",
+    "extension": "chain's extension",
+    "opening": "valves' opening",
+    "tube_pressure": "pressure in the tube",
+    "ambient_air": "air at ambient temperature",
+    "last_pressure": "pressure before",
+    "earlier_pressure": "pressure before",
+    "creep_2": "creep",
+}
 
 
 def broken_invariant(
@@ -60,7 +65,6 @@ def broken_invariant(
     before: States,
     memory_before: Row,
     s: States,
-    z: Row,
     ds: States,
     tendon_length: float,
     tendon_velocity: float,
@@ -77,7 +81,6 @@ def broken_invariant(
         before: states before the step.
         memory_before: memory of hysteresis before it.
         s: states after it.
-        z: memory after it.
         ds: rates of the states in the step.
         tendon_length: before it [m].
         tendon_velocity: before it [m/s].
@@ -98,30 +101,34 @@ def broken_invariant(
         found[0], found[1] = pressure, 0.0
         return PRESSURE
     if pressure > _MARGIN * supply and m.command != MEASURED:
-        highest = highest_pressure(m, before, memory_before, tendon_length, pressure)
+        highest = _highest_pressure(m, before, memory_before, tendon_length, pressure)
         if not pressure <= highest:
             found[0], found[1] = pressure, highest
             return PRESSURE
     if not law_pushes(m):
         pull = -force
-        if _has_friction(m):  # which the engine's force includes
+        if rubs(m.friction) or m.friction.stribeck_force > 0.0 or m.chain.ripple > 0.0:
+            # The force along the tendon is another than the muscle's.
             pull = tension(m, before, memory_before, tendon_length, tendon_velocity)
         if not pull >= 0.0:
             found[0], found[1] = pull, 0.0
             return TENSION
     if m.command == MEASURED:
         return NOTHING
-    at_valve = pressure
+    at_valve = before.tube_pressure if m.valve.tube_resistance > 0.0 else pressure
+    gained = pressure ** (1.0 - 1.0 / m.chamber.polytropic_index) * ds.air
+    if m.chamber.heat_rate > 0.0:  # which changes the air state too
+        gained = ds.ambient_air
     if m.valve.tube_resistance > 0.0:
-        at_valve = before.tube_pressure
-    gained = air_gained(m, pressure, ds)
-    allowed = rounding_of_flow(m, pressure, at_valve, timestep)
+        gained += m.valve.tube_volume * ds.tube_pressure
+    gained /= GAS_CONSTANT * m.chamber.temperature
+    allowed = _rounding_of_flow(m, pressure, at_valve, timestep)
     missing = math.inf
     # Valves that pulse switch at an instant, which is known to its rounding.
     for shift in (0.0, 1.0, -1.0):
         if shift == 0.0 or (m.command == PULSE and not missing <= allowed):
             clock = time + shift * _ROUNDING * (abs(time) + timestep)
-            entered = flow_in(m, before, s, at_valve, command, clock, timestep)
+            entered = _flow_in(m, before, s, at_valve, command, clock, timestep)
             missing = abs(gained - entered + leak_flow(m, pressure))
     if not missing <= allowed:
         found[0], found[1] = missing, allowed
@@ -142,58 +149,30 @@ def not_finite(act: Row) -> int:
 
 def state_name(place: int) -> str:
     """Name of a state by its place from the end of ``act``, in words; a pure number is given."""
-    words = {
-        "air": "air (a chamber without volume has no pressure)",
-        "friction": "dry friction",
-        "line": "command's line",
-        "sag": "supply's sag",
-        "shift": "chain's shift",
-        "extension": "chain's extension",
-        "opening": "valves' opening",
-        "tube_pressure": "pressure in the tube",
-        "ambient_air": "air at ambient temperature",
-        "last_pressure": "pressure before",
-        "earlier_pressure": "pressure before",
-        "creep_2": "creep",
-    }
     if place > len(STATE_NAMES):
         return "hysteresis"
     name = STATE_NAMES[len(STATE_NAMES) - place]
-    return words.get(name, name)
+    return _WORDS.get(name, name)
 
 
-def _has_friction(m: Parameters) -> bool:
-    """Whether the force along the tendon is another than the muscle's."""
-    return rubs(m) or m.friction.stribeck_force > 0.0 or m.chain.ripple > 0.0
-
-
-def highest_pressure(
+def _highest_pressure(
     m: Parameters, s: States, z: Row, tendon_length: float, pressure: float
 ) -> float:
-    """What the pressure of a chamber filled by its supply cannot exceed [Pa, absolute].
-
-    Args:
-        m: parameters.
-        s: states.
-        z: memory of hysteresis.
-        tendon_length: [m].
-        pressure: absolute, at which the volumes are taken [Pa].
-    """
+    """What the pressure of a chamber filled by its supply cannot exceed [Pa, absolute]."""
     gauge, nominal = pressure - m.chamber.atmosphere, m.braid.nominal_length
     supply = m.valve.supply_pressure + m.chamber.atmosphere
     inside = chamber_volume(m, z, length_at_muscle(m, s, tendon_length), gauge)
     largest, first, last = inside, 0.0, 0.5
     if law_pushes(m):
         first, last = -1.0, 1.0
+    # Hysteresis adds at most what its chords do, since it holds energy.
+    chords = m.parallel_hysteresis.force_per_pressure * m.parallel_hysteresis.chord
+    chords += m.hysteresis.force_per_pressure * m.hysteresis.chord
     for i in range(_PLACES + 1):
         kappa = first + (last - first) * i / _PLACES
         length = (1.0 - kappa) * nominal - m.mounting.length_at_zero
-        inside_there = static_volume(m, length, gauge)
-        # Hysteresis adds at most what its chords do, since it holds energy.
-        chords = m.parallel_hysteresis.force_per_pressure * m.parallel_hysteresis.chord
-        chords += m.hysteresis.force_per_pressure * m.hysteresis.chord
-        inside_there += 0.5 * chords * nominal * kappa * kappa
-        largest = max(largest, inside_there)
+        by_chords = 0.5 * chords * nominal * kappa * kappa
+        largest = max(largest, static_volume(m, length, gauge) + by_chords)
     index = m.chamber.polytropic_index
     highest = supply * (largest / inside) ** index
     if m.chamber.heat_rate > 0.0:
@@ -201,24 +180,7 @@ def highest_pressure(
     return _MARGIN * highest
 
 
-def air_gained(m: Parameters, pressure: float, ds: States) -> float:
-    """Rate at which chamber and tube gain air by the rates of their states [kg/s].
-
-    Args:
-        m: parameters.
-        pressure: absolute, in the chamber [Pa].
-        ds: rates of the states.
-    """
-    index = m.chamber.polytropic_index
-    gained = pressure ** (1.0 - 1.0 / index) * ds.air
-    if m.chamber.heat_rate > 0.0:  # which changes the air state too
-        gained = ds.ambient_air
-    if m.valve.tube_resistance > 0.0:
-        gained += m.valve.tube_volume * ds.tube_pressure
-    return gained / (GAS_CONSTANT * m.chamber.temperature)
-
-
-def flow_in(
+def _flow_in(
     m: Parameters,
     before: States,
     s: States,
@@ -227,17 +189,7 @@ def flow_in(
     time: float,
     timestep: float,
 ) -> float:
-    """Mass flow through the valves during a step [kg/s].
-
-    Args:
-        m: parameters.
-        before: states before the step.
-        s: states after it.
-        at_valve: absolute pressure at the valves before it [Pa].
-        command: during it.
-        time: before it [s].
-        timestep: [s].
-    """
+    """Mass flow through the valves during a step [kg/s]."""
     opening = reached_opening(m, before, command, at_valve, time, timestep)
     sag = 0.0
     if sags(m):  # the valves see the sag at the end of the step
@@ -245,24 +197,14 @@ def flow_in(
     return flow_through_valves(m, at_valve, opening, sag)
 
 
-def rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep: float) -> float:
-    """What rounding may add to the balance of air [kg/s]; see the top of this module.
-
-    Args:
-        m: parameters.
-        pressure: absolute, in the chamber [Pa].
-        at_valve: absolute, at the valves [Pa].
-        timestep: [s].
-    """
-    uncertain = _OPERATIONS * _ROUNDING
-    if volume_varies(m):
-        uncertain = _SEARCH
+def _rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep: float) -> float:
+    """What rounding may add to the balance of air [kg/s]; see the top of this module."""
+    uncertain = _SEARCH if volume_varies(m) else _OPERATIONS * _ROUNDING
     upstream = max(pressure, at_valve, m.valve.supply_pressure + m.chamber.atmosphere)
     per_volume = GAS_CONSTANT * m.chamber.temperature
     steep = 1.0 / (1.0 - m.valve.laminar_ratio) + upstream / m.valve.regulator_band
-    conductance = (
-        max(m.valve.conductance_fill, m.valve.conductance_exhaust) + m.chamber.leak_conductance
-    )
+    conductance = max(m.valve.conductance_fill, m.valve.conductance_exhaust)
+    conductance += m.chamber.leak_conductance
     through_gap = m.chamber.laminar_leak_conductance * upstream / per_volume
     flow = 2.0 * upstream * (conductance * REFERENCE_DENSITY + through_gap)
     stored = 0.0

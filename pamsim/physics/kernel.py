@@ -9,15 +9,12 @@ its neutral value leaves the result unchanged to the last bit.
 from __future__ import annotations
 
 from pamsim.physics.air import GAS_CONSTANT
-from pamsim.physics.braid import braid_friction
-from pamsim.physics.chain import extension_rate, shift_rate
+from pamsim.physics.chain import chain_ratio, extension_rate, shift_rate
 from pamsim.physics.chamber import air_state, air_state_rate, relaxing_rate
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.creep import creep_force, creep_rate
-from pamsim.physics.friction import dry_friction, stribeck_friction
+from pamsim.physics.friction import dry_friction, rubs, tendon_friction
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
-from pamsim.physics.muscle_length import chain_ratio, length_at_muscle
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
     leak_flow,
@@ -26,8 +23,15 @@ from pamsim.physics.muscle_valves import (
     reached_opening,
     tube_step,
 )
+from pamsim.physics.passive import creep_rate
 from pamsim.physics.record import MutableRow, Parameters, Row, States
-from pamsim.physics.static_muscle import contraction, limited, static_force, volume_varies
+from pamsim.physics.static_muscle import (
+    contraction,
+    length_at_muscle,
+    limited,
+    static_force,
+    volume_varies,
+)
 from pamsim.physics.supply import sags
 from pamsim.physics.tension import effective_pressure
 from pamsim.physics.valves import MEASURED
@@ -62,14 +66,13 @@ def tension_under(
     pushing = law_pushes(m)
     carried = abs(force) if pushing else force
     pull = force - hysteresis_force(m, z, kappa, above, carried)
-    if m.creep.stiffness > 0.0:
-        pull -= creep_force(kappa, s.creep, m.creep.stiffness)
-    if m.creep.stiffness_2 > 0.0:
-        pull -= creep_force(kappa, s.creep_2, m.creep.stiffness_2)
+    pull -= m.creep.stiffness * (kappa - s.creep)
+    pull -= m.creep.stiffness_2 * (kappa - s.creep_2)
     if m.braid.friction > 0.0:
-        speed = chain_ratio(m, tendon_length) * tendon_velocity
-        rate = -speed / m.braid.nominal_length
-        pull -= braid_friction(above, rate, m.braid.friction)
+        # The fibres rub as the pressure presses them on each other. That the force grows in
+        # proportion to the rate as well is the simplest law that only dissipates.
+        rate = -(chain_ratio(m.chain, tendon_length) * tendon_velocity) / m.braid.nominal_length
+        pull -= m.braid.friction * above * rate
     if pushing:
         pull += m.stroke.damping * tendon_velocity
     return limited(m, pull)
@@ -83,69 +86,13 @@ def tendon_force(
     tendon_velocity: float,
     timestep: float,
 ) -> float:
-    """Force against the tendon's lengthening [N]: the muscle's tension and friction.
+    """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and friction.
 
-    Dry friction is that at the end of the time step, which the tendon's present velocity sets: with
-    the one at its beginning the bristles would gain energy.
-
-    Args:
-        m: parameters.
-        s: states before the step.
-        pull: tension of the muscle [N].
-        tendon_length: [m].
-        tendon_velocity: [m/s].
-        timestep: [s].
+    The states are those before the step, length [m] and velocity [m/s] the present ones; dry
+    friction is that at the end of the step [s].
     """
-    force = pull
-    if m.chain.ripple > 0.0:
-        force = chain_ratio(m, tendon_length) * pull
-    return force + tendon_friction(m, s, pull, tendon_velocity, timestep)
-
-
-def tendon_friction(
-    m: Parameters, s: States, pull: float, tendon_velocity: float, timestep: float
-) -> float:
-    """Friction along the tendon against its lengthening [N], at the end of a time step.
-
-    Args:
-        m: parameters.
-        s: states before the step.
-        pull: tension of the muscle [N].
-        tendon_velocity: [m/s].
-        timestep: [s].
-    """
-    force = 0.0
-    if m.friction.stribeck_force > 0.0:
-        force += stribeck_friction(
-            tendon_velocity, m.friction.stribeck_force, m.friction.stribeck_velocity
-        )
-    if rubs(m):
-        before = s.friction
-        after = dry_friction_after(m, before, pull, tendon_velocity, timestep)
-        force += after + m.friction.bristle_time * (after - before) / timestep
-    return force
-
-
-def rubs(m: Parameters) -> bool:
-    """Whether dry friction acts along the tendon."""
-    return m.friction.coulomb_force + m.friction.breakaway_force + m.friction.tension_share > 0.0
-
-
-def dry_friction_after(
-    m: Parameters, before: float, pull: float, tendon_velocity: float, timestep: float
-) -> float:
-    """Dry friction along the tendon after a time step [N]; 0 where there is none."""
-    return dry_friction(
-        before,
-        tendon_velocity,
-        abs(pull),
-        m.friction.coulomb_force,
-        m.friction.breakaway_force,
-        m.friction.tension_share,
-        m.friction.stribeck_velocity,
-        m.friction.presliding,
-        timestep,
-    )
+    rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+    return chain_ratio(m.chain, tendon_length) * pull + rubbed
 
 
 def state_rates(
@@ -186,42 +133,25 @@ def state_rates(
     pressure_abs = chamber_pressure(m, s, z, tendon_length)
     pull = tension_under(m, s, z, tendon_length, tendon_velocity, pressure_abs)
     length = length_at_muscle(m, s, tendon_length)
-    velocity = tendon_velocity
-    if m.chain.ripple > 0.0:
-        velocity = chain_ratio(m, tendon_length) * tendon_velocity
-    ds.shift = 0.0
+    velocity = chain_ratio(m.chain, tendon_length) * tendon_velocity
+    ds.shift = ds.extension = ds.friction = ds.creep = ds.creep_2 = 0.0
     if m.chain.backlash > 0.0:
-        backlash_rate = shift_rate(
-            s.shift,
-            pull,
-            opposing,
-            m.chain.backlash,
-            m.chain.seating_damping,
-            timestep,
-        )
-        ds.shift = backlash_rate
-        velocity = velocity + backlash_rate
-    ds.extension = 0.0
+        sliding = shift_rate(m.chain, s.shift, pull, opposing, timestep)
+        ds.shift = sliding
+        velocity += sliding
     if m.chain.compliance > 0.0:
-        stretch_rate = extension_rate(
-            s.extension, pull, m.chain.compliance, m.chain.relaxation_time
-        )
-        ds.extension = stretch_rate
-        velocity = velocity - stretch_rate
-    ds.friction = 0.0
-    if rubs(m):
-        before = s.friction
-        after = dry_friction_after(m, before, pull, tendon_velocity, timestep)
-        ds.friction = (after - before) / timestep
+        stretching = extension_rate(m.chain, s.extension, pull)
+        ds.extension = stretching
+        velocity -= stretching
+    if rubs(m.friction):
+        after = dry_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+        ds.friction = (after - s.friction) / timestep
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
-    ds.creep = 0.0
     if m.creep.stiffness > 0.0:
         ds.creep = creep_rate(kappa, s.creep, m.creep.relaxation_time, timestep)
-    ds.creep_2 = 0.0
     if m.creep.stiffness_2 > 0.0:
-        relaxed, time_2 = s.creep_2, m.creep.relaxation_time_2
-        ds.creep_2 = creep_rate(kappa, relaxed, time_2, timestep)
+        ds.creep_2 = creep_rate(kappa, s.creep_2, m.creep.relaxation_time_2, timestep)
     if m.command == MEASURED:
         ds.line = 0.0
         ds.sag = 0.0

@@ -1,26 +1,31 @@
-"""One pneumatic actuator: the parameter groups of every law it is made of."""
+"""One pneumatic actuator: the parameter groups of every law it is made of, and how it is built."""
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, Sourced, parameter, specs
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
-from pamsim.physics.creep import Creep
-from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
+from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.friction import Friction
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
+from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
-from pamsim.physics.passive import PassiveSpring
-from pamsim.physics.tension import Threshold
+from pamsim.physics.passive import Creep, PassiveSpring
+from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import COMMANDS, ValvePair
+
+Sections = Mapping[str, Mapping[str, Sourced | str]]
+"""Group -> field -> number, as a rig file states them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,10 +64,11 @@ MUSCLE_ONLY: tuple[type[ParameterGroup], ...] = (Braid, PassiveSpring, Threshold
 PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
 """Groups that have none for a muscle."""
 
-MUSCLE_GROUPS: tuple[type[ParameterGroup], ...] = tuple(
-    group for group in PLAIN_GROUPS if group not in PUSHING_ONLY
-)
-"""The groups every muscle has exactly one kind of."""
+
+def plain_groups(pushing: bool) -> tuple[type[ParameterGroup], ...]:
+    """The groups of one kind that have a meaning for a pushing actuator, or for a muscle."""
+    idle = MUSCLE_ONLY if pushing else PUSHING_ONLY
+    return tuple(group for group in PLAIN_GROUPS if group not in idle)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,3 +145,85 @@ class Muscle:
         idle = MUSCLE_ONLY if self.pushes else PUSHING_ONLY
         own = vars(self).values()
         return tuple(g for g in own if isinstance(g, ParameterGroup) and not isinstance(g, idle))
+
+
+def build_muscle(
+    sections: Sections,
+    *,
+    where: str,
+    command: str = "pressure_set",
+    own: Sequence[ForceLaw | Operator] = (),
+) -> Muscle:
+    """Make a muscle from its sections.
+
+    Args:
+        sections: group -> field -> number. ``force`` and ``hysteresis`` also carry ``law``; a
+            muscle that states no hysteresis gets Bouc-Wen's without width.
+        where: what to call the place in errors.
+        command: what the muscle's control means, one of `COMMANDS`.
+        own: laws of the rig, which count before those of the catalogs.
+
+    Raises:
+        InputError: for an unknown group, law or field, a missing field, or a wrong unit.
+        ParameterError: for a value out of range.
+    """
+    laws: dict[str, dict[str, Any]] = {"force": {**FORCE_LAWS}, "hysteresis": {**OPERATORS}}
+    for law in own:
+        laws[law.group.group][law.name] = law
+    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
+    groups: dict[str, ParameterGroup] = {}
+    for name, stated in sections.items():
+        section = dict(stated)
+        if name in laws:
+            chosen, known = section.pop("law", None), laws[name]
+            if not isinstance(chosen, str) or chosen not in known:
+                raise InputError(
+                    f"{where}: {name}.law = {chosen!r} is not known; {nearest(str(chosen), known)}"
+                )
+            groups[name] = _build(known[chosen].group, section, where)
+        elif name in kinds:
+            groups[name] = _build(kinds[name], section, where)
+        else:
+            raise InputError(f"{where}: unknown group {name!r}; {nearest(name, {*kinds, *laws})}")
+    pushing = "force" in groups and FORCE_LAWS.card(type(groups["force"])).pushes
+    kind, body = ("pushing actuator", "stroke") if pushing else ("muscle", "braid")
+    for name in ("mounting", body, "force", "chamber", "valve"):
+        if name not in groups:
+            raise InputError(f"{where}: a {kind} needs the group {name!r}")
+    for idle in MUSCLE_ONLY if pushing else PUSHING_ONLY:
+        if idle.group in groups:
+            raise InputError(
+                f"{where}: the group {idle.group!r} has no meaning for a {kind}; remove it"
+            )
+    # Without width it changes no bit; with it, diagnoses can try hysteresis on any rig.
+    groups.setdefault("hysteresis", BoucWen(**BoucWen.usual))
+    return Muscle(command=command, **groups)  # pyright: ignore[reportArgumentType]
+
+
+def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) -> ParameterGroup:
+    fields = dict(specs(group))
+    values: dict[str, float] = {}
+    for name, entry in section.items():
+        if name not in fields:
+            raise InputError(
+                f"{where}: unknown parameter {group.group}.{name}; {nearest(name, fields)}"
+            )
+        if not isinstance(entry, Sourced):
+            raise InputError(
+                f"{where}: {group.group}.{name} = {entry!r} is a word; write"
+                ' { value = ..., unit = "...", source = "..." }'
+            )
+        values[name] = entry.si(fields[name].unit)
+    missing = [name for name in fields if name not in values and not hasattr(group, name)]
+    if missing:
+        raise InputError(
+            f"{where}: {group.group} needs {', '.join(missing)} ({fields[missing[0]].doc})"
+        )
+    return group(**values)
+
+
+def idle_groups(sections: Sections) -> frozenset[str]:
+    """Names of the groups that have no meaning for an actuator with these sections."""
+    law = sections.get("force", {}).get("law")
+    pushing = isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
+    return frozenset(group.group for group in (MUSCLE_ONLY if pushing else PUSHING_ONLY))

@@ -16,28 +16,17 @@ def hysteresis_force(
 ) -> float:
     """Force that hysteresis takes from the static force [N]; 0 without width.
 
-    Args:
-        m: parameters.
-        z: memory.
-        contraction: kappa [-].
-        pressure: gauge pressure, not below 0 [Pa].
-        static_force: signed force without hysteresis [N].
+    The pressure is gauge and not below 0 [Pa], the static force signed [N].
     """
     taken = 0.0
     if _has_own(m):
-        width = (
-            m.hysteresis.force
-            + m.hysteresis.force_per_pressure * pressure
-            + m.hysteresis.force_share * static_force
-        )
-        output = operator_output(m, z, contraction)
-        taken = width * (output - m.hysteresis.chord * contraction)
+        width = m.hysteresis.force + m.hysteresis.force_per_pressure * pressure
+        width += m.hysteresis.force_share * static_force
+        taken = width * (operator_output(m, z, contraction) - m.hysteresis.chord * contraction)
     if _has_parallel(m):
         width = m.parallel_hysteresis.force + m.parallel_hysteresis.force_per_pressure * pressure
-        at = len(z) - BLOCKS
-        output = slip_output(
-            BLOCKS, m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay, z, at, contraction
-        )
+        slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
+        output = slip_output(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
         taken += width * (output - m.parallel_hysteresis.chord * contraction)
     return taken
 
@@ -47,54 +36,35 @@ def hysteresis_volume(m: Parameters, z: Row, contraction: float) -> float:
 
     Without it a loop that is wider at a higher pressure could be loaded at a low one and unloaded
     at a high one, and give energy in every cycle. See `pamsim.physics.hysteresis.group`.
-
-    Args:
-        m: parameters.
-        z: memory.
-        contraction: kappa [-].
     """
-    volume, square = 0.0, contraction * contraction
+    volume, square, nominal = 0.0, contraction * contraction, m.braid.nominal_length
     per_pressure = m.hysteresis.force_per_pressure
     if m.hysteresis.law != 0.0 and per_pressure != 0.0:
-        held = operator_energy(m, z, contraction)
-        held -= 0.5 * m.hysteresis.chord * square
-        volume = -per_pressure * m.braid.nominal_length * held
+        held = operator_energy(m, z, contraction) - 0.5 * m.hysteresis.chord * square
+        volume = -per_pressure * nominal * held
     per_pressure = m.parallel_hysteresis.force_per_pressure
     if per_pressure != 0.0:
-        at = len(z) - BLOCKS
-        held = slip_energy(
-            BLOCKS, m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay, z, at, contraction
-        )
+        slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
+        held = slip_energy(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
         held -= 0.5 * m.parallel_hysteresis.chord * square
-        volume -= per_pressure * m.braid.nominal_length * held
+        volume -= per_pressure * nominal * held
     return volume
 
 
 def hysteresis_rates(
     m: Parameters, z: Row, dz: MutableRow, contraction: float, rate: float, timestep: float
 ) -> None:
-    """Write the rates of the memory; where there is no width, it is not kept up.
+    """Write the rates of the memory [1/s]; where there is no width, it is not kept up.
 
-    Args:
-        m: parameters.
-        z: memory.
-        dz: written [1/s].
-        contraction: kappa [-].
-        rate: of the contraction [1/s].
-        timestep: of the explicit Euler step that follows [s].
+    Arguments are the contraction [-], its rate [1/s], and the Euler step that follows [s].
     """
-    count = len(z)
+    at = len(z) - BLOCKS
+    for i in range(len(z)):
+        dz[i] = 0.0
     if _has_own(m):
         operator_rates(m, z, dz, contraction, rate, timestep)
-    else:
-        for i in range(count - BLOCKS):
-            dz[i] = 0.0
-    at = count - BLOCKS
     if _has_parallel(m):
         slip_rates(BLOCKS, m.parallel_hysteresis.full_slip, z, dz, at, contraction, timestep)
-    else:
-        for i in range(BLOCKS):
-            dz[at + i] = 0.0
 
 
 def _has_own(m: Parameters) -> bool:

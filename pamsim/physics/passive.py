@@ -1,6 +1,7 @@
-"""Passive elasticity of tube and braid: a spring that locks on stretch and lets go on contraction.
+"""Passive elasticity and creep of tube and braid.
 
-The tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
+The elasticity is a spring that locks on stretch and lets go on contraction. That of the
+tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
 
     x <= 0:  F = (k/h) (exp(h x) - 1)     the pressure-free part b exp(c kappa) + f of Sarosi (4)
     x > 0:   F = k x
@@ -9,6 +10,13 @@ Contracted, it resists with at most k/h, which is what a muscle must overcome be
 kappa is that against the length at which the pressurised muscle is free. Where the braid locks, at
 a stretch x_lock of the muscle itself, it adds what makes the whole of an unpressurised muscle the
 finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972).
+
+Creep is one or two Maxwell elements beside the muscle. With the elasticity that the muscle has
+already, spring and damper in series make it a standard linear solid: at a sudden change of length
+it is stiffer by k, held there it relaxes, and under a held load it goes on moving. The element's
+force is k (kappa - kappa_d), with the contraction kappa_d of its damper as memory. At rest it is
+free, whatever the contraction. A second one of another time makes the relaxation faster at first
+and slower later, as rubber's is.
 """
 
 from __future__ import annotations
@@ -47,68 +55,82 @@ class PassiveSpring(ParameterGroup):
     )  # fmt: skip
 
 
-def tube_force(
-    contraction: float, stiffness: float, softening: float, slack_contraction: float
-) -> float:
-    """Force of the tube.
+@dataclass(frozen=True, kw_only=True)
+class Creep(ParameterGroup):
+    """Spring and time constant of each Maxwell element; stiffness 0 is none."""
 
-    Args:
-        contraction: kappa against the length at which the pressurised muscle is free [-].
-        stiffness: k [N] per unit of strain at the slack point.
-        softening: h [-].
-        slack_contraction: kappa at which the force is zero [-].
+    group: ClassVar[str] = "creep"
+    stiffness: float = parameter(
+        unit="N", low=0.0, high=1e6, doc="k, force per sudden change of contraction", default=0.0
+    )
+    relaxation_time: float = parameter(
+        unit="s",
+        low=1e-3,
+        high=1e4,
+        doc="tau, in which the force of a held contraction dies away",
+        default=1.0,
+    )
+    stiffness_2: float = parameter(
+        unit="N", low=0.0, high=1e6, doc="k of the second element", default=0.0
+    )
+    relaxation_time_2: float = parameter(
+        unit="s", low=1e-3, high=1e4, doc="tau of the second element", default=10.0
+    )
 
-    Returns:
-        Force [N]: positive when stretched beyond the slack point, down to -k/h when contracted.
+
+def tube_force(spring: PassiveSpring, contraction: float) -> float:
+    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h.
+
+    The contraction kappa [-] is that against the length at which the pressurised muscle is free.
     """
-    stretch = slack_contraction - contraction
+    stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
-        return stiffness / softening * math.expm1(softening * stretch)
-    return stiffness * stretch
+        return spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
+    return spring.stiffness * stretch
 
 
-def tube_energy(
-    contraction: float, force: float, stiffness: float, softening: float, slack_contraction: float
-) -> float:
-    """Energy that the tube stores, per nominal length [N].
+def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> float:
+    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N].
 
     Zero at the slack point, positive elsewhere; its derivative by contraction is minus the force.
-
-    Args:
-        contraction: as for `tube_force`.
-        force: `tube_force` there, so that its exponential need not be taken again [N].
-        stiffness: k [N].
-        softening: h [-].
-        slack_contraction: kappa at which the force is zero [-].
     """
-    stretch = slack_contraction - contraction
+    stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
-        return (force - stiffness * stretch) / softening
+        return (force - spring.stiffness * stretch) / spring.softening
     return 0.5 * force * stretch
 
 
-def locking_force(
-    contraction: float, stiffness: float, slack_contraction: float, locking: float
-) -> float:
-    """Force of a stretched braid beyond that of the tube.
+def locking_force(spring: PassiveSpring, contraction: float) -> float:
+    """Force of a stretched braid beyond that of the tube [N], from kappa = 1 - l/l0 [-].
 
-    Args:
-        contraction: kappa = 1 - l/l0 [-].
-        stiffness: k [N] per unit of strain at the slack point.
-        slack_contraction: kappa at which the unpressurised muscle is free [-].
-        locking: 1/x_lock [-]; 0 for a braid that never locks.
-
-    Returns:
-        Force [N], never negative, 0 in contraction. Beyond 95 % of the locking stretch it goes on
-        along its tangent, so that it stays finite where an integrator may step.
+    Never negative, 0 in contraction. Beyond 95 % of the locking stretch it goes on along its
+    tangent, so that it stays finite where an integrator may step.
     """
-    stretch = slack_contraction - contraction
+    stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
         return 0.0
-    share = stretch * locking
+    share = stretch * spring.locking
     if not share > _TANGENT:  # NaN stays NaN, with a braid that never locks as well
-        return stiffness * stretch * share * share / (1.0 - share * share)
+        return spring.stiffness * stretch * share * share / (1.0 - share * share)
     room = 1.0 - _TANGENT * _TANGENT
-    edge = _TANGENT / locking
+    edge = _TANGENT / spring.locking
     slope = (1.0 + _TANGENT * _TANGENT) / (room * room)
-    return stiffness * (edge / room + slope * (stretch - edge) - stretch)
+    return spring.stiffness * (edge / room + slope * (stretch - edge) - stretch)
+
+
+def creep_rate(
+    contraction: float, relaxed_contraction: float, relaxation_time: float, timestep: float
+) -> float:
+    """Rate of a creep element's damper, kappa_d' = (kappa - kappa_d) / tau, over an Euler step.
+
+    Args:
+        contraction: kappa [-].
+        relaxed_contraction: kappa_d [-].
+        relaxation_time: tau [s].
+        timestep: [s].
+
+    Returns:
+        Rate [1/s] that takes kappa_d in one step to where it is exactly, if kappa stays: stable
+        however short the relaxation is.
+    """
+    return (contraction - relaxed_contraction) * -math.expm1(-timestep / relaxation_time) / timestep

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterator, MutableSequence, Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
@@ -25,12 +26,11 @@ from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.physics.hysteresis.group import Hysteresis, Row
+from pamsim.physics.hysteresis.group import MutableRow as MutableRow
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
-from pamsim.physics.muscle import COMMANDS, MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY, Muscle
+from pamsim.physics.muscle import COMMANDS, PLAIN_GROUPS, Muscle, plain_groups
 
-Row: TypeAlias = Sequence[float] | FloatArray
-MutableRow: TypeAlias = MutableSequence[float] | FloatArray
 Parameters: TypeAlias = Any
 """``m``: a record of `record_dtype` in compiled code, in Python what `view` returns."""
 States: TypeAlias = Any
@@ -65,12 +65,12 @@ COMMON = BLOCKS + len(STATE_NAMES)
 """Number of states that every muscle has."""
 
 
-def _record(names: Sequence[str], places: Sequence[int], size: int, kinds: Any = None) -> Any:
-    """A record of numbers, or of other records, at places of a row."""
-    formats = ["<f8"] * len(names) if kinds is None else kinds
+def _record(fields: Mapping[str, tuple[Any, int]], size: int) -> np.dtype[Any]:
+    """A record of ``size`` numbers, from the type of each field and its place in the row."""
+    kinds, places = zip(*fields.values(), strict=True)
     offsets = [8 * place for place in places]
-    layout: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": 8 * size}
-    return np.dtype(layout)
+    layout = {"names": list(fields), "formats": kinds, "offsets": offsets, "itemsize": 8 * size}
+    return np.dtype(layout)  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
 @functools.cache
@@ -89,57 +89,51 @@ def record_dtype(
         ``hysteresis`` begin with ``law``, the code of the law; that number is also called
         ``law_<code>``, so that the records of two laws are different types.
     """
-    head = ("signature", "command", "partner")
-    kinds: dict[str, Any] = dict.fromkeys(head, "<f8")
-    starts = {name: place for place, name in enumerate(head)}
-    end = len(head)
+    fields: dict[str, tuple[Any, int]] = {
+        name: ("<f8", place) for place, name in enumerate(("signature", "command", "partner"))
+    }
+    end = len(fields)
     for group in PLAIN_GROUPS:
-        names, start = [name for name, _ in specs(group)], end
-        places = list(range(len(names)))
+        count, start = len(specs(group)), end
+        places = list(range(count))
         if group is Stroke:
             # What contraction is taken against is one number: `stroke` continues `braid`.
-            start = starts[Braid.group]
-            places = [0, *range(end - start, end - start + len(names) - 1)]
-        kinds[group.group] = _record(names, places, places[-1] + 1)
-        starts[group.group] = start
+            start = fields[Braid.group][1]
+            places = [0, *range(end - start, end - start + count - 1)]
         end = start + places[-1] + 1
+        own = {name: ("<f8", at) for (name, _), at in zip(specs(group), places, strict=True)}
+        fields[group.group] = _record(own, places[-1] + 1), start
     # Every force law begins with a scale. Without an operator the width of its loop is there, as 0.
     for name, chosen, common, catalog in (
-        ("force", force, ("scale",), FORCE_LAWS),
+        ("force", force, ["scale"], FORCE_LAWS),
         ("hysteresis", hysteresis, [field for field, _ in specs(Hysteresis)], OPERATORS),
     ):
-        own = common if chosen is None else [field for field, _ in specs(chosen)]
-        code = "any"
+        code, names = "any", common
         if chosen is not None:
-            code = str(int(catalog.code(chosen)))
-        names = ["law", *own, f"law_{code}"]
-        kinds[name] = _record(names, [*range(1 + len(own)), 0], 1 + MOST_PARAMETERS)
-        starts[name] = end
+            code, names = str(int(catalog.code(chosen))), [field for field, _ in specs(chosen)]
+        own = {field: ("<f8", at) for at, field in enumerate(["law", *names])}
+        own[f"law_{code}"] = "<f8", 0
+        fields[name] = _record(own, 1 + MOST_PARAMETERS), end
         end += 1 + MOST_PARAMETERS
-    return _record(list(kinds), list(starts.values()), end, list(kinds.values()))
+    return _record(fields, end)
 
 
 SIZE = record_dtype().itemsize // 8
 """Length of the row: what ``nuser_actuator`` must be at least."""
 
 
-def _places(record: np.dtype[Any], first: int = 0) -> Iterator[tuple[str, int]]:
-    """Name and place in the row of every number of a record."""
-    fields: Any = record.fields or {}
-    for name in record.names or ():
-        kind, offset = fields[name][:2]
-        at = first + offset // 8
-        if kind.names is None:
-            if not name.startswith("law_"):  # another name of `law`
-                yield name, at
-        else:
-            yield from ((f"{name}.{inner}", place) for inner, place in _places(kind, at))
-
-
 @functools.cache
 def places_in_row(*laws: type[ParameterGroup] | None) -> dict[str, int]:
     """Place in the row of every number of `record_dtype`, whose arguments it takes."""
-    return dict(_places(record_dtype(*laws)))
+    found: dict[str, int] = {}
+    fields: Any = record_dtype(*laws).fields
+    for name, (kind, first) in fields.items():
+        if kind.names is None:
+            found[name] = first // 8
+        for inner in kind.names or ():
+            if not inner.startswith("law_"):  # another name of `law`
+                found[f"{name}.{inner}"] = (first + kind.fields[inner][1]) // 8
+    return found
 
 
 def slot(name: str, muscle: Muscle | None = None) -> int:
@@ -176,28 +170,21 @@ def _slots_of_groups(groups: tuple[type[ParameterGroup], ...]) -> dict[str, int]
     return {name: every[name] for name in names}
 
 
-def _laws(muscle: Muscle) -> tuple[type[ParameterGroup], type[ParameterGroup] | None]:
-    return type(muscle.force), None if muscle.hysteresis is None else type(muscle.hysteresis)
-
-
 def state_size(muscle: Muscle) -> int:
     """Number of states of one muscle: its hysteresis operator's and those that all have."""
     return (muscle.hysteresis.state_count if muscle.hysteresis else 0) + COMMON
 
 
 def pack(muscle: Muscle) -> FloatArray:
-    """Write a muscle into a row.
-
-    Returns:
-        (SIZE,) parameters in SI, for ``model.actuator_user``.
-    """
+    """The row of a muscle, (SIZE,) parameters in SI, for ``model.actuator_user``."""
     row = np.zeros(SIZE)
-    places = places_in_row(*_laws(muscle))
+    hysteresis = None if muscle.hysteresis is None else type(muscle.hysteresis)
+    places = places_in_row(type(muscle.force), hysteresis)
     row[places["signature"]] = SIGNATURE
     row[places["command"]] = COMMANDS.index(muscle.command)
     row[places["force.law"]] = FORCE_LAWS.code(type(muscle.force))
-    if muscle.hysteresis is not None:
-        row[places["hysteresis.law"]] = OPERATORS.code(type(muscle.hysteresis))
+    if hysteresis is not None:
+        row[places["hysteresis.law"]] = OPERATORS.code(hysteresis)
     # Groups without meaning are there as well: the kernel divides by some of their neutral values.
     for group in vars(muscle).values():
         if isinstance(group, ParameterGroup):
@@ -225,46 +212,33 @@ def unpack(row: Row) -> Muscle:
     """
     if not is_muscle(row):
         raise EngineError("this actuator is not a pamsim muscle: its user data has no signature")
-    force, hysteresis = laws_of(row)
-    places = places_in_row(force, hysteresis)
-    idle = MUSCLE_ONLY if FORCE_LAWS.card(force).pushes else PUSHING_ONLY
-    chosen = [force] if hysteresis is None else [force, hysteresis]
-    groups = {
-        group.group: group(
-            **{name: float(row[places[f"{group.group}.{name}"]]) for name, _ in specs(group)}
-        )
-        for group in (*(plain for plain in PLAIN_GROUPS if plain not in idle), *chosen)
-    }
-    command = float(row[slot("command")])
-    if command not in range(len(COMMANDS)):
-        raise EngineError(f"command = {command:g} in an actuator's user data stands for nothing")
-    return Muscle(command=COMMANDS[int(command)], **groups)  # pyright: ignore[reportArgumentType]
+    m, laws = view(row), laws_of(row)
+    kinds = plain_groups(FORCE_LAWS.card(laws[0]).pushes) + tuple(law for law in laws if law)
+    groups = {kind.group: kind(**_numbers(m, kind)) for kind in kinds}
+    if m.command not in range(len(COMMANDS)):
+        raise EngineError(f"command = {m.command:g} in an actuator's user data stands for nothing")
+    return Muscle(command=COMMANDS[int(m.command)], **groups)  # pyright: ignore[reportArgumentType]
 
 
-def with_row(muscle: Muscle, row: FloatArray, before: FloatArray) -> Muscle:
-    """A muscle with the numbers of a row, as `unpack` reads them; its laws stay.
+def with_row(muscle: Muscle, row: Row) -> Muscle:
+    """A muscle with the numbers of a row with the same laws, as `unpack` reads them.
 
     Groups whose numbers do not change are the muscle's own, so it is much quicker than `unpack`.
-
-    Args:
-        muscle: as packed in ``before``.
-        row: (SIZE,) with the same laws.
-        before: (SIZE,).
 
     Raises:
         ParameterError: if a number has been set out of range.
     """
-    changed = set(np.flatnonzero(row != before).tolist())
-    if not changed:
-        return muscle
-    places = _slots_of(muscle)
-    groups: dict[str, ParameterGroup] = {}
+    m, changed = view(row), dict[str, Any]()
     for group in muscle.groups:
-        own = {name: places[f"{group.group}.{name}"] for name, _ in specs(type(group))}
-        if not changed.isdisjoint(own.values()):
-            fields = {name: float(row[place]) for name, place in own.items()}
-            groups[group.group] = dataclasses.replace(group, **fields)
-    return dataclasses.replace(muscle, **groups) if groups else muscle
+        numbers = _numbers(m, type(group))
+        if any(getattr(group, name) != number for name, number in numbers.items()):
+            changed[group.group] = type(group)(**numbers)
+    return dataclasses.replace(muscle, **changed) if changed else muscle
+
+
+def _numbers(m: Parameters, group: type[ParameterGroup]) -> dict[str, float]:
+    record = getattr(m, group.group)
+    return {name: getattr(record, name) for name, _ in specs(group)}
 
 
 def is_muscle(row: Row) -> bool:
@@ -273,28 +247,22 @@ def is_muscle(row: Row) -> bool:
 
 
 def view(row: Row) -> Parameters:
-    """The record of a row for the kernel in plain Python.
+    """The record of a row (SIZE,) for the kernel in plain Python.
 
-    Args:
-        row: (SIZE,) of any law that is known here.
-
-    Returns:
-        Namespace of numbers and, per group, namespaces; a copy, whose numbers may be changed.
+    It is a namespace of numbers and, per group, namespaces; a copy, whose numbers may be changed.
 
     Raises:
         EngineError: if a code stands for no law.
     """
-    return _namespace(record_dtype(*laws_of(row)), np.asarray(row, dtype=float).tolist(), 0)
-
-
-def _namespace(record: np.dtype[Any], row: list[float], first: int) -> SimpleNamespace:
-    places: Any = record.fields or {}
-    fields: dict[str, Any] = {}
-    for name in record.names or ():
-        kind, offset = places[name][:2]
-        at = first + offset // 8
-        fields[name] = row[at] if kind.names is None else _namespace(kind, row, at)
-    return SimpleNamespace(**fields)
+    numbers = np.asarray(row, dtype=float).tolist()
+    groups: defaultdict[str, dict[str, Any]] = defaultdict(dict)
+    for name, place in places_in_row(*laws_of(row)).items():
+        group, _, field = name.rpartition(".")
+        groups[group][field] = numbers[place]
+    own = groups.pop("")
+    return SimpleNamespace(
+        **own, **{name: SimpleNamespace(**group) for name, group in groups.items()}
+    )
 
 
 def parameters(muscle: Muscle) -> Parameters:
@@ -303,13 +271,9 @@ def parameters(muscle: Muscle) -> Parameters:
 
 
 def split_states(act: Row) -> tuple[States, list[float]]:
-    """States of a muscle by name, and its memory, for the kernel in plain Python; in SI.
+    """States of a muscle by name, and its memory of hysteresis (n - 13,), from its ``act`` (n,).
 
-    Args:
-        act: (n,) of one actuator.
-
-    Returns:
-        Namespace of `STATE_NAMES`, and (n - 13,) the hysteresis; copies.
+    For the kernel in plain Python; copies, in SI.
     """
     numbers = np.asarray(act, dtype=float).tolist()
     count = len(numbers) - len(STATE_NAMES)

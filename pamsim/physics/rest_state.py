@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from pamsim.physics.chain import chain_length
 from pamsim.physics.chamber import air_state
 from pamsim.physics.chamber_pressure import chamber_volume
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
-from pamsim.physics.muscle_length import chain_length, length_at_muscle
 from pamsim.physics.record import STATE_NAMES, Parameters, Row, States, joined_states, split_states
-from pamsim.physics.static_muscle import contraction
+from pamsim.physics.static_muscle import contraction, length_at_muscle
 from pamsim.physics.valves import MEASURED, PRESSURE_SET
 
 
@@ -31,7 +31,7 @@ def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> li
         backlash, the creep relaxed, the command's line at what keeps the valves shut, the tube at
         the chamber's pressure, the air at the ambient temperature.
     """
-    length = chain_length(m, tendon_length)
+    length = chain_length(m.chain, tendon_length)
     kappa, pressure_abs = contraction(m, length), pressure + m.chamber.atmosphere
     z = [0.0] * (count - len(STATE_NAMES) - BLOCKS) + [kappa] * BLOCKS
     s = split_states([0.0] * count)[0]

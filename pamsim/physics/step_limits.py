@@ -6,6 +6,7 @@ import math
 
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.antagonist import muscle_stiffness
+from pamsim.physics.friction import rubs
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import limited, static_force, volume_at_nominal_length
@@ -44,7 +45,7 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
     The muscle pulls at a tendon length [m] under a gauge pressure [Pa].
     """
     friction = muscle.friction
-    if not friction.sticks:
+    if not rubs(friction):
         return 0.0
     row = parameters(muscle)
     pull = abs(limited(row, static_force(row, tendon_length, pressure)))

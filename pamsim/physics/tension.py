@@ -1,4 +1,12 @@
-"""What makes a force a tension: a muscle cannot push, and it does not pull below a threshold."""
+"""From the active force to tension: threshold of pressure, loss at the ends, no pushing.
+
+Where the braid meets the fittings it cannot widen: a cone forms that does not pull like the
+cylinder, and the more of the length is cone, the further the muscle has contracted (Tondu and Lopez
+2000 lengthen the contraction by a factor for it). Here a share of the active force is lost that
+sets in at a contraction without a kink and tends to a largest one:
+
+    share = 1 - loss x^2 / (x^2 + 0.1^2),   x = kappa - onset > 0
+"""
 
 from __future__ import annotations
 
@@ -6,6 +14,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, parameter
+
+_HALF = 0.1
+"""Contraction beyond the onset at which half of the loss is reached [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,34 +33,49 @@ class Threshold(ParameterGroup):
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class EndShape(ParameterGroup):
+    """Share of the active force that the ends take in the end, and where it sets in."""
+
+    group: ClassVar[str] = "end_shape"
+    loss: float = parameter(
+        unit="1",
+        low=0.0,
+        high=1.0,
+        doc="share of the active force lost far beyond the onset; half of it 0.1 beyond",
+        default=0.0,
+    )
+    onset: float = parameter(
+        unit="1", low=-0.1, high=0.5, doc="contraction from which force is lost", default=0.0
+    )
+
+
 def effective_pressure(pressure: float, threshold: float) -> float:
-    """Gauge pressure that reaches the braid.
-
-    Args:
-        pressure: gauge pressure p [Pa].
-        threshold: p_0 [Pa].
-
-    Returns:
-        max(p - p_0, 0) [Pa]; NaN stays NaN.
-    """
+    """Gauge pressure that reaches the braid, max(p - p_0, 0) [Pa]; NaN stays NaN."""
     if pressure < threshold:
         return 0.0
     return pressure - threshold
 
 
+def force_left(ends: EndShape, contraction: float) -> tuple[float, float]:
+    """Share in [0, 1] of the active force that the ends leave, and its derivative by contraction.
+
+    Up to the onset 1 and 0, beyond it the derivative is negative; NaN stays NaN.
+    """
+    if contraction <= ends.onset:
+        return 1.0, 0.0
+    x = contraction - ends.onset
+    room = x * x + _HALF * _HALF
+    return 1.0 - ends.loss * (x * x) / room, -2.0 * ends.loss * x * _HALF * _HALF / (room * room)
+
+
 def taut(force: float) -> float:
-    """Limit a force to tension: a slack muscle carries nothing.
+    """Limit a signed force to tension, max(force, 0) [N]: a slack muscle carries nothing.
 
     Its volume goes on following the tendon, so a cycle that goes through slack costs or yields, by
     its sense, the energy of the rubber that is not carried: 6 % of the work of a MAS-20 muscle over
     +-3.16 % contraction at 4.87 bar.
-
-    Args:
-        force: signed force [N].
-
-    Returns:
-        max(force, 0) [N]. Written as a comparison so that NaN stays NaN and is noticed.
     """
-    if force <= 0.0:
+    if force <= 0.0:  # a comparison, so that NaN stays NaN and is noticed
         return 0.0
     return force

@@ -18,8 +18,6 @@ import pytest
 import pamsim
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
-from pamsim.physics.creep import Creep
-from pamsim.physics.end_shape import EndShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
@@ -29,8 +27,9 @@ from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PrandtlIshlinskii
 from pamsim.physics.hysteresis.preisach import PleatedFactor, Preisach
 from pamsim.physics.muscle import Muscle
+from pamsim.physics.passive import Creep
 from pamsim.physics.record import pack, state_size
-from pamsim.physics.tension import Threshold
+from pamsim.physics.tension import EndShape, Threshold
 from tests.unit.physics.flat import chamber_volume, gauge_pressure, muscle_hysteresis, static_muscle
 from tests.unit.physics.muscles import FORCES, make
 

@@ -14,7 +14,7 @@ from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.external import act, effort, external
 from pamsim.engine.simulate import simulate
-from pamsim.physics.friction import stribeck_friction
+from pamsim.physics.friction import Friction, stribeck_friction
 from pamsim.physics.record import pack
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.signals import Drive
@@ -221,7 +221,8 @@ def test_friction_too_steep_for_a_free_rod_is_none_for_one_that_is_moved(bench):
         simulate(steep, pressure_step([3e5], [3e5], duration=0.01))
     run, plain = (simulate(rig, cycles(duration=0.14)).completed() for rig in (steep, bench))
     taken = run.signal("rod.force") - plain.signal("rod.force")
-    law = [stribeck_friction(speed, 20.0, 0.02) for speed in run.velocities[:, 0].tolist()]
+    rubbing = Friction(stribeck_force=20.0, stribeck_velocity=0.02)
+    law = [stribeck_friction(rubbing, speed) for speed in run.velocities[:, 0].tolist()]
     assert max(law) > 5.0
     np.testing.assert_allclose(taken, law, atol=1e-4)
 

@@ -7,7 +7,7 @@ import math
 import pytest
 from hypothesis import given
 
-from pamsim.physics.braid import max_contraction, pressurised_contraction, volume, volume_slope
+from pamsim.physics.braid import max_contraction, volume, volume_slope
 from pamsim.physics.force_laws.mckibben import ideal_force
 from tests.properties.strategies import BRAIDS, SHARES, between
 
@@ -119,38 +119,3 @@ def test_ideal_force_vanishes_at_max_contraction_and_pulls_before(braid, pressur
     zero = ideal_force(pressure, braid[0] * (1.0 - kappa), *braid)
     assert zero == pytest.approx(0.0, abs=1e-13 * pressure * helix_area(braid))
     assert full > ideal_force(pressure, braid[0] * (1.0 - 0.5 * kappa), *braid) > zero
-
-
-LENGTHS = between(0.01, 3.0)
-NOMINAL = between(0.05, 2.0)
-EXTENSIBILITIES = between(0.0, 1e-6)
-GAUGE = between(0.0, 1e6)
-
-
-@given(LENGTHS, NOMINAL, GAUGE)
-def test_fibres_that_do_not_give_leave_the_contraction_alone_to_the_bit(length, nominal, pressure):
-    contraction = pressurised_contraction(length, nominal, 0.0, pressure)
-    assert contraction.hex() == (1.0 - length / nominal).hex()
-
-
-@given(LENGTHS, NOMINAL, EXTENSIBILITIES)
-def test_no_pressure_leaves_the_contraction_alone_to_the_bit(length, nominal, extensibility):
-    contraction = pressurised_contraction(length, nominal, extensibility, 0.0)
-    assert contraction.hex() == (1.0 - length / nominal).hex()
-
-
-@given(LENGTHS, NOMINAL, EXTENSIBILITIES, GAUGE)
-def test_a_pressurised_braid_is_longer_in_proportion(length, nominal, extensibility, pressure):
-    contraction = pressurised_contraction(length, nominal, extensibility, pressure)
-    free = nominal + extensibility * pressure * nominal
-    assert contraction == pytest.approx(1.0 - length / free, rel=1e-12, abs=1e-12)
-    at_rest = pressurised_contraction(free, nominal, extensibility, pressure)
-    assert at_rest == pytest.approx(0.0, abs=1e-14)
-
-
-@given(LENGTHS, NOMINAL, between(1e-9, 1e-6), GAUGE, between(1.0, 1e5))
-def test_pressure_alone_makes_a_held_muscle_more_contracted(
-    length, nominal, extensibility, pressure, more
-):
-    before = pressurised_contraction(length, nominal, extensibility, pressure)
-    assert pressurised_contraction(length, nominal, extensibility, pressure + more) > before

@@ -18,7 +18,7 @@ from pamsim.papers.alraouf2025.loop import branch_data
 from pamsim.papers.numerics import curve_fit, root
 from pamsim.physics.force_laws.mckibben import ideal_force
 from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
-from pamsim.physics.passive import tube_force
+from pamsim.physics.passive import PassiveSpring, tube_force
 from pamsim.physics.tension import effective_pressure
 
 LENGTH, DIAMETER = 0.3, 0.02
@@ -53,7 +53,11 @@ class HungMuscle:
         """Force in the middle of the loop [N]; gauge pressure [Pa], contraction [-]."""
         reaching = effective_pressure(pressure, self.threshold)
         air = ideal_force(reaching, 1.0 - contraction, 1.0, DIAMETER, self.fibre_angle)
-        return air + tube_force(contraction, self.stiffness, self.softening, 0.0)
+        return air + tube_force(self._rubber, contraction)
+
+    @functools.cached_property
+    def _rubber(self) -> PassiveSpring:
+        return PassiveSpring(stiffness=self.stiffness, softening=self.softening)
 
     def highest(self, weight: float) -> float:
         """Contraction at 500 kPa, where both branches meet [-]."""

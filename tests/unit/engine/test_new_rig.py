@@ -15,7 +15,7 @@ from pamsim.core.errors import PamsimError
 from pamsim.core.parameters import specs
 from pamsim.engine.new_rig import KINDS, new_rig
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.muscle import MUSCLE_GROUPS
+from pamsim.physics.muscle import plain_groups
 
 SPATIAL = """
 <mujoco>
@@ -102,7 +102,7 @@ def test_every_field_is_there_and_what_has_a_neutral_value_has_it(tmp_path):
     table = tomllib.loads((folder / "params.toml").read_text())
     shared, own = table["muscle"], table["muscles"]["flexor"]
     muscle = pamsim.load_rig(folder).muscles["flexor"]
-    for group in (*MUSCLE_GROUPS, BoucWen):
+    for group in (*plain_groups(False), BoucWen):
         defaults = {field.name: field.default for field in dataclasses.fields(group)}
         for name, _ in specs(group):
             stated = {**shared.get(group.group, {}), **own.get(group.group, {})}[name]

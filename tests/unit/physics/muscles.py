@@ -9,8 +9,6 @@ from pamsim.core.parameters import ParameterGroup
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
-from pamsim.physics.creep import Creep
-from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.exponential import (
     InvertibleExponential,
     SinglePressureExponential,
@@ -24,9 +22,9 @@ from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.hysteresis.preisach import Preisach
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.passive import PassiveSpring
+from pamsim.physics.passive import Creep, PassiveSpring
 from pamsim.physics.record import COMMON, pack, state_size
-from pamsim.physics.tension import Threshold
+from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import ValvePair
 from tests.unit.physics.flat import charged_air_state, length_at_muscle
 from tests.unit.physics.hysteresis.operator_runs import GROUPS

@@ -54,14 +54,15 @@ def sine(amplitude, cycles, steps):
 
 
 def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
-    speed = shift_rate(0.0, 130.0, 30.0, PLAY, DAMPING, 1e-4)
+    chain = Chain(backlash=PLAY, seating_damping=DAMPING)
+    speed = shift_rate(chain, 0.0, 130.0, 30.0, 1e-4)
     assert speed == pytest.approx(-0.1)
-    assert shift_rate(0.0, 30.0, 130.0, PLAY, DAMPING, 1e-4) == -speed
+    assert shift_rate(chain, 0.0, 30.0, 130.0, 1e-4) == -speed
     for start, pull, tooth in ((2e-4, 0.0, 3e-4), (-2.9e-4, 5e3, -3e-4), (3e-4, -9e9, 3e-4)):
-        at = start + 1e-2 * shift_rate(start, pull, 40.0, PLAY, DAMPING, 1e-2)
+        at = start + 1e-2 * shift_rate(chain, start, pull, 40.0, 1e-2)
         assert at == pytest.approx(tooth, rel=1e-12)
-    assert shift_rate(3e-4, 0.0, 50.0, PLAY, DAMPING, 1e-3) == 0.0
-    assert math.isnan(shift_rate(0.0, math.nan, 50.0, PLAY, DAMPING, 1e-3))
+    assert shift_rate(chain, 3e-4, 0.0, 50.0, 1e-3) == 0.0
+    assert math.isnan(shift_rate(chain, 0.0, math.nan, 50.0, 1e-3))
 
 
 def test_turned_slowly_the_chain_stays_where_the_pulls_are_equal_until_a_tooth_takes_it():

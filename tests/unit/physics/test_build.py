@@ -9,8 +9,7 @@ import pytest
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.parameters import ParameterGroup, Sourced, specs
-from pamsim.physics.build import build_muscle
-from pamsim.physics.muscle import Muscle
+from pamsim.physics.muscle import Muscle, build_muscle
 from pamsim.physics.valves import COMMANDS
 from tests.unit.core.refusals import cases, refused
 from tests.unit.physics.muscles import KINDS, make

@@ -19,17 +19,7 @@ LOADED = Friction(tension_share=0.05, presliding=4e-5)
 
 
 def after(force, velocity, friction=DAHL, tension=200.0, step=STEP):
-    return dry_friction(
-        force,
-        velocity,
-        tension,
-        friction.coulomb_force,
-        friction.breakaway_force,
-        friction.tension_share,
-        friction.stribeck_velocity,
-        friction.presliding,
-        step,
-    )
+    return dry_friction(friction, force, tension, velocity, step)
 
 
 def moved(friction, velocities, step=STEP, tension=200.0):

@@ -13,8 +13,6 @@ from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber, air_state_rate
-from pamsim.physics.creep import Creep
-from pamsim.physics.end_shape import EndShape
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
@@ -23,9 +21,9 @@ from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
+from pamsim.physics.passive import Creep, PassiveSpring, locking_force, tube_force
 from pamsim.physics.record import pack
-from pamsim.physics.tension import Threshold
+from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import (
     COMMANDS,
     ValvePair,
@@ -104,9 +102,7 @@ def composed_tension(muscle: Muscle, act: list[float], tendon: float) -> float:
     beyond = max(strained - muscle.end_shape.onset, 0.0) ** 2
     if force > 0.0:
         force *= 1.0 - muscle.end_shape.loss * beyond / (beyond + 0.01)
-    stiffness, softening, slack, locking = coefficients_of(muscle.passive)
-    force += tube_force(strained, stiffness, softening, slack)
-    force += locking_force(kappa, stiffness, slack, locking)
+    force += tube_force(muscle.passive, strained) + locking_force(muscle.passive, kappa)
     loop = muscle.hysteresis
     if loop is not None:
         width = loop.force + loop.force_per_pressure * max(pressure, 0.0)
@@ -188,17 +184,8 @@ def test_rates_are_the_laws_put_together(loop, command):
         meant = sent if command == "pressure_set" else min(max(sent, -1.0), 1.0)
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
-        rubbed = dry_friction(
-            RUBBED,
-            velocity,
-            composed_tension(muscle, act, tendon),
-            muscle.friction.coulomb_force,
-            muscle.friction.breakaway_force,
-            muscle.friction.tension_share,
-            muscle.friction.stribeck_velocity,
-            muscle.friction.presliding,
-            TIMESTEP,
-        )
+        pull = composed_tension(muscle, act, tendon)
+        rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP)
         expected[-6] = (rubbed - RUBBED) / TIMESTEP
         expected[-12] = p_abs / TIMESTEP  # for the next search; none was made before
         expected[-7] = (SAG / supply - SAGGED) / TIMESTEP

@@ -8,11 +8,10 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics.braid import braid_friction
-from pamsim.physics.chain import Chain, rippled_ratio, rippled_travel
+from pamsim.physics.chain import Chain, chain_length, chain_ratio
 from pamsim.physics.friction import Friction
 from pamsim.physics.record import pack
-from tests.unit.physics.flat import chain_ratio, gauge_pressure, kernel, length_at_muscle
+from tests.unit.physics.flat import gauge_pressure, kernel, length_at_muscle
 from tests.unit.physics.muscles import charged, make
 
 TEETH = Chain(ripple=3e-4, ripple_pitch=8e-3, ripple_phase=0.4)
@@ -25,13 +24,12 @@ def toothed(**changes):
 
 def test_a_pitch_on_the_chain_is_a_pitch_behind_it_and_in_between_it_ripples():
     for travel in (-0.013, 0.0, 0.004):
-        given = TEETH.ripple, TEETH.ripple_pitch, TEETH.ripple_phase
-        pitch = rippled_travel(travel + TEETH.ripple_pitch, *given) - rippled_travel(travel, *given)
+        pitch = chain_length(TEETH, travel + TEETH.ripple_pitch) - chain_length(TEETH, travel)
         assert pitch == pytest.approx(TEETH.ripple_pitch, rel=1e-12)
-        near = rippled_travel(travel + 1e-8, *given) - rippled_travel(travel - 1e-8, *given)
-        assert rippled_ratio(travel, *given) == pytest.approx(near / 2e-8, rel=1e-7)
+        near = chain_length(TEETH, travel + 1e-8) - chain_length(TEETH, travel - 1e-8)
+        assert chain_ratio(TEETH, travel) == pytest.approx(near / 2e-8, rel=1e-7)
     grid = np.linspace(0.0, TEETH.ripple_pitch, 2001)
-    off = [rippled_travel(x, *given) - x for x in grid.tolist()]
+    off = [chain_length(TEETH, x) - x for x in grid.tolist()]
     assert (min(off), max(off)) == pytest.approx((-TEETH.ripple, TEETH.ripple), rel=1e-5)
 
 
@@ -58,7 +56,7 @@ def test_the_muscle_moves_at_the_speed_behind_the_teeth():
     row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5, z=0.0)
     rates = [0.0] * len(act)
     kernel.state_rates(row, act, rates, 0.19, 0.03, 0.0, 0.0, STEP)
-    ratio = chain_ratio(row, 0.19)
+    ratio = chain_ratio(TEETH, 0.19)
     assert abs(ratio - 1.0) > 0.02
     smooth = pack(dataclasses.replace(muscle, chain=Chain())).tolist()
     plain = [0.0] * len(act)
@@ -67,19 +65,13 @@ def test_the_muscle_moves_at_the_speed_behind_the_teeth():
 
 
 def test_a_rubbing_braid_pulls_less_while_it_shortens_and_the_more_the_higher_the_pressure():
-    assert braid_friction(0.0, 0.3, 1e-3) == 0.0
-    for pressure, rate in ((1e5, 0.2), (4e5, -0.05)):
-        lost = braid_friction(pressure, rate, 1e-3)
-        assert lost * rate > 0.0
-        assert braid_friction(2.0 * pressure, rate, 1e-3) == pytest.approx(2.0 * lost)
-        assert braid_friction(pressure, 2.0 * rate, 1e-3) == pytest.approx(2.0 * lost)
     base = toothed()
     muscle = dataclasses.replace(base, braid=dataclasses.replace(base.braid, friction=1e-3))
     row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
     still = kernel.tension(row, act, 0.19)
     pressure = gauge_pressure(row, act, 0.19)
     for speed in (-0.02, 0.03):
-        rate = -chain_ratio(row, 0.19) * speed / muscle.braid.nominal_length
+        rate = -chain_ratio(TEETH, 0.19) * speed / muscle.braid.nominal_length
         moving = kernel.tension(row, act, 0.19, speed)
         assert moving == pytest.approx(still - 1e-3 * pressure * rate, rel=1e-12)
         assert (moving > still) == (speed > 0.0)

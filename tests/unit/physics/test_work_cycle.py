@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
-from pamsim.physics import work_cycle
+from pamsim.physics import static_muscle
 from pamsim.physics.record import pack, parameters
 from pamsim.physics.tension import taut
 from tests.unit.physics.flat import work_ratio
@@ -39,9 +39,9 @@ def test_with_the_braid_s_volume_the_earlier_calibration_gave_a_third_more(monke
     earlier = dataclasses.replace(earlier, braid=braid, passive=spring)
     ideal = parameters(ideal_muscle())
     shift = ideal_muscle().mounting.length_at_zero - rig_muscle().mounting.length_at_zero
-    law = work_cycle.static_volume
+    law = static_muscle.static_volume
     monkeypatch.setattr(
-        work_cycle,
+        static_muscle,
         "static_volume",
         lambda _, tendon, pressure: law(ideal, tendon - shift, pressure),
     )
@@ -67,6 +67,6 @@ def test_ends_that_lose_force_lose_volume_with_it():
 
 def test_a_slack_muscle_does_not_carry_the_energy_of_its_rubber(monkeypatch):
     """The number that `taut` states."""
-    law = work_cycle.static_force
-    monkeypatch.setattr(work_cycle, "static_force", lambda *place: taut(law(*place)))
+    law = static_muscle.static_force
+    monkeypatch.setattr(static_muscle, "static_force", lambda *place: taut(law(*place)))
     assert ratio(rig_muscle()) == pytest.approx(0.94, abs=0.005)

@@ -12,7 +12,7 @@ import pytest
 
 from pamsim.core.parameters import specs
 from pamsim.core.units import to_si
-from pamsim.physics.build import build_muscle
+from pamsim.physics.muscle import build_muscle
 from pamsim.recordings.rig_file import find_rig, read_rig, shipped_rigs
 from pamsim.recordings.sensors import MeasurementChain
 from tests.unit.core.refusals import cases, refused

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.physics.creep import Creep, creep_force, creep_rate
+from pamsim.physics.passive import Creep, creep_rate
 from pamsim.physics.record import pack
 from tests.unit.physics.flat import CREEP, CREEP_2, contraction, kernel
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, RELAXED, RELAXED_2, charged, make
@@ -20,7 +20,7 @@ TWO = Creep(stiffness=700.0, relaxation_time=0.3, stiffness_2=900.0, relaxation_
 def follow(contractions: np.ndarray, timestep: float, relaxed: float = 0.0) -> np.ndarray:
     forces = []
     for kappa in contractions.tolist():
-        forces.append(creep_force(kappa, relaxed, STIFFNESS))
+        forces.append(STIFFNESS * (kappa - relaxed))
         relaxed += timestep * creep_rate(kappa, relaxed, TAU, timestep)
     return np.array(forces)
 
@@ -57,7 +57,6 @@ def test_two_elements_let_go_each_in_its_own_time():
 
 @pytest.mark.parametrize("kappa", [-0.05, 0.0, 0.2])
 def test_relaxed_it_is_free_at_any_contraction(kappa):
-    assert creep_force(kappa, kappa, STIFFNESS) == 0.0
     assert creep_rate(kappa, kappa, TAU, 1e-3) == 0.0
 
 

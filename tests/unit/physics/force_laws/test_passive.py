@@ -24,8 +24,10 @@ def spring_force(
     contraction: float, stiffness: float, softening: float, slack: float, locking: float
 ) -> float:
     """Tube and locking of an unpressurised muscle, for which both know the same contraction."""
-    tube = tube_force(contraction, stiffness, softening, slack)
-    return tube + locking_force(contraction, stiffness, slack, locking)
+    spring = PassiveSpring(
+        stiffness=stiffness, softening=softening, slack_contraction=slack, locking=locking
+    )
+    return tube_force(spring, contraction) + locking_force(spring, contraction)
 
 
 def stretched(stretch: float, spring: tuple[float, ...]) -> float:
