@@ -84,12 +84,18 @@ def engine_run(output_law: FunctionType, rates_law: FunctionType):
         change = np.zeros_like(act)
         for n in range(len(inputs)):
             u = inputs[n]
-            outputs[n] = output(par, 0, act, u)
+            outputs[n] = output(par, act, u)
             following = inputs[min(n + 1, len(inputs) - 1)]
-            rates(par, 0, act, change, u, (following - u) / 1e-3, 1e-3)
+            rates(par, act, change, u, (following - u) / 1e-3, 1e-3)
             act += 1e-3 * change
 
     return run
+
+
+def record_of(**fields: float) -> np.void:
+    """An operator's parameters as compiled code has them: a record of its fields."""
+    kind = np.dtype([(name, np.float64) for name in fields])
+    return np.array([tuple(fields.values())], dtype=kind)[0]
 
 
 def grunwald_letnikov():
@@ -138,7 +144,7 @@ def preisach_row(n: int) -> dict[str, object]:
     order = np.arange(n)
     relays = -np.sign(order[:, None] + order[None, :] - (n - 1.0))
     table = np.vstack([relay_weights(n, printed_weight), levels_of(n)])
-    par = np.array([n, -1.0, 1.0, -0.1, -1.0])
+    par = record_of(levels=n, low_contraction=-1.0, high_contraction=1.0, c=-0.1, d=-1.0)
     engine = engine_run(preisach.preisach_output, preisach.preisach_rates)
     peers = [(repeated(relay_step), table, relays), (engine, par, np.zeros(n))]
     (plain, ours), _ = seconds_per_step(peers, path)
@@ -160,7 +166,14 @@ def fractional_row() -> dict[str, object]:
     engine = engine_run(
         fractional_maxwell.fractional_maxwell_output, fractional_maxwell.fractional_maxwell_rates
     )
-    par = np.array([BRANCHES, ORDER, TIME_CONSTANT, 1.0, 3e-3, 3e4])
+    par = record_of(
+        branches=BRANCHES,
+        order=ORDER,
+        time_constant=TIME_CONSTANT,
+        span=1.0,
+        slowest_rate=3e-3,
+        fastest_rate=3e4,
+    )
     peers = [
         (grunwald_letnikov(), np.array([ORDER, TIME_CONSTANT]), np.zeros(len(t))),
         (engine, par, np.zeros(BRANCHES)),
