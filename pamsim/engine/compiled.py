@@ -82,7 +82,7 @@ def compiled_kernel() -> Natives:
         Its functions. They must stay referenced while the engine may call them, which this
         function's cache does.
     """
-    with compile_notice("the muscles", "about twelve seconds"):
+    with compile_notice("the muscles", "about ten seconds"):
         key = hand_over(step_rates, step_forces, step_end)
         compiled = _compile(key, structs.model_dtype(), structs.data_dtype())
     return Natives(*(native.ctypes for native in compiled))
