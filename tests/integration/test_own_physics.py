@@ -7,7 +7,9 @@ import json
 import math
 import re
 import shutil
+import subprocess
 import sys
+import uuid
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
@@ -251,6 +253,30 @@ def test_a_written_rig_keeps_its_laws(bench, tmp_path):
     again = pamsim.load_rig(tmp_path / "new")
     np.testing.assert_array_equal(again.model.actuator_user, rig.model.actuator_user)
     assert [one.name for one in again.file.own.effects] == ["seam_stiffness", "muscle_hysteresis"]
+
+
+RUN = """
+import sys, pamsim
+step = pamsim.pressure_step((2e5,), (3e5,), duration=0.05, load=5.0, sample_rate=100.0)
+print(pamsim.simulate(pamsim.load_rig(sys.argv[1]), step).positions[-1])
+"""
+
+
+def test_compiled_code_of_ones_own_law_is_found_by_a_process_with_a_copy_of_the_rig(
+    bench, tmp_path
+):
+    found = []
+    text = (bench / "my_bench" / "effects.py").read_text(encoding="utf-8")
+    new = text.replace(
+        "    return ", f"    # {uuid.uuid4()}: nothing of it is compiled yet\n    return "
+    )
+    for copy in ("one", "other"):
+        shutil.copytree(bench / "my_bench", tmp_path / copy)
+        (tmp_path / copy / "effects.py").write_text(new, encoding="utf-8")
+        args = [sys.executable, "-c", RUN, tmp_path / copy]
+        found.append(subprocess.run(args, capture_output=True, text=True, check=True).stdout)
+        shutil.rmtree(tmp_path / copy)
+    assert found[0] == found[1] != ""
 
 
 def test_effects_of_a_rig_are_tried_on_it_alone(bench):
