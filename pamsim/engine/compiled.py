@@ -23,7 +23,7 @@ import numpy as np
 from numba import types
 
 from pamsim.core.compilation import compile_notice
-from pamsim.engine import law_table, memory, muscle_step, structs
+from pamsim.engine import checks, law_table, memory, muscle_step, structs
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.memory import address_of, compiled_as, keyed_by
 from pamsim.engine.muscle_step import (
@@ -64,8 +64,6 @@ class Natives:
 
 def hand_over(*functions: Any) -> str:
     """Hand functions to numba, with what they call; the key of the code compiled from them."""
-    from pamsim.engine import checks
-
     law_table.declare()
     reporter = ctypes.cast(checks.reporter, ctypes.c_void_p).value or 0
     llvm.add_symbol("pamsim_report", reporter)

@@ -39,7 +39,7 @@ class Gauges:
         self.rows = np.empty((copies or 1, len(ids), model.nuser_actuator))
         for copy in range(copies or 1):
             self.set_parameters(copy, model)
-        self._read: Callable[..., None] = _compiled() if backend == "compiled" else read
+        self._read: Callable[..., None] = compiled_read() if backend == "compiled" else read
 
     def set_parameters(self, copy: int, model: mujoco.MjModel) -> None:
         """Take the parameters of one copy from its model."""
@@ -103,7 +103,8 @@ def read(
 
 
 @functools.cache
-def _compiled() -> Callable[..., None]:
+def compiled_read() -> Callable[..., None]:
+    """`read` as machine code."""
     # Only the compiled backend imports numba.
     from pamsim.engine.compiled import hand_over
 

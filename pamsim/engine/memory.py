@@ -58,11 +58,17 @@ def word_at(typingctx: Any, address: Any) -> Any:
     return types.int64(types.int64), generate
 
 
-def _calling(builder: Any, context: Any, address: Any, kinds: Any, values: Any, reads: bool) -> Any:
+def _calling(
+    builder: Any, context: Any, signature: Any, values: Any, *, reads: bool, out: Any = ()
+) -> Any:
+    """Call the function at an address with a tuple of numbers, ``out`` behind them; a float."""
+    address, arguments = values
+    kinds = (*signature.args[1], *(types.int64 for _ in out))
     function = ir.FunctionType(ir.DoubleType(), [context.get_value_type(kind) for kind in kinds])
     pointer = builder.inttoptr(address, function.as_pointer())
+    given = [*cgutils.unpack_tuple(builder, arguments), *out]
     # What only reads may be called once for the same arguments.
-    return builder.call(pointer, values, attrs=("nounwind", "readonly") if reads else ())
+    return builder.call(pointer, given, attrs=("nounwind", "readonly") if reads else ())
 
 
 @intrinsic
@@ -70,19 +76,17 @@ def value_at(typingctx: Any, address: Any, args: Any) -> Any:
     """Call a function that only reads, at an address, with a tuple of numbers; a float."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        given = cgutils.unpack_tuple(builder, values[1])
-        return _calling(builder, context, values[0], args, given, reads=True)
+        return _calling(builder, context, signature, values, reads=True)
 
     return types.float64(types.int64, args), generate
 
 
 @intrinsic
 def write_at(typingctx: Any, address: Any, args: Any) -> Any:
-    """Call a function that writes, at an address, with a tuple of numbers; a float."""
+    """As `value_at`, of a function that writes."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        given = cgutils.unpack_tuple(builder, values[1])
-        return _calling(builder, context, values[0], args, given, reads=False)
+        return _calling(builder, context, signature, values, reads=False)
 
     return types.float64(types.int64, args), generate
 
@@ -95,9 +99,7 @@ def five_at(typingctx: Any, address: Any, args: Any) -> Any:
         double = ir.DoubleType()
         out = cgutils.alloca_once(builder, double, size=5)
         place = builder.ptrtoint(out, context.get_value_type(types.int64))
-        given = [*cgutils.unpack_tuple(builder, values[1]), place]
-        kinds = (*args, types.int64)
-        _calling(builder, context, values[0], kinds, given, reads=False)
+        _calling(builder, context, signature, values, reads=False, out=(place,))
         numbers = [builder.load(builder.gep(out, [ir.IntType(32)(i)])) for i in range(5)]
         return context.make_tuple(builder, signature.return_type, numbers)
 
@@ -130,7 +132,7 @@ def _doubles(address, first, count):
 
 @compiled_as(memory_at)
 def _memory_at(address, count):
-    return numba.carray(as_pointer(address), (count,), np.float64)
+    return doubles(address, 0, count)
 
 
 def _viewed_as(place: Callable[[int], Any], record: np.dtype[Any]) -> None:

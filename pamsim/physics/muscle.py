@@ -17,8 +17,8 @@ from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.friction import Friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
-from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
-from pamsim.physics.hysteresis.group import Hysteresis
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.group import Hysteresis, Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.passive import Creep, PassiveSpring
 from pamsim.physics.tension import EndShape, Threshold

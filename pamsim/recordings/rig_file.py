@@ -25,7 +25,8 @@ from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
 from pamsim.effects.effect import Effect
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
-from pamsim.physics.hysteresis.catalog import OPERATORS, Operator
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.group import Operator
 
 SCHEMA = "pamsim-rig/1"
 EFFECTS = "effects.py"

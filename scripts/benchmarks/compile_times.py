@@ -29,7 +29,7 @@ from pamsim.engine import compiled, gauges, law_table, plugin
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import SIZE, slot
-plugin.load_kernel(), gauges._compiled(), compiled.checked_end()
+plugin.load_kernel(), gauges.compiled_read(), compiled.checked_end()
 rows = []
 for law in FORCE_LAWS.own():
     for operator in (None, *OPERATORS.own()):

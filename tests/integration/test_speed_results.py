@@ -66,6 +66,12 @@ def test_what_the_checks_cost_is_that_of_the_record():
     assert f"takes {cost:.2f} times as long" in text
 
 
+def test_what_compiling_costs_is_that_of_the_record():
+    result = json.loads((RESULTS / "compile_times.json").read_text(encoding="utf-8"))
+    assert f"first command of an installation takes {result['command']['cold_s']:.0f} s" in TEXT
+    assert result["command"]["warm_s"] < result["command"]["cold_s"]
+
+
 def test_the_cost_of_a_diagnosis_is_that_of_its_record():
     result = json.loads((RESULTS / "diagnosis_costs.json").read_text(encoding="utf-8"))
     page = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")

@@ -48,9 +48,6 @@ Output: TypeAlias = Callable[[Any, Row, float], float]
 Rates: TypeAlias = Callable[[Any, Row, MutableRow, float, float, float], None]
 """Writes the rates of the memory [1/s]: of h, z, dz, x, its rate and the time step."""
 
-COMMON_FIELDS = 4
-"""Fields in front of an operator's own: force, force_per_pressure, force_share, chord."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Hysteresis(ParameterGroup):
