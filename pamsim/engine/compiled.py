@@ -1,7 +1,8 @@
 """The muscles' part of an engine step as machine code, without Python in it.
 
-`pamsim.engine.muscle_step` and the physics are ordinary Python, handed to numba as they stand; laws
-are called through `pamsim.engine.law_table`. The machine code is cached on disk under a key that
+`pamsim.engine.muscle_step` and the physics are ordinary Python, handed to numba as they stand. The
+step calls the kernel, and the kernel the laws, through `pamsim.engine.function_table`: numba
+optimises and emits every function again in each one that calls it. The machine code is cached on disk under a key that
 covers the source, its constants and the layout of the engine's structs: numba alone would notice an
 edit only in this file.
 """
@@ -14,7 +15,9 @@ from __future__ import annotations
 import ctypes
 import functools
 import inspect
+from collections.abc import Iterable
 from dataclasses import dataclass
+from types import FunctionType
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -23,8 +26,18 @@ import numpy as np
 from numba import types
 
 from pamsim.core.compilation import compile_notice
-from pamsim.engine import checks, law_table, memory, muscle_step, structs
-from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
+from pamsim.engine import (
+    by_address,
+    checks,
+    function_table,
+    law_table,
+    memory,
+    muscle_step,
+    structs,
+)
+from pamsim.engine.function_table import KIND
+from pamsim.engine.jit import OPTIONS, fingerprint, hand_to_numba, own_copy, reached_functions
+from pamsim.engine.law_table import PARTS
 from pamsim.engine.memory import address_of, compiled_as, keyed_by
 from pamsim.engine.muscle_step import (
     check_step,
@@ -37,10 +50,70 @@ from pamsim.engine.muscle_step import (
     step_end,
     step_forces,
     step_rates,
+    supply_fall,
 )
+from pamsim.physics.chamber_pressure import chamber_pressure, consistent_pressure
+from pamsim.physics.kernel import state_rates, tension
+from pamsim.physics.record import record_dtype, view
+from pamsim.physics.static_muscle import volume_varies
+from pamsim.physics.supply import sags
 
-_HOOKS = (doubles, memory_at, integer, muscle_at, states_at, report)
+_PARTS: tuple[FunctionType, ...] = (
+    state_rates,
+    chamber_pressure,
+    tension,
+    consistent_pressure,
+    supply_fall,
+)
+"""Functions of the kernel that are compiled each by itself, when a muscle first needs one."""
+
+_HOOKS = (doubles, memory_at, integer, muscle_at, states_at, report, *_PARTS)
 """Functions that compiled code has in another form."""
+
+# The functions themselves: compiled code that calls them by their names is sent to the table.
+_own = [own_copy(function) for function in _PARTS]
+
+for _part, _function in enumerate(_PARTS):
+    compiled_as(_function, OPTIONS)(by_address.called(_function, f"{PARTS} * KIND + {_part}"))
+
+
+def _compiled_part(part: int) -> Any:
+    records = {
+        "Parameters": record_dtype(),
+        "ModelStruct": structs.model_dtype(),
+        "DataStruct": structs.data_dtype(),
+    }
+    with compile_notice("the muscles", "about five seconds"):
+        return by_address.compiled(_own[part], hand_over(_own[part]), records)
+
+
+function_table.made_by(PARTS, _compiled_part)
+
+
+def prepare(rows: Iterable[Any]) -> None:
+    """Compile what some muscles need, or load it from numba's cache.
+
+    Args:
+        rows: (SIZE,) each, of a muscle.
+
+    Raises:
+        EngineError: if a code in a row stands for no law that is known here.
+        InputError: if a law cannot be compiled.
+    """
+    keys: set[int] = set()
+    for row in rows:
+        m = view(row)
+        needed = {
+            state_rates: True,
+            chamber_pressure: True,
+            tension: m.chain.backlash > 0.0,
+            consistent_pressure: volume_varies(m),
+            supply_fall: sags(m),
+        }
+        keys.update(PARTS * KIND + part for part, one in enumerate(_PARTS) if needed[one])
+        keys.update(law_table.keys_of(row))
+    function_table.load(sorted(keys))
+
 
 _report: Any = types.ExternalFunction(
     "pamsim_report",
@@ -64,12 +137,13 @@ class Natives:
 
 def hand_over(*functions: Any) -> str:
     """Hand functions to numba, with what they call; the key of the code compiled from them."""
-    law_table.declare()
+    function_table.declare()
     reporter = ctypes.cast(checks.reporter, ctypes.c_void_p).value or 0
     llvm.add_symbol("pamsim_report", reporter)
     reached = reached_functions(*functions, leave=_HOOKS)
     hand_to_numba(reached)
-    return fingerprint(reached) + "".join(map(inspect.getsource, (muscle_step, memory, law_table)))
+    texts = map(inspect.getsource, (muscle_step, memory, function_table, by_address))
+    return fingerprint(reached) + "".join(texts)
 
 
 @functools.cache
@@ -80,7 +154,7 @@ def compiled_kernel() -> Natives:
         Its functions. They must stay referenced while the engine may call them, which this
         function's cache does.
     """
-    with compile_notice("the muscles", "about ten seconds"):
+    with compile_notice("the step of a model", "about two seconds"):
         key = hand_over(step_rates, step_forces, step_end)
         compiled = _compile(key, structs.model_dtype(), structs.data_dtype())
     return Natives(*(native.ctypes for native in compiled))

@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.engine.muscle_step import COUNT, muscle_at, pressure_of, states_at, tension_of
+from pamsim.engine.muscle_step import COUNT, memory_at, muscle_at, states_at
 from pamsim.engine.stepping import muscle_ids
+from pamsim.physics.chamber_pressure import chamber_pressure
+from pamsim.physics.kernel import tension
 from pamsim.physics.muscle_valves import pressure_at_valve
 
 
@@ -94,11 +96,12 @@ def read(
             row = rows.ctypes.data + 8 * (copy * rows.shape[1] + muscle) * rows.shape[2]
             count, column = int(places[1, muscle]), int(places[2, muscle])
             states = act.ctypes.data + 8 * (k * act.shape[1] + int(places[0, muscle]))
+            m, s = muscle_at(row), states_at(states + 8 * (count - COUNT))
+            z = memory_at(states, count - COUNT)
             if what == 1:
-                out[k, muscle] = tension_of(row, states, count, length[k, column], speed[k, column])
+                out[k, muscle] = tension(m, s, z, length[k, column], speed[k, column])
             else:
-                m, s = muscle_at(row), states_at(states + 8 * (count - COUNT))
-                pressure = pressure_of(row, states, count, length[k, column])
+                pressure = chamber_pressure(m, s, z, length[k, column])
                 out[k, muscle] = pressure_at_valve(m, s, pressure) - m.chamber.atmosphere
 
 

@@ -97,8 +97,15 @@ def _at_home(function: FunctionType) -> FunctionType:
     """A function as numba's cache can load it: that of a rig's file has no module to import."""
     if function.__module__.startswith("pamsim."):
         return function
+    copy = own_copy(function)
+    copy.__module__ = __name__
+    return copy
+
+
+def own_copy(function: FunctionType) -> FunctionType:
+    """A copy of a function: the code behind what compiled code calls by its name."""
     code, space = function.__code__, function.__globals__
     copy = FunctionType(code, space, function.__name__, function.__defaults__, function.__closure__)
     copy.__annotations__, copy.__kwdefaults__ = function.__annotations__, function.__kwdefaults__
-    copy.__module__ = __name__
+    copy.__module__ = function.__module__
     return copy

@@ -6,7 +6,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -111,15 +112,17 @@ def keyed_by(key: Any) -> None:
     """Make a function close over its key and so enter it in numba's cache key; does nothing."""
 
 
-def compiled_as(place: Callable[..., Any]) -> Callable[[Any], Any]:
-    """Have compiled code run another function in the place of one."""
+def compiled_as(
+    place: Callable[..., Any], options: Mapping[str, Any] = ARRAYS
+) -> Callable[[FunctionType], FunctionType]:
+    """Have compiled code run another function in the place of one, with numba's options."""
 
-    def take(function: Any) -> Any:
+    def take(function: FunctionType) -> FunctionType:
         def choose(*_: Any) -> Any:
             return function
 
         choose.__signature__ = inspect.signature(function)  # pyright: ignore
-        overload(place, jit_options=ARRAYS)(choose)
+        overload(place, jit_options=options)(choose)
         return function
 
     return take

@@ -11,7 +11,7 @@ import ctypes
 import functools
 import math
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -29,6 +29,9 @@ from pamsim.physics.kernel import state_rates, tendon_force, tension
 from pamsim.physics.muscle_valves import asks_too_much
 from pamsim.physics.record import SIGNATURE, SIZE, STATE_NAMES, view
 from pamsim.physics.supply import VALVE, fill_valve_of, sags, supply_sag
+
+ModelStruct: TypeAlias = Any
+DataStruct: TypeAlias = Any
 
 COUNT = len(STATE_NAMES)
 """States of a muscle that have a name; they are the last of its ``act``."""
@@ -94,84 +97,6 @@ def states_at(address: int) -> Any:
     return _StatesView(doubles(address, 0, COUNT))
 
 
-# --- the kernel of the muscle whose row and states are at addresses ---
-
-
-def rates_of(
-    row: int,
-    act: int,
-    act_dot: int,
-    count: int,
-    length: float,
-    velocity: float,
-    command: float,
-    time: float,
-    timestep: float,
-    opposing: float,
-    sag: float,
-) -> float:
-    """Write the rates of the states at an address; tension [N]. See `state_rates`."""
-    named = 8 * (count - COUNT)
-    return state_rates(
-        muscle_at(row),
-        states_at(act + named),
-        memory_at(act, count - COUNT),
-        states_at(act_dot + named),
-        doubles(act_dot, 0, count - COUNT),
-        length,
-        velocity,
-        command,
-        time,
-        timestep,
-        opposing,
-        sag,
-    )
-
-
-def tension_of(row: int, act: int, count: int, length: float, velocity: float) -> float:
-    """Tension of a muscle with its states at an address [N]."""
-    z = memory_at(act, count - COUNT)
-    return tension(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length, velocity)
-
-
-def pressure_of(row: int, act: int, count: int, length: float) -> float:
-    """Absolute pressure in the chamber of a muscle with its states at an address [Pa]."""
-    z = memory_at(act, count - COUNT)
-    return chamber_pressure(muscle_at(row), states_at(act + 8 * (count - COUNT)), z, length)
-
-
-def broken_in(
-    row: int,
-    before: int,
-    act: int,
-    act_dot: int,
-    count: int,
-    length: float,
-    velocity: float,
-    force: float,
-    command: float,
-    time: float,
-    timestep: float,
-    found: FloatArray,
-) -> float:
-    """Code of the first invariant that a step has broken, see `broken_invariant`."""
-    named = 8 * (count - COUNT)
-    return broken_invariant(
-        muscle_at(row),
-        states_at(before + named),
-        memory_at(before, count - COUNT),
-        states_at(act + named),
-        states_at(act_dot + named),
-        length,
-        velocity,
-        force,
-        command,
-        time,
-        timestep,
-        found,
-    )
-
-
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
     """Note a broken invariant, see `pamsim.engine.checks`."""
     from pamsim.engine import checks
@@ -182,7 +107,7 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
 # --- the step ---
 
 
-def row_of(model: Any, index: int) -> int:
+def row_of(model: ModelStruct, index: int) -> int:
     """Address of an actuator's parameters; 0 if it is no pamsim muscle."""
     if model.nuser_actuator < SIZE:
         return 0
@@ -190,9 +115,14 @@ def row_of(model: Any, index: int) -> int:
     return row if doubles(row, 0, 1)[0] == SIGNATURE else 0
 
 
-def act_of(model: Any, states: int, index: int) -> int:
+def act_of(model: ModelStruct, states: int, index: int) -> int:
     """Address of an actuator's states in ``act`` or in its rates."""
     return states + 8 * integer(model.actuator_actadr, index)
+
+
+def memory_size(model: ModelStruct, index: int) -> int:
+    """Number of an actuator's states that are its memory of hysteresis; they come first."""
+    return integer(model.actuator_actnum, index) - COUNT
 
 
 def number_of(values: int, places: int, index: int) -> float:
@@ -200,27 +130,28 @@ def number_of(values: int, places: int, index: int) -> float:
     return doubles(values, integer(places, index), 1)[0]
 
 
-def switched_off(model: Any, index: int) -> bool:
+def switched_off(model: ModelStruct, index: int) -> bool:
     """Whether the group of an actuator is among the disabled ones."""
     group = integer(model.actuator_group, index)
     return 0 <= group < 31 and (model.disableactuator >> group) & 1 == 1
 
 
-def opposing_tension(model: Any, data: Any, m: Any) -> float:
+def opposing_tension(model: ModelStruct, data: DataStruct, m: Any) -> float:
     """Tension of the muscle at the other end of a chain with backlash [N]; 0 without."""
     if m.chain.backlash == 0.0 or m.partner == 0.0:
         return 0.0
     other = int(m.partner) - 1
-    return tension_of(
-        row_of(model, other),
-        act_of(model, data.act, other),
-        integer(model.actuator_actnum, other),
+    states, memory = act_of(model, data.act, other), memory_size(model, other)
+    return tension(
+        muscle_at(row_of(model, other)),
+        states_at(states + 8 * memory),
+        memory_at(states, memory),
         number_of(data.actuator_length, model.actuator_outadr, other),
         number_of(data.actuator_velocity, model.actuator_outadr, other),
     )
 
 
-def supply_fall(model: Any, data: Any, index: int) -> float:
+def supply_fall(model: ModelStruct, data: DataStruct, index: int) -> float:
     """Fall of a muscle's supply by the flow to all muscles on it [Pa].
 
     Args:
@@ -238,24 +169,24 @@ def supply_fall(model: Any, data: Any, index: int) -> float:
         fed = muscle_at(row)
         if fed.valve.supply_line != m.valve.supply_line:
             continue
-        states, size = act_of(model, data.act, other), integer(model.actuator_actnum, other)
+        states, memory = act_of(model, data.act, other), memory_size(model, other)
         length = number_of(data.actuator_length, model.actuator_outadr, other)
+        s = states_at(states + 8 * memory)
         fill_valve_of(
             fed,
-            states_at(states + 8 * (size - COUNT)),
-            pressure_of(row, states, size, length),
+            s,
+            chamber_pressure(fed, s, memory_at(states, memory), length),
             number_of(data.ctrl, model.actuator_ctrladr, other),
             data.time,
             model.timestep,
             valves[on_line],
         )
         on_line += 1
-    named = integer(model.actuator_actnum, index) - COUNT
-    s = states_at(act_of(model, data.act, index) + 8 * named)
-    return supply_sag(m, s, valves[:on_line], model.timestep)
+    own = states_at(act_of(model, data.act, index) + 8 * memory_size(model, index))
+    return supply_sag(m, own, valves[:on_line], model.timestep)
 
 
-def step_rates(model: Any, data: Any, instance: int) -> None:
+def step_rates(model: ModelStruct, data: DataStruct, instance: int) -> None:
     """Write the rates of all states of the muscles of a plugin instance.
 
     The tension is left in ``actuator_force`` until `step_forces` runs.
@@ -277,12 +208,13 @@ def step_rates(model: Any, data: Any, instance: int) -> None:
             for i in range(count):
                 rates[i] = 0.0
             continue
-        m = muscle_at(row)
-        pull = rates_of(
-            row,
-            act,
-            act_dot,
-            count,
+        m, memory = muscle_at(row), count - COUNT
+        pull = state_rates(
+            m,
+            states_at(act + 8 * memory),
+            memory_at(act, memory),
+            states_at(act_dot + 8 * memory),
+            doubles(act_dot, 0, memory),
             number_of(data.actuator_length, model.actuator_outadr, index),
             number_of(data.actuator_velocity, model.actuator_outadr, index),
             number_of(data.ctrl, model.actuator_ctrladr, index),
@@ -295,7 +227,7 @@ def step_rates(model: Any, data: Any, instance: int) -> None:
         doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)[0] = -pull
 
 
-def step_forces(model: Any, data: Any, instance: int) -> None:
+def step_forces(model: ModelStruct, data: DataStruct, instance: int) -> None:
     """Write the forces of the muscles of a plugin instance; arguments as `step_rates`.
 
     The engine's force lengthens the tendon; a muscle shortens it. The force is no number where the
@@ -313,17 +245,17 @@ def step_forces(model: Any, data: Any, instance: int) -> None:
         if row == 0 or model.integrator == _RK4:
             force[0] = math.nan
             continue
-        count, act = integer(model.actuator_actnum, index), act_of(model, data.act, index)
+        act, memory = act_of(model, data.act, index), memory_size(model, index)
+        m, s = muscle_at(row), states_at(act + 8 * memory)
         length = number_of(data.actuator_length, model.actuator_outadr, index)
         velocity = number_of(data.actuator_velocity, model.actuator_outadr, index)
         pull = -force[0]
         if pull == 0.0 and math.copysign(1.0, pull) < 0.0:
-            pull = tension_of(row, act, count, length, velocity)
-        s = states_at(act + 8 * (count - COUNT))
-        force[0] = -tendon_force(muscle_at(row), s, pull, length, velocity, model.timestep)
+            pull = tension(m, s, memory_at(act, memory), length, velocity)
+        force[0] = -tendon_force(m, s, pull, length, velocity, model.timestep)
 
 
-def step_end(model: Any, data: Any, instance: int) -> None:
+def step_end(model: ModelStruct, data: DataStruct, instance: int) -> None:
     """Leave no air after a step that began at another time than its rates were evaluated at.
 
     Such a step has evaluated the muscles between time points, as ``mj_RungeKutta`` does. Arguments
@@ -338,7 +270,9 @@ def step_end(model: Any, data: Any, instance: int) -> None:
             doubles(act_of(model, data.act, index), count - 1, 1)[0] = math.nan
 
 
-def check_step(model: Any, data: Any, instance: int, addresses: tuple[int, int]) -> None:
+def check_step(
+    model: ModelStruct, data: DataStruct, instance: int, addresses: tuple[int, int]
+) -> None:
     """Report what the last step has broken, see `pamsim.engine.checks`.
 
     Args:
@@ -372,12 +306,13 @@ def check_step(model: Any, data: Any, instance: int, addresses: tuple[int, int])
         before = np.empty(count)
         for i in range(count):
             before[i] = states[i] - model.timestep * rates[i]
-        code = broken_in(
-            row,
-            before.ctypes.data,
-            act,
-            act_dot,
-            count,
+        memory = count - COUNT
+        code = broken_invariant(
+            m,
+            states_at(before.ctypes.data + 8 * memory),
+            before[:memory],
+            states_at(act + 8 * memory),
+            states_at(act_dot + 8 * memory),
             doubles(data.actuator_length, out, 1)[0],
             doubles(data.actuator_velocity, out, 1)[0],
             doubles(data.actuator_force, out, 1)[0],

@@ -24,6 +24,7 @@ from pamsim.core.units import FloatArray
 from pamsim.engine import command_plan, external, structs
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
+from pamsim.engine.jit import ARRAYS
 from pamsim.engine.library import engine_library
 from pamsim.engine.stepping import EachStep, advance
 from pamsim.recordings.recording import Outcome
@@ -152,7 +153,7 @@ def compiled_loop() -> Any:
     address: Any = numba.types.int64
     step: Any = numba.types.ExternalFunction("pamsim_mj_step", numba.void(address, address))
 
-    @overload(advance)
+    @overload(advance, jit_options=ARRAYS)
     def _(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> Any:
         def steps(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> None:
             for _ in range(count):
@@ -160,7 +161,7 @@ def compiled_loop() -> Any:
 
         return steps
 
-    @overload(_copy)  # numba compiles the assignment of a whole row for seconds
+    @overload(_copy, jit_options=ARRAYS)  # numba compiles the assignment of a whole row for seconds
     def _(values: Any, into: Any) -> Any:
         def each(values: Any, into: Any) -> None:
             for i in range(values.size):
@@ -169,7 +170,7 @@ def compiled_loop() -> Any:
         return each
 
     for function in (act, effort, note_state, note_tendons, take_samples):
-        register_jitable(function)
+        register_jitable(**ARRAYS)(function)
     text = inspect.getsource(external) + inspect.getsource(command_plan)
     key = 1 + zlib.crc32(text.encode())
 

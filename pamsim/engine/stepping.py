@@ -81,10 +81,9 @@ def live(*models: mujoco.MjModel, backend: str = "compiled") -> Iterator[None]:
     with checks.raised_at_end(models):
         if backend == "compiled":
             plugin.load_kernel()
-            from pamsim.engine import law_table
+            from pamsim.engine.compiled import prepare
 
-            for model in models:
-                law_table.prepare(model.actuator_user[muscle_ids(model)])
+            prepare(row for model in models for row in model.actuator_user[muscle_ids(model)])
             yield
         else:
             usual, python = plugin.slot(), plugin.python_slot()

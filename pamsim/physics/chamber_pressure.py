@@ -55,7 +55,7 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
         going_on = 2.0 * last - s.earlier_pressure
         if not 0.5 * last < going_on < 2.0 * last:
             going_on = last
-        return _consistent_pressure(m, s.air, fixed, kappa, going_on)
+        return consistent_pressure(m, s.air, fixed, kappa, going_on)
     # A search without a step before begins at the pressure of a braid of typical length.
     inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
     pressure = math.nan
@@ -65,10 +65,10 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
         return pressure
     if not inside > 0.0:
         pressure = _TYPICAL_PRESSURE + m.chamber.atmosphere
-    return _consistent_pressure(m, s.air, fixed, kappa, pressure)
+    return consistent_pressure(m, s.air, fixed, kappa, pressure)
 
 
-def _consistent_pressure(
+def consistent_pressure(
     m: Parameters, air: float, fixed: float, kappa: float, first: float
 ) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].

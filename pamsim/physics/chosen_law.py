@@ -24,6 +24,16 @@ from pamsim.physics.record import MutableRow, Parameters, Row
 _APART, _ABOVE = 1e-6, 10.0  # steps of difference quotients: contraction [-], pressure [Pa]
 
 
+def law_pushes(m: Parameters) -> bool:
+    """Whether the law's force may push; that of a muscle is limited to tension."""
+    return m.force.pushes != 0.0
+
+
+def law_volume_varies(m: Parameters) -> bool:
+    """Whether the law's volume changes with pressure at a held length."""
+    return m.force.volume_varies != 0.0
+
+
 def law_force(m: Parameters, pressure: float, contraction: float) -> float:
     """Force of the law, without its scale [N].
 
@@ -63,16 +73,6 @@ def law_derivatives(
     return law_functions(m.force.law)[law_derivatives](m, pressure, contraction)
 
 
-def law_pushes(m: Parameters) -> bool:
-    """Whether the law's force may push; that of a muscle is limited to tension."""
-    return law_functions(m.force.law)[law_pushes](m)
-
-
-def law_volume_varies(m: Parameters) -> bool:
-    """Whether the law's volume changes with pressure at a held length."""
-    return law_functions(m.force.law)[law_volume_varies](m)
-
-
 def operator_output(m: Parameters, z: Row, x: float) -> float:
     """Output w of the operator, about in [-1, 1].
 
@@ -105,7 +105,7 @@ def operator_rates(
     operator_functions(m.hysteresis.law)[operator_rates](m, z, dz, x, x_rate, timestep)
 
 
-OF_LAW = (law_force, law_volume, law_work, law_derivatives, law_pushes, law_volume_varies)
+OF_LAW = (law_force, law_volume, law_work, law_derivatives)
 OF_OPERATOR = (operator_output, operator_energy, operator_rates)
 CHOICES: tuple[Callable[..., Any], ...] = (*OF_LAW, *OF_OPERATOR)
 """The functions that stand for another one in each muscle."""
@@ -171,8 +171,6 @@ def law_functions(code: float) -> dict[Callable[..., Any], FunctionType]:
     else:
         text = f"def law_derivatives({_AT}) -> {_FIVE}:\n    {call}\n"
         add(law_derivatives, text, own=together)
-    for place, value in ((law_pushes, card.pushes), (law_volume_varies, card.volume_varies)):
-        add(place, f"def {place.__name__}(m: Parameters) -> bool:\n    return {value}\n")
     return made
 
 

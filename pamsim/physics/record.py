@@ -85,9 +85,9 @@ def record_dtype(
 
     Returns:
         Record with ``signature``, ``command``, ``partner`` (the id of the actuator at the other end
-        of the chain plus 1, 0 for none) and one record per group. The records of ``force`` and
-        ``hysteresis`` begin with ``law``, the code of the law; that number is also called
-        ``law_<code>``, so that the records of two laws are different types.
+        of the chain plus 1, 0 for none) and one record per group. ``law`` of ``force`` and of
+        ``hysteresis`` is the code of the law; ``force.pushes`` and ``force.volume_varies`` are 1 or
+        0 as its card says.
     """
     fields: dict[str, tuple[Any, int]] = {
         name: ("<f8", place) for place, name in enumerate(("signature", "command", "partner"))
@@ -104,17 +104,14 @@ def record_dtype(
         own = {name: ("<f8", at) for (name, _), at in zip(specs(group), places, strict=True)}
         fields[group.group] = _record(own, places[-1] + 1), start
     # Every force law begins with a scale. Without an operator the width of its loop is there, as 0.
-    for name, chosen, common, catalog in (
-        ("force", force, ["scale"], FORCE_LAWS),
-        ("hysteresis", hysteresis, [field for field, _ in specs(Hysteresis)], OPERATORS),
+    for name, chosen, first, common in (
+        ("force", force, ("pushes", "volume_varies", "law"), ("scale",)),
+        ("hysteresis", hysteresis, ("law",), tuple(field for field, _ in specs(Hysteresis))),
     ):
-        code, names = "any", common
-        if chosen is not None:
-            code, names = str(int(catalog.code(chosen))), [field for field, _ in specs(chosen)]
-        own = {field: ("<f8", at) for at, field in enumerate(["law", *names])}
-        own[f"law_{code}"] = "<f8", 0
-        fields[name] = _record(own, 1 + MOST_PARAMETERS), end
-        end += 1 + MOST_PARAMETERS
+        names = first + (common if chosen is None else tuple(field for field, _ in specs(chosen)))
+        size = len(first) + MOST_PARAMETERS
+        fields[name] = _record({field: ("<f8", at) for at, field in enumerate(names)}, size), end
+        end += size
     return _record(fields, end)
 
 
@@ -131,8 +128,7 @@ def places_in_row(*laws: type[ParameterGroup] | None) -> dict[str, int]:
         if kind.names is None:
             found[name] = first // 8
         for inner in kind.names or ():
-            if not inner.startswith("law_"):  # another name of `law`
-                found[f"{name}.{inner}"] = (first + kind.fields[inner][1]) // 8
+            found[f"{name}.{inner}"] = (first + kind.fields[inner][1]) // 8
     return found
 
 
@@ -182,7 +178,12 @@ def pack(muscle: Muscle) -> FloatArray:
     places = places_in_row(type(muscle.force), hysteresis)
     row[places["signature"]] = SIGNATURE
     row[places["command"]] = COMMANDS.index(muscle.command)
+    card = FORCE_LAWS.card(type(muscle.force))
     row[places["force.law"]] = FORCE_LAWS.code(type(muscle.force))
+    row[places["force.pushes"]], row[places["force.volume_varies"]] = (
+        card.pushes,
+        card.volume_varies,
+    )
     if hysteresis is not None:
         row[places["hysteresis.law"]] = OPERATORS.code(hysteresis)
     # Groups without meaning are there as well: the kernel divides by some of their neutral values.

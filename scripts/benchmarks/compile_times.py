@@ -25,7 +25,7 @@ from typing import Any
 COMMAND = ("-m", "pamsim", "step", "--pressure", "100,0", "--duration", "100ms")
 EVERYTHING = """
 import numpy as np
-from pamsim.engine import compiled, gauges, law_table, plugin
+from pamsim.engine import compiled, gauges, plugin
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import SIZE, slot
@@ -37,7 +37,7 @@ for law in FORCE_LAWS.own():
         row[slot("force.law")] = FORCE_LAWS.code(law.group)
         row[slot("hysteresis.law")] = OPERATORS.code(operator.group) if operator else 0.0
         rows.append(row)
-law_table.prepare(rows)
+compiled.prepare(rows)
 """
 
 

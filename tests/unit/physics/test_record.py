@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections import Counter
 
 import numpy as np
@@ -16,7 +15,6 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.hysteresis.preisach import PleatedFactor, Preisach
 from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.record import (
     COMMON,
@@ -171,17 +169,6 @@ def test_every_law_has_its_parameters_behind_its_code_in_declared_order(law):
     own = [places[f"{law.group}.{field}"] for field, _ in specs(law)]
     assert own == list(range(first, first + len(own)))
     assert len(own) <= MOST_PARAMETERS
-
-
-def test_records_of_two_laws_are_two_types_even_if_their_fields_are_the_same():
-    """Compiled code chooses a law by the type of the record."""
-    names = [[field for field, _ in specs(law)] for law in (Preisach, PleatedFactor)]
-    assert names[0] == names[1]
-    kinds = [record_dtype(law.group) for law in FORCE_LAWS.values()]
-    kinds += [record_dtype(None, law.group) for law in OPERATORS.values()]
-    for one, other in itertools.combinations([*kinds, record_dtype()], 2):
-        assert one != other
-        assert one["force"] != other["force"] or one["hysteresis"] != other["hysteresis"]
 
 
 @pytest.mark.parametrize("kind", KINDS, ids="-".join)
