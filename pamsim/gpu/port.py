@@ -3,37 +3,32 @@
 from __future__ import annotations
 
 import functools
-from types import FunctionType
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from types import FunctionType, ModuleType
 from typing import Any
 
 from pamsim.core.compilation import function_of_text
 from pamsim.core.errors import InputError
-from pamsim.gpu import arithmetic
-from pamsim.gpu.replaced_functions import IN_SINGLE, ladders
-from pamsim.gpu.translate import translate, translated_name
+from pamsim.gpu.translate import MATH, translate, translated_name, with_body
 from pamsim.gpu.warp_package import warp
+from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.record import Parameters, States
+from pamsim.physics.supply import Valves, supply_sag
 
 PRECISIONS = ("float32", "float64")
 """Arithmetic and memory of the muscles."""
 
-_MATH = (
-    "atan",
-    "atan2",
-    "copysign",
-    "cos",
-    "exp",
-    "floor",
-    "isfinite",
-    "isinf",
-    "isnan",
-    "log",
-    "pow",
-    "sin",
-    "sqrt",
-    "tan",
-    "tanh",
-)
-"""Functions that Warp calls as Python's `math` does."""
+_MIXED = (("_int", "_float"), ("_float", "_int"))
+_OPERATORS = {
+    **dict.fromkeys((("add", "+"), ("sub", "-"), ("mul", "*"), ("pow", "**")), _MIXED),
+    ("div", "/"): (*_MIXED, ("_int", "_int")),
+}
+"""Warp's name and Python's sign of an operator -> types of two numbers that Warp does not take, or
+divides to a whole one."""
 
 
 class Port:
@@ -68,14 +63,33 @@ class Port:
             "_bool": wp.bool,
             "_row": wp.array(dtype=self.scalar),
             "_rows": wp.array2d(dtype=self.scalar),
-            "_inf": wp.inf,
-            "_nan": wp.nan,
-            "_math_fmod": wp.mod,
-            **{f"_math_{name}": getattr(wp, name) for name in _MATH},
+            "math": ModuleType("math"),
         }
-        for name in ("modulo_float", "modulo_int"):
-            self._names[f"_{name}"] = self.function(getattr(arithmetic, name))
-        self._names["_math_expm1"] = self.function(arithmetic.expm1)
+        own = {
+            **{constant: self.scalar(getattr(math, constant)) for constant in ("inf", "nan", "pi")},
+            "fmod": wp.mod,
+            "floor": self._made("floor", "x: _float", "int(whole(x))", whole=wp.floor),
+        }
+        for name in sorted(MATH - {"expm1"}):
+            setattr(self._names["math"], name, own.get(name) or getattr(wp, name))
+        self._names["math"].expm1 = self.function(expm1)
+        operators: dict[str, Any] = {}
+        for (name, sign), pairs in _OPERATORS.items():
+            operation = f"_float(a) {sign} _float(b)"
+            first, *others = (self._made(name, f"a: {a}, b: {b}", operation) for a, b in pairs)
+            for other in others:
+                first.add_overload(other)
+            operators[name] = first
+        self._names |= operators | {"mod": self.function(modulo)}
+
+    def _made(self, name: str, arguments: str, result: str, **names: Any) -> Any:
+        text = f"def {name}({arguments}):\n    return {result}\n"
+        return self._compiled(name, text, f"<{name}({arguments})>", names)
+
+    def _compiled(self, name: str, text: str, where: str, names: Mapping[str, Any]) -> Any:
+        where = f"{where} in {self.scalar.__name__}"
+        python = function_of_text(name, text, where, {**self._names, **names}, typed=True)
+        return self._wp.func(python, name=name, module=self.module)
 
     def function(self, law: FunctionType) -> Any:
         """A law and all that it calls as a Warp function.
@@ -86,15 +100,15 @@ class Port:
         law = self._replaced.get(law, law)
         name = translated_name(law)
         if name not in self._known:
-            translation = translate(law)
-            callees = {one: self.function(callee) for one, callee in translation.callees.items()}
-            where = f"<{translation.name} in {self.scalar.__name__}>"
-            names = {**self._names, **callees}
-            python = function_of_text(
-                translation.name, translation.source, where, names, typed=True
-            )
-            self._known[name] = self._wp.func(python, name=name, module=self.module)
+            text, used = translate(law)
+            names = {one: self._counterpart(value) for one, value in used.items()}
+            self._known[name] = self._compiled(name, text, f"<{name}>", names)
         return self._known[name]
+
+    def _counterpart(self, value: float | FunctionType) -> Any:
+        if isinstance(value, FunctionType):
+            return self.function(value)
+        return self.scalar(value) if isinstance(value, float) else value
 
 
 @functools.cache
@@ -105,3 +119,56 @@ def port(precision: str) -> Port:
         InputError: for an unknown precision, or if Warp is not installed.
     """
     return Port(precision)
+
+
+@functools.cache
+def ladders() -> dict[Callable[..., Any], FunctionType]:
+    """Function of `CHOICES` -> one that asks for the code of each law of the package in turn."""
+    laws = sorted({FORCE_LAWS.code(law.group) for law in FORCE_LAWS.own()})
+    operators = sorted({OPERATORS.code(operator.group) for operator in OPERATORS.own()})
+    of_law = {code: law_functions(code) for code in laws}
+    of_operator = {code: operator_functions(code) for code in (*operators, 0.0)}
+    return {place: _ladder(place, "m.force.law", of_law) for place in OF_LAW} | {
+        place: _ladder(place, "m.hysteresis.law", of_operator) for place in OF_OPERATOR
+    }
+
+
+def _ladder(
+    place: Any, asked: str, by_code: Mapping[float, Mapping[Callable[..., Any], FunctionType]]
+) -> FunctionType:
+    given = ", ".join(inspect.signature(place).parameters)
+    word = "" if inspect.signature(place).return_annotation == "None" else "return "
+    *codes, last = by_code
+    tests = [f"if {asked} == {code!r}:\n    {word}own_{code:.0f}({given})\nel" for code in codes]
+    # The last one answers for codes that no law has.
+    body = f"{''.join(tests)}se:\n    {word}own_{last:.0f}({given})"
+    names = {f"own_{code:.0f}": functions[place] for code, functions in by_code.items()}
+    return with_body(place, "_of_law", body, **names)
+
+
+def no_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
+    """In the place of `supply_sag` in single precision, which never reaches its tolerance."""
+    return math.nan
+
+
+IN_SINGLE: dict[FunctionType, FunctionType] = {supply_sag: no_sag}
+"""Function of the kernel -> the one in its place in single precision."""
+
+
+def expm1(x: float) -> float:
+    """Exponential minus 1, with all digits for small x (Kahan)."""
+    grown = math.exp(x)
+    if grown == 1.0:
+        return x
+    gained = grown - 1.0
+    if gained == -1.0 or not math.isfinite(grown):
+        return gained
+    return gained * x / math.log(grown)
+
+
+def modulo(a: float, b: float) -> float:
+    """Remainder with the sign of the divisor, as Python's."""
+    rest = math.fmod(a, b)
+    if rest != 0.0 and (rest < 0.0) != (b < 0.0):
+        return rest + b
+    return rest

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.gpu.arithmetic import expm1
-from pamsim.gpu.port import Port
+from pamsim.gpu.port import Port, expm1
 from pamsim.gpu.translate import translate
 from pamsim.gpu.warp_package import warp
 from tests.unit.strict_laws import WEIGHTS, between, fibonacci, weighted
