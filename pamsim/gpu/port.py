@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import functools
 import inspect
+import itertools
 import math
 from collections.abc import Callable, Mapping
-from types import FunctionType, ModuleType
+from types import BuiltinFunctionType, FunctionType
 from typing import Any
 
 from pamsim.core.compilation import function_of_text
 from pamsim.core.errors import InputError
-from pamsim.gpu.translate import MATH, translate, translated_name, with_body
+from pamsim.gpu.translate import translate, translated_name, with_body
 from pamsim.gpu.warp_package import warp
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -22,13 +23,10 @@ from pamsim.physics.supply import Valves, supply_sag
 PRECISIONS = ("float32", "float64")
 """Arithmetic and memory of the muscles."""
 
-_MIXED = (("_int", "_float"), ("_float", "_int"))
-_OPERATORS = {
-    **dict.fromkeys((("add", "+"), ("sub", "-"), ("mul", "*"), ("pow", "**")), _MIXED),
-    ("div", "/"): (*_MIXED, ("_int", "_int")),
+_MATH = {"atan", "atan2", "copysign", "cos", "exp", "isfinite", "isinf", "isnan", "log", "pow"} | {
+    *("sin", "sqrt", "tan", "tanh")
 }
-"""Warp's name and Python's sign of an operator -> types of two numbers that Warp does not take, or
-divides to a whole one."""
+"""Functions that Warp calls as Python's `math` does."""
 
 
 class Port:
@@ -55,7 +53,6 @@ class Port:
         self.module: Any = wp.get_module(f"{name}.{precision}")
         # Nobody differentiates the steps, and the code for it doubles the time to compile.
         wp.set_module_options({"enable_backward": False}, module=self.module)
-        self._replaced = {**ladders(), **(IN_SINGLE if precision == "float32" else {})}
         self._known: dict[str, Any] = {}
         self._names: dict[str, Any] = {
             "_float": self.scalar,
@@ -63,31 +60,30 @@ class Port:
             "_bool": wp.bool,
             "_row": wp.array(dtype=self.scalar),
             "_rows": wp.array2d(dtype=self.scalar),
-            "math": ModuleType("math"),
         }
-        own = {
-            **{constant: self.scalar(getattr(math, constant)) for constant in ("inf", "nan", "pi")},
-            "fmod": wp.mod,
-            "floor": self._made("floor", "x: _float", "int(whole(x))", whole=wp.floor),
+        # Warp has no operators of a whole number and another, and its quotient of two is whole.
+        signs = {"add": "+", "sub": "-", "mul": "*", "pow": "**", "div": "/"}
+        mixed = itertools.product(signs, ("a: _int, b: _float", "a: _float, b: _int"))
+        for operator, given in (*mixed, ("div", "a: _int, b: _int")):
+            made = self._relay(operator, given, f"_float(a) {signs[operator]} _float(b)")
+            self._names.setdefault(operator, made).add_overload(made)
+        self._replaced: dict[Any, Any] = {
+            **ladders(),
+            **{getattr(math, one): getattr(wp, one) for one in _MATH},
+            math.floor: self._relay("floor", "x: _float", "_int(whole(x))", whole=wp.floor),
+            math.fmod: wp.mod,
+            math.expm1: expm1,
         }
-        for name in sorted(MATH - {"expm1"}):
-            setattr(self._names["math"], name, own.get(name) or getattr(wp, name))
-        self._names["math"].expm1 = self.function(expm1)
-        operators: dict[str, Any] = {}
-        for (name, sign), pairs in _OPERATORS.items():
-            operation = f"_float(a) {sign} _float(b)"
-            first, *others = (self._made(name, f"a: {a}, b: {b}", operation) for a, b in pairs)
-            for other in others:
-                first.add_overload(other)
-            operators[name] = first
-        self._names |= operators | {"mod": self.function(modulo)}
+        if precision == "float32":
+            self._replaced[supply_sag] = no_sag
+        self._names["mod"] = self.function(modulo)
 
-    def _made(self, name: str, arguments: str, result: str, **names: Any) -> Any:
+    def _relay(self, name: str, arguments: str, result: str, **names: Any) -> Any:
         text = f"def {name}({arguments}):\n    return {result}\n"
-        return self._compiled(name, text, f"<{name}({arguments})>", names)
+        return self._compiled(name, text, f"{name}({arguments})", names)
 
     def _compiled(self, name: str, text: str, where: str, names: Mapping[str, Any]) -> Any:
-        where = f"{where} in {self.scalar.__name__}"
+        where = f"<{where} in {self.scalar.__name__}>"
         python = function_of_text(name, text, where, {**self._names, **names}, typed=True)
         return self._wp.func(python, name=name, module=self.module)
 
@@ -102,12 +98,16 @@ class Port:
         if name not in self._known:
             text, used = translate(law)
             names = {one: self._counterpart(value) for one, value in used.items()}
-            self._known[name] = self._compiled(name, text, f"<{name}>", names)
+            self._known[name] = self._compiled(name, text, name, names)
         return self._known[name]
 
-    def _counterpart(self, value: float | FunctionType) -> Any:
+    def _counterpart(self, value: Any) -> Any:
+        """What stands in Warp for a number or a function that a law refers to."""
+        value = self._replaced.get(value, value)
         if isinstance(value, FunctionType):
             return self.function(value)
+        if isinstance(value, BuiltinFunctionType):
+            raise InputError(f"math.{value.__name__} has no counterpart in compiled code")
         return self.scalar(value) if isinstance(value, float) else value
 
 
@@ -149,10 +149,6 @@ def _ladder(
 def no_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
     """In the place of `supply_sag` in single precision, which never reaches its tolerance."""
     return math.nan
-
-
-IN_SINGLE: dict[FunctionType, FunctionType] = {supply_sag: no_sag}
-"""Function of the kernel -> the one in its place in single precision."""
 
 
 def expm1(x: float) -> float:

@@ -12,8 +12,9 @@ import copy
 import functools
 import inspect
 import itertools
+import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import FunctionType
 from typing import Any, NoReturn
 
@@ -22,11 +23,6 @@ from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import PLAIN_GROUPS
 from pamsim.physics.record import STATE_NAMES, places_in_row
-
-MATH = frozenset(("atan", "atan2", "copysign", "cos", "exp", "expm1", "floor", "fmod", "inf")) | {
-    *("isfinite", "isinf", "isnan", "log", "nan", "pi", "pow", "sin", "sqrt", "tan", "tanh")
-}
-"""What laws may use of `math`."""
 
 _GROUPS = {
     group.__name__: group
@@ -49,7 +45,7 @@ _TAKEN = (
 )
 
 
-def translate(function: FunctionType) -> tuple[str, dict[str, float | FunctionType]]:
+def translate(function: FunctionType) -> tuple[str, dict[str, Any]]:
     """Rewrite a function of numbers and of rows of them.
 
     Args:
@@ -57,7 +53,8 @@ def translate(function: FunctionType) -> tuple[str, dict[str, float | FunctionTy
 
     Returns:
         Text of a function called `translated_name`, with the types ``_float``, ``_int``, ``_bool``,
-        ``_row`` (n,) and ``_rows`` (n, k); the numbers and functions that it refers to, by name.
+        ``_row`` (n,) and ``_rows`` (n, k); by their names, the numbers and functions that it refers
+        to, among them those of `math`.
 
     Raises:
         InputError: if it uses something that has no counterpart.
@@ -66,16 +63,18 @@ def translate(function: FunctionType) -> tuple[str, dict[str, float | FunctionTy
     definition = ast.parse(source).body[0]
     if not isinstance(definition, ast.FunctionDef):
         raise InputError(f"{where} is no function that can be compiled")
-    rewriter = _Rewriter(function)
-    definition.name, definition.returns = translated_name(function), None
+    records: dict[str, dict[str, int]] = {}
     for argument in definition.args.args:
-        kind = _annotation(function, argument.arg)
+        name, kind = argument.arg, inspect.signature(function).parameters[argument.arg].annotation
+        kind = kind if isinstance(kind, str) else getattr(kind, "__name__", repr(kind))
         if kind not in _TYPES:
             raise InputError(
-                f"{where}({argument.arg}): {kind!r} has no counterpart in compiled code;"
-                " use float or int"
+                f"{where}({name}): {kind!r} has no counterpart in compiled code; use float or int"
             )
         argument.annotation = ast.Name(_TYPES[kind])
+        records[name] = _places(kind, getattr(function, "laws", (None, None)))
+    rewriter = _Rewriter(function, records)
+    definition.name, definition.returns = translated_name(function), None
     definition.args.defaults = [rewriter.visit(one) for one in definition.args.defaults]
     definition.body = rewriter.block(definition.body)
     return ast.unparse(ast.fix_missing_locations(definition)) + "\n", rewriter.names
@@ -107,16 +106,10 @@ def _result(function: FunctionType, place: int) -> FunctionType:
     return with_body(function, f"_{place}", body, several=function)
 
 
-def _annotation(function: FunctionType, argument: str) -> str:
-    kind = inspect.signature(function).parameters[argument].annotation
-    return kind if isinstance(kind, str) else getattr(kind, "__name__", repr(kind))
-
-
-def _places(function: FunctionType, argument: str) -> dict[str, int]:
-    """Places of the numbers of an argument that is a record, by their names."""
-    kind = _annotation(function, argument)
+def _places(kind: str, laws: tuple[Any, Any]) -> dict[str, int]:
+    """Places of the numbers of a record, by their names; none of an argument of another kind."""
     if kind == "Parameters":
-        return places_in_row(*getattr(function, "laws", (None, None)))
+        return places_in_row(*laws)
     if kind == "States":
         return {name: place for place, name in enumerate(STATE_NAMES)}
     if kind not in _GROUPS:
@@ -127,12 +120,9 @@ def _places(function: FunctionType, argument: str) -> dict[str, int]:
 
 
 class _Rewriter(ast.NodeTransformer):
-    def __init__(self, function: FunctionType) -> None:
-        self._function, self.names = function, dict[str, float | FunctionType]()
-        self._locals = frozenset(function.__code__.co_varnames)
-        arguments = inspect.signature(function).parameters
-        self._places = {name: places for name in arguments if (places := _places(function, name))}
-        self._numbers = itertools.count()
+    def __init__(self, function: FunctionType, records: Mapping[str, Mapping[str, int]]) -> None:
+        self._function, self._records, self.names = function, records, dict[str, Any]()
+        self._globals, self._locals = function.__globals__, {*function.__code__.co_varnames}
 
     def block(self, statements: Sequence[ast.stmt]) -> list[ast.stmt]:
         """Statements rewritten."""
@@ -150,7 +140,9 @@ class _Rewriter(ast.NodeTransformer):
         raise InputError(f"{self._function.__qualname__}: {text!r} {why}")
 
     def _unique(self) -> ast.Name:
-        return ast.Name(f"unnamed_{next(self._numbers)}")
+        name = f"unnamed_{len(self._locals)}"
+        self._locals.add(name)
+        return ast.Name(name)
 
     def visit_Expr(self, node: ast.Expr) -> ast.AST | None:
         return None if isinstance(node.value, ast.Constant) else self.generic_visit(node)
@@ -167,40 +159,42 @@ class _Rewriter(ast.NodeTransformer):
             return node
         if node.id == "float":
             return ast.Name("_float")
-        value = self._function.__globals__.get(node.id)
+        value = self._globals.get(node.id)
         if not isinstance(value, int | float | FunctionType):
             self._refuse(node)
         return self._named(value, node.id)
 
-    def _named(self, value: float | FunctionType, name: str = "") -> ast.Name:
+    def _named(self, value: Any, name: str = "") -> ast.Name:
         name = translated_name(value) if isinstance(value, FunctionType) else name
         self.names[name] = value
         return ast.Name(name)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         first, _, name = ast.unparse(node).partition(".")
-        if first in self._places:
-            place = self._places[first].get(name)  # none for the record of a group
+        if self._records.get(first):
+            place = self._records[first].get(name)  # none for the record of a group
             row = ast.Name(first)
             return row if place is None else ast.Subscript(row, ast.Constant(place), node.ctx)
-        return node if first == "math" and name in MATH else self._refuse(node)
+        if first != "math" or not hasattr(math, name):
+            self._refuse(node)
+        return self._named(getattr(math, name), f"math_{name}")
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
         match node.value, node.slice:
             case ast.Call(func=ast.Name(id=name)) as call, ast.Constant(value=int(place)):
                 self.generic_visit(call)
-                call.func = self._named(_result(self._function.__globals__[name], place))
+                call.func = self._named(_result(self._globals[name], place))
                 return call
-            case ast.Name(id=name), ast.Constant(value=int(place)) if self._elements(name):
-                return self.visit(self._elements(name)[place])
+            case value, ast.Constant(value=int(place)) if elements := self._elements(value):
+                return self.visit(elements[place])
             case _:
                 return self.generic_visit(node)
 
-    def _elements(self, name: str) -> list[ast.expr]:
-        """Elements of a tuple among the function's globals; none of something else."""
-        value = self._function.__globals__.get(name)
-        values = value if isinstance(value, tuple) else ()
-        return [ast.parse(repr(one), mode="eval").body for one in values]
+    def _elements(self, node: ast.expr) -> list[ast.expr]:
+        """Elements of a tuple, written out or a global one; none of something else."""
+        if isinstance(node, ast.Name) and isinstance(self._globals.get(node.id), tuple):
+            node = ast.parse(repr(self._globals[node.id]), mode="eval").body
+        return node.elts if isinstance(node, ast.Tuple) else []
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         self.generic_visit(node)
@@ -223,39 +217,28 @@ class _Rewriter(ast.NodeTransformer):
         return self.visit(ast.Assign([node.target], value))
 
     def visit_For(self, node: ast.For) -> ast.AST | list[ast.stmt]:
-        match node.iter:
-            case ast.Call(func=ast.Name(id="range")):
-                return self.generic_visit(node)
-            case ast.Name(id=rows) if rows in self._locals:
-                counter = self._unique()
-                node.body.insert(
-                    0, ast.Assign([node.target], ast.Subscript(node.iter, counter, ast.Load()))
-                )
-                node.target = counter
-                node.iter = ast.parse(f"range(len({rows}))", mode="eval").body
-                self._locals |= {counter.id}
-                return self.generic_visit(node)
-            case ast.Tuple(elts=rounds):
-                pass
-            case ast.Name(id=name) if rounds := self._elements(name):
-                pass
-            case _:
-                self._refuse(node, "loops over something else than a range or a tuple")
+        if isinstance(node.iter, ast.Call):
+            return self.generic_visit(node)
+        if isinstance(node.iter, ast.Name) and node.iter.id in self._locals:  # rows
+            counter, rows = self._unique().id, node.iter.id
+            node.iter = ast.parse(f"range(len({rows}))", mode="eval").body
+            row = ast.parse(f"{rows}[{counter}]", mode="eval").body
+            node.body.insert(0, ast.Assign([node.target], row))
+            node.target = ast.Name(counter)
+            return self.generic_visit(node)
+        rounds, unrolled = self._elements(node.iter), list[ast.stmt]()
+        if not rounds:
+            self._refuse(node, "loops over something else than a range or a tuple")
         for inner in itertools.chain.from_iterable(map(ast.walk, node.body)):
             if isinstance(inner, ast.Break | ast.Continue):
                 self._refuse(inner, "cannot leave a loop over a tuple in compiled code")
-        unrolled: list[ast.stmt] = []
         for one in rounds:
             unrolled += copy.deepcopy([ast.Assign([node.target], one), *node.body])
         return self.block(unrolled)
 
 
 def _copied(value: ast.expr) -> ast.expr:
-    """A value as a variable of its own, if it is another one or a whole number."""
-    match value:
-        case ast.Name() | ast.Attribute() | ast.Subscript():
-            return ast.Call(ast.Name("copy"), [value], [])
-        case ast.Constant(value=int()) | ast.UnaryOp(operand=ast.Constant(value=int())):
-            return ast.Call(ast.Name("int"), [value], [])
-        case _:
-            return value
+    """A value as a variable of its own."""
+    if isinstance(value, ast.Constant | ast.Name | ast.Subscript | ast.UnaryOp):
+        return ast.Call(ast.Name("copy"), [value], [])
+    return value

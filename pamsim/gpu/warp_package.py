@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
-from types import ModuleType
 from typing import Any
 
 from pamsim.core.errors import InputError
@@ -16,28 +16,22 @@ def warp() -> Any:
         InputError: if it is not installed.
     """
     new = "warp" not in sys.modules
-    try:
-        import warp as package
-    except ModuleNotFoundError as error:
-        raise _missing(error) from None
+    package = _package("warp")
     if new:
         package.config.log_level = package.LOG_WARNING
     return package
 
 
-def mujoco_warp() -> ModuleType:
-    """MuJoCo's engine in Warp.
-
-    Raises:
-        InputError: if it is not installed.
-    """
+def mujoco_warp() -> Any:
+    """MuJoCo's engine in Warp; errors as of `warp`."""
     warp()
+    return _package("mujoco_warp")
+
+
+def _package(name: str) -> Any:
     try:
-        import mujoco_warp as package
+        return importlib.import_module(name)
     except ModuleNotFoundError as error:
-        raise _missing(error) from None
-    return package
-
-
-def _missing(error: ModuleNotFoundError) -> InputError:
-    return InputError(f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'")
+        raise InputError(
+            f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'"
+        ) from None
