@@ -17,8 +17,6 @@ from pamsim.gpu.warp_package import warp
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.record import Parameters, States
-from pamsim.physics.supply import Valves, supply_sag
 
 PRECISIONS = ("float32", "float64")
 """Arithmetic and memory of the muscles."""
@@ -74,8 +72,6 @@ class Port:
             math.fmod: wp.mod,
             math.expm1: expm1,
         }
-        if precision == "float32":
-            self._replaced[supply_sag] = no_sag
         self._names["mod"] = self.function(modulo)
 
     def _relay(self, name: str, arguments: str, result: str, **names: Any) -> Any:
@@ -144,11 +140,6 @@ def _ladder(
     body = f"{''.join(tests)}se:\n    {word}own_{last:.0f}({given})"
     names = {f"own_{code:.0f}": functions[place] for code, functions in by_code.items()}
     return with_body(place, "_of_law", body, **names)
-
-
-def no_sag(m: Parameters, s: States, valves: Valves, timestep: float) -> float:
-    """In the place of `supply_sag` in single precision, which never reaches its tolerance."""
-    return math.nan
 
 
 def expm1(x: float) -> float:

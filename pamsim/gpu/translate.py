@@ -211,11 +211,6 @@ class _Rewriter(ast.NodeTransformer):
             node.value = _copied(node.value)
         return [ast.Assign([target], node.value) for target in node.targets]
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> list[ast.stmt]:
-        before: Any = ast.parse(ast.unparse(node.target)).body[0]
-        value = ast.BinOp(before.value, node.op, node.value)
-        return self.visit(ast.Assign([node.target], value))
-
     def visit_For(self, node: ast.For) -> ast.AST | list[ast.stmt]:
         if isinstance(node.iter, ast.Call):
             return self.generic_visit(node)

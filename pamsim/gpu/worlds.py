@@ -197,22 +197,13 @@ class Worlds:
             )
 
     def push(self, torque: FloatArray, dofs: list[int]) -> None:
-        """Torques or forces that act on joints from now on.
-
-        Args:
-            torque: (n, j) [N m or N].
-            dofs: (j,) where each joint lies in ``qvel``.
-        """
+        """Torques or forces (n, j) from now on [N m or N] on joints at places (j,) in ``qvel``."""
         applied = _numbers(self._data.qfrc_applied)
         applied[:, dofs] = torque
         self._data.qfrc_applied.assign(applied)
 
     def step(self, command: FloatArray, count: int = 1) -> None:
-        """Make some time steps under one command.
-
-        Args:
-            command: (n, m) of each world's muscles.
-            count: how many steps.
+        """Make some time steps under one command (n, m) of each world's muscles.
 
         Raises:
             InputError: if a world has no state yet.
