@@ -43,11 +43,7 @@ def launch(compiled: Any, shape: Any, arrays: Mapping[str, Any], device: Any) ->
 
 @functools.cache
 def muscle_kernels(precision: str) -> MuscleKernels:
-    """The kernels in a precision; they are compiled when they are first launched.
-
-    Raises:
-        InputError: for an unknown precision, or if Warp is not installed.
-    """
+    """The kernels in a precision, compiled when they are first launched; errors as of `Port`."""
     wp, laws = warp(), port(precision)
     F = laws.scalar
     tension = laws.function(kernel.tension)

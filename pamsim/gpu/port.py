@@ -28,19 +28,16 @@ _MATH = {"atan", "atan2", "copysign", "cos", "exp", "isfinite", "isinf", "isnan"
 
 
 class Port:
-    """Laws as functions of one Warp module.
+    """Laws as functions of one Warp module, to whose name the precision is added.
 
-    Args:
-        precision: one of `PRECISIONS`.
-        name: of the Warp module, to which the precision is added. All that is in a module is
-            compiled again whenever something is added to it.
+    All that is in a module is compiled again whenever something is added to it.
 
     Attributes:
         module: the Warp module.
         scalar: type of its numbers.
 
     Raises:
-        InputError: for another precision, or if Warp is not installed.
+        InputError: for a precision that is none of `PRECISIONS`, or if Warp is not installed.
     """
 
     def __init__(self, precision: str, name: str = "pamsim.gpu") -> None:
@@ -109,11 +106,7 @@ class Port:
 
 @functools.cache
 def port(precision: str) -> Port:
-    """The only port of a precision in the process.
-
-    Raises:
-        InputError: for an unknown precision, or if Warp is not installed.
-    """
+    """The only port of a precision in the process; errors as of `Port`."""
     return Port(precision)
 
 

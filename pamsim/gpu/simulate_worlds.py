@@ -59,14 +59,12 @@ def simulate_worlds(
     worlds = Worlds(first.rig, first.model, len(runs), precision=precision, device=device)
     commands = [run.experiment.command_at(first.times) for run in runs]
     plans = [run.plan(sent) for run, sent in zip(runs, commands, strict=True)]
-    for number, (run, plan) in enumerate(zip(runs, plans, strict=True)):
-        _check_alone(run, plan)
-        for what, own in _shared(run, plan).items():
-            if own != _shared(first, plans[0])[what]:
-                raise InputError(
-                    f"job {number} has another {what} than the first; simulate it in a call of its"
-                    " own"
-                )
+    whole, *others = (_shared(run, plan) for run, plan in zip(runs, plans, strict=True))
+    for number, own in enumerate(others, 1):
+        for what in (name for name, value in own.items() if value != whole[name]):
+            raise InputError(
+                f"job {number} has another {what} than the first; simulate it in a call of its own"
+            )
     states = rest_states(runs, threads=threads)
     worlds.put({i: (run.model, states[i]) for i, run in enumerate(runs)})
     trace = _trace(worlds, plans)
@@ -76,7 +74,8 @@ def simulate_worlds(
     ]
 
 
-def _check_alone(run: Run, plan: Plan) -> None:
+def _shared(run: Run, plan: Plan) -> dict[str, Any]:
+    """What is the same in all jobs, which go in step; refuses one that cannot run on a GPU."""
     if run.experiment.drives.joints:
         raise InputError("joints that are driven from outside do not run on a GPU; use simulate")
     if np.ptp(plan.timestep) > 1e-9 * run.model.opt.timestep:
@@ -84,10 +83,6 @@ def _check_alone(run: Run, plan: Plan) -> None:
             "a valve.delay that is no whole number of time steps does not run on a GPU; choose one"
             f" of whole {run.model.opt.timestep * 1e3:g} ms, or use simulate_batch"
         )
-
-
-def _shared(run: Run, plan: Plan) -> dict[str, Any]:
-    """What is the same in all jobs, which go in step with each other."""
     return {
         "MJCF": run.rig.file.mjcf,
         "number of states": run.model.na,

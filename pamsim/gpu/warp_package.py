@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any
 
 from pamsim.core.errors import InputError
@@ -16,7 +17,8 @@ def warp() -> Any:
         InputError: if it is not installed.
     """
     new = "warp" not in sys.modules
-    package = _package("warp")
+    with _installed():
+        import warp as package
     if new:
         package.config.log_level = package.LOG_WARNING
     return package
@@ -25,13 +27,15 @@ def warp() -> Any:
 def mujoco_warp() -> Any:
     """MuJoCo's engine in Warp; errors as of `warp`."""
     warp()
-    return _package("mujoco_warp")
+    with _installed():
+        import mujoco_warp as package
+    return package
 
 
-def _package(name: str) -> Any:
+@contextmanager
+def _installed() -> Generator[None]:
     try:
-        return importlib.import_module(name)
+        yield
     except ModuleNotFoundError as error:
-        raise InputError(
-            f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'"
-        ) from None
+        message = f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'"
+        raise InputError(message) from None

@@ -168,7 +168,7 @@ class Worlds:
         """
         now = {name: _numbers(array) for name, array in self._state.items()}
         for number, (model, state) in states.items():
-            self._check_alike(number, model)
+            self._check_shared(number, model)
             for name, values in self._numbers.items():
                 values[number] = getattr(model, name).reshape(values[number].shape)
             restore_state(self._base, self._scratch, state)
@@ -182,7 +182,7 @@ class Worlds:
         for name, array in self._own.items():
             array.assign(self._numbers[name])
 
-    def _check_alike(self, number: int, model: mujoco.MjModel) -> None:
+    def _check_shared(self, number: int, model: mujoco.MjModel) -> None:
         for name in _SHARED:
             if not np.array_equal(getattr(model, name), getattr(self._base, name)):
                 raise InputError(
@@ -289,11 +289,7 @@ def _falls(model: mujoco.MjModel) -> bool:
 
 
 def _check_laws(rows: FloatArray, precision: str) -> None:
-    """Refuse muscles, by their rows, that a GPU cannot evaluate, or not in single precision.
-
-    There a law is searched too closely, an operator remembers too small moves, and a shared supply
-    is solved too closely.
-    """
+    """Refuse muscles, by their rows, that a GPU cannot evaluate, or not in single precision."""
     if max(rows[:, _LAW].max(), rows[:, _OPERATOR].max()) >= USER_DEFINED:
         raise InputError("a law from outside the package does not run on a GPU; use simulate_batch")
     close = {
