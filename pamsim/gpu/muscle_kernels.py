@@ -1,11 +1,19 @@
-"""The muscles' step and gauges as Warp kernels: a thread for each muscle of each world."""
+"""The muscles' step and gauges as Warp kernels: a thread for each muscle of each world.
+
+The arguments of all kernels have these names, for n worlds of m muscles and numbers F of one
+precision: ``par`` (n, m, SIZE) F; states ``act`` and their rates ``rates`` (n, na) F; ``length``,
+``speed``, ``ctrl`` and ``force`` (n, m) of the engine, whose copy of the states is ``shown``
+(n, na); ``time`` (n,) in double precision [s]; ``timestep`` F and ``tick`` in double precision [s];
+``place`` (m, 2) of each muscle's first state and of its first with a name; ``valves``
+(n, m, m, VALVE) F, scratch for the supplies, or (1, 1, 1, VALVE) without any; gauge ``pressure``
+[Pa] and ``pull``, the tension [N], (n, m) F.
+"""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
@@ -19,35 +27,23 @@ _SQUARE = slot("valve.supply_square")
 _NAMED = len(STATE_NAMES)
 
 
-@dataclass(frozen=True, kw_only=True)
-class MuscleKernels:
-    """Warp kernels over n worlds of m muscles, whose numbers are of one precision, F.
+class MuscleKernels(NamedTuple):
+    """Kernels, to be launched by `launch`."""
 
-    Attributes:
-        step: rates and forces at the start of a time step: parameters (n, m, SIZE) F, states and,
-            written, their rates (n, na) F; lengths, speeds (n, m) and commands of the engine;
-            times (n,) in double precision [s], time step [s] F; places (m, 2) of each muscle's
-            first state and their number; scratch (n, m, m, VALVE) F for the supplies' valves, or
-            (1, 1, 1, VALVE) without any; the engine's forces (n, m) [N], written.
-        read: parameters, states, lengths, speeds and places as before; gauge pressures [Pa] and
-            tensions [N] (n, m) F, written.
-        advance: an Euler step of the states (n, na) F by their rates, and of the times (n,) [s];
-            time step [s] F, and in double precision; the engine's copy of the states (n, na),
-            written. A thread for each world.
-    """
+    step: Any  # of n worlds, m muscles: rates and forces at the start of a time step
+    read: Any  # of n worlds, m muscles: pressures and tensions
+    advance: Any  # of n worlds: an Euler step of the states and their copy, and of the time
 
-    step: Any
-    read: Any
-    advance: Any
+
+def launch(compiled: Any, shape: Any, arrays: Mapping[str, Any], device: Any) -> None:
+    """Run a kernel for each thread of a shape with the arguments that it asks for by name."""
+    given = [arrays[argument.label] for argument in compiled.adj.args]
+    warp().launch(compiled, dim=shape, inputs=given, device=device)
 
 
 @functools.cache
 def muscle_kernels(precision: str) -> MuscleKernels:
-    """The kernels in a precision; they are compiled when they are first launched.
-
-    Raises:
-        InputError: for an unknown precision, or if Warp is not installed.
-    """
+    """The kernels in a precision, compiled when they are first launched; errors as of `Port`."""
     wp, laws = warp(), port(precision)
     F = laws.scalar
     tension = laws.function(kernel.tension)
@@ -57,76 +53,63 @@ def muscle_kernels(precision: str) -> MuscleKernels:
     fill_valve_of = laws.function(supply.fill_valve_of)
     supply_sag = laws.function(supply.supply_sag)
     sensed_pressure = laws.function(muscle_valves.sensed_pressure)
+    engine = wp.array2d(dtype=wp.float32)
+    types = {
+        "par": wp.array3d(dtype=F),
+        **dict.fromkeys(("act", "rates", "pressure", "pull"), wp.array2d(dtype=F)),
+        **dict.fromkeys(("length", "speed", "ctrl", "force", "shown"), engine),
+        "time": wp.array(dtype=wp.float64),
+        "timestep": F,
+        "tick": wp.float64,
+        "place": wp.array2d(dtype=wp.int32),
+        "valves": wp.array4d(dtype=F),
+        **dict.fromkeys(("world", "muscle"), wp.int32),
+    }
+
+    def typed(function: Callable[..., Any]) -> Callable[..., Any]:
+        names = function.__code__.co_varnames[: function.__code__.co_argcount]
+        function.__annotations__ = {name: types[name] for name in names}
+        return function
+
+    def states(act, place, world, muscle):
+        named = place[muscle, 1]
+        return act[world, named : named + _NAMED], act[world, place[muscle, 0] : named]
+
+    states = wp.func(typed(states), module=laws.module)
 
     def step(par, act, rates, length, speed, ctrl, time, timestep, place, valves, force):
         world, muscle = wp.tid()
         m = par[world, muscle]
-        first = place[muscle, 0]
-        named = first + place[muscle, 1] - _NAMED
-        s, z = act[world, named : named + _NAMED], act[world, first:named]
-        now = F(time[world])
-        at = F(length[world, muscle])
-        moving = F(speed[world, muscle])
+        s, z = states(act, place, world, muscle)
+        ds, dz = states(rates, place, world, muscle)
+        now, at, moving = F(time[world]), F(length[world, muscle]), F(speed[world, muscle])
         opposing = F(0.0)
         if m[_BACKLASH] > F(0.0) and m[_PARTNER] > F(0.0):
             other = int(m[_PARTNER]) - 1
-            begin = place[other, 0]
-            apart = begin + place[other, 1] - _NAMED
-            opposing = tension(
-                par[world, other],
-                act[world, apart : apart + _NAMED],
-                act[world, begin:apart],
-                F(length[world, other]),
-                F(speed[world, other]),
-            )
+            s2, z2 = states(act, place, world, other)
+            pulled, apart = F(length[world, other]), F(speed[world, other])
+            opposing = tension(par[world, other], s2, z2, pulled, apart)
         sag = F(0.0)
         if m[_RESISTANCE] + m[_SQUARE] > F(0.0):
             on_line = wp.int32(0)
-            for fed in range(par.shape[1]):
-                if par[world, fed, _SUPPLY_LINE] == m[_SUPPLY_LINE]:
-                    begin = place[fed, 0]
-                    apart = begin + place[fed, 1] - _NAMED
-                    inside = chamber_pressure(
-                        par[world, fed],
-                        act[world, apart : apart + _NAMED],
-                        act[world, begin:apart],
-                        F(length[world, fed]),
-                    )
-                    fill_valve_of(
-                        par[world, fed],
-                        act[world, apart : apart + _NAMED],
-                        inside,
-                        F(ctrl[world, fed]),
-                        now,
-                        timestep,
-                        valves[world, muscle, on_line],
-                    )
+            for i in range(par.shape[1]):
+                fed = par[world, i]
+                if fed[_SUPPLY_LINE] == m[_SUPPLY_LINE]:
+                    si, zi = states(act, place, world, i)
+                    inside = chamber_pressure(fed, si, zi, F(length[world, i]))
+                    sent, valve = F(ctrl[world, i]), valves[world, muscle, on_line]
+                    fill_valve_of(fed, si, inside, sent, now, timestep, valve)
                     on_line = on_line + 1
             sag = supply_sag(m, s, valves[world, muscle, 0:on_line], timestep)
-        pull = state_rates(
-            m,
-            s,
-            z,
-            rates[world, named : named + _NAMED],
-            rates[world, first:named],
-            at,
-            moving,
-            F(ctrl[world, muscle]),
-            now,
-            timestep,
-            opposing,
-            sag,
-        )
+        sent = F(ctrl[world, muscle])
+        pull = state_rates(m, s, z, ds, dz, at, moving, sent, now, timestep, opposing, sag)
         # The engine's force lengthens the tendon; a muscle shortens it.
         force[world, muscle] = wp.float32(-tendon_force(m, s, pull, at, moving, timestep))
 
     def read(par, act, length, speed, place, pressure, pull):
         world, muscle = wp.tid()
-        m = par[world, muscle]
-        first = place[muscle, 0]
-        named = first + place[muscle, 1] - _NAMED
-        s, z = act[world, named : named + _NAMED], act[world, first:named]
-        at = F(length[world, muscle])
+        m, at = par[world, muscle], F(length[world, muscle])
+        s, z = states(act, place, world, muscle)
         pressure[world, muscle] = sensed_pressure(m, s, z, at)
         pull[world, muscle] = tension(m, s, z, at, F(speed[world, muscle]))
 
@@ -137,30 +120,9 @@ def muscle_kernels(precision: str) -> MuscleKernels:
             shown[world, k] = wp.float32(act[world, k])
         time[world] = time[world] + tick
 
-    rows, states = wp.array3d(dtype=F), wp.array2d(dtype=F)
-    engine, times = wp.array2d(dtype=wp.float32), wp.array(dtype=wp.float64)
-    places = wp.array2d(dtype=wp.int32)
-
-    def made(function: Callable[..., None], *types: Any) -> Any:
-        names = function.__code__.co_varnames[: function.__code__.co_argcount]
-        function.__annotations__ = dict(zip(names, types, strict=True))
-        return wp.kernel(function, module=laws.module, enable_backward=False)
-
     return MuscleKernels(
-        step=made(
-            step,
-            rows,
-            states,
-            states,
-            engine,
-            engine,
-            engine,
-            times,
-            F,
-            places,
-            wp.array4d(dtype=F),
-            engine,
-        ),
-        read=made(read, rows, states, engine, engine, places, states, states),
-        advance=made(advance, states, states, times, F, wp.float64, engine),
+        *(
+            wp.kernel(typed(function), module=laws.module, enable_backward=False)
+            for function in (step, read, advance)
+        )
     )

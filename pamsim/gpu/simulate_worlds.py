@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -55,22 +57,25 @@ def simulate_worlds(
         refuse_above_supply(run.rig.muscles, run.experiment)
     first = runs[0]
     worlds = Worlds(first.rig, first.model, len(runs), precision=precision, device=device)
-    times = np.arange(first.samples) / first.experiment.sample_rate
-    commands = [run.experiment.command_at(times) for run in runs]
+    commands = [run.experiment.command_at(first.times) for run in runs]
     plans = [run.plan(sent) for run, sent in zip(runs, commands, strict=True)]
-    for number, (run, plan) in enumerate(zip(runs, plans, strict=True)):
-        _check_shared(number, run, plan, first, plans[0])
+    whole, *others = (_shared(run, plan) for run, plan in zip(runs, plans, strict=True))
+    for number, own in enumerate(others, 1):
+        for what in (name for name, value in own.items() if value != whole[name]):
+            raise InputError(
+                f"job {number} has another {what} than the first; simulate it in a call of its own"
+            )
     states = rest_states(runs, threads=threads)
     worlds.put({i: (run.model, states[i]) for i, run in enumerate(runs)})
-    trace = _traced(worlds, plans)
+    trace = _trace(worlds, plans)
     return [
-        _recording(run, i, trace, times, sent, worlds.state(i))
+        _recording(run, Readings(*(signal[:, i] for signal in trace)), sent, worlds.state(i))
         for i, (run, sent) in enumerate(zip(runs, commands, strict=True))
     ]
 
 
-def _check_shared(number: int, run: Run, plan: Plan, first: Run, whole: Plan) -> None:
-    """Refuse a job that cannot go in step with the first one."""
+def _shared(run: Run, plan: Plan) -> dict[str, Any]:
+    """What is the same in all jobs, which go in step; refuses one that cannot run on a GPU."""
     if run.experiment.drives.joints:
         raise InputError("joints that are driven from outside do not run on a GPU; use simulate")
     if np.ptp(plan.timestep) > 1e-9 * run.model.opt.timestep:
@@ -78,65 +83,46 @@ def _check_shared(number: int, run: Run, plan: Plan, first: Run, whole: Plan) ->
             "a valve.delay that is no whole number of time steps does not run on a GPU; choose one"
             f" of whole {run.model.opt.timestep * 1e3:g} ms, or use simulate_batch"
         )
-    shared = {
-        "MJCF": (run.rig.file.mjcf, first.rig.file.mjcf),
-        "number of states": (run.model.na, first.model.na),
-        "time step": (run.model.opt.timestep, first.model.opt.timestep),
-        "duration or sample rate": (run.samples, first.samples),
-        "sampling period": (run.steps, first.steps),
-        "drive or valve.delay": (plan.steps.tolist(), whole.steps.tolist()),
+    return {
+        "MJCF": run.rig.file.mjcf,
+        "number of states": run.model.na,
+        "time step": run.model.opt.timestep,
+        "duration or sample rate": run.samples,
+        "sampling period": run.steps,
+        "drive or valve.delay": plan.steps.tolist(),
     }
-    for what, (own, other) in shared.items():
-        if own != other:
-            raise InputError(
-                f"job {number} has another {what} than the first; simulate it in a call of its own"
-            )
 
 
-def _traced(worlds: Worlds, plans: Sequence[Plan]) -> list[Readings]:
-    """Readings at every sample."""
+def _trace(worlds: Worlds, plans: Sequence[Plan]) -> Readings:
+    """Readings at every sample, as arrays (samples, n, ...)."""
     first, count = plans[0].first, plans[0].steps
     command = np.stack([plan.command for plan in plans], axis=1)
-    trace: list[Readings] = []
-    for sample in range(len(first) - 1):
-        trace.append(worlds.read())
-        if sample < len(first) - 2:
-            for stretch in range(first[sample], first[sample + 1]):
-                worlds.step(command[stretch], int(count[stretch]))
-    return trace
+    read = [worlds.read()]
+    for begin, end in pairwise(first[:-1]):
+        for stretch in range(begin, end):
+            worlds.step(command[stretch], int(count[stretch]))
+        read.append(worlds.read())
+    return Readings(*map(np.array, zip(*read, strict=True)))
 
 
-def _recording(
-    run: Run,
-    number: int,
-    trace: Sequence[Readings],
-    times: FloatArray,
-    commands: FloatArray,
-    final_state: FloatArray,
-) -> Recording:
+def _recording(run: Run, trace: Readings, sent: FloatArray, final_state: FloatArray) -> Recording:
     """The recording of one world, up to where its state is no number."""
-    position, velocity, pressure, tension = (
-        np.stack([getattr(reading, name)[number] for reading in trace])
-        for name in ("position", "velocity", "pressure", "tension")
-    )
-    healthy = np.isfinite(np.concatenate([position, velocity, pressure, tension], axis=1))
-    broken = np.flatnonzero(~healthy.all(axis=1))
-    count = int(broken[0]) if len(broken) else len(times)
-    outcome, message = Outcome.COMPLETED, "ran to the end"
-    if len(broken):
-        outcome = Outcome.NOT_FINITE
-        message = f"simulation broke down before t = {times[count]:.4g} s: a state is not finite"
-    keep, experiment = slice(0, count), run.experiment
+    healthy = np.isfinite(np.hstack(trace)).all(axis=1)
+    keep, outcome, message = slice(run.samples), Outcome.COMPLETED, "ran to the end"
+    if not healthy.all():
+        keep, outcome = slice(int(np.argmin(healthy))), Outcome.NOT_FINITE
+        end = run.times[keep.stop]
+        message = f"simulation broke down before t = {end:.4g} s: a state is not finite"
     return Recording(
-        time=times[keep],
+        time=run.times[keep],
         joints=run.rig.joints,
-        positions=position[keep, run.rig.position_addresses],
-        velocities=velocity[keep, run.rig.velocity_addresses],
-        pressure=pressure[keep],
-        tension=tension[keep],
-        command=commands[keep],
-        drive=experiment.drives.stated(tuple(run.rig.muscles)),
-        load=experiment.load,
+        positions=trace.position[keep, run.rig.position_addresses],
+        velocities=trace.velocity[keep, run.rig.velocity_addresses],
+        pressure=trace.pressure[keep],
+        tension=trace.tension[keep],
+        command=sent[keep],
+        drive=run.experiment.drives.stated(tuple(run.rig.muscles)),
+        load=run.experiment.load,
         muscles=tuple(run.rig.muscles),
         outcome=outcome,
         message=message,

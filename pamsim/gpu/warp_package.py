@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType
+from collections.abc import Generator
+from contextlib import contextmanager
 from typing import Any
 
 from pamsim.core.errors import InputError
@@ -16,28 +17,25 @@ def warp() -> Any:
         InputError: if it is not installed.
     """
     new = "warp" not in sys.modules
-    try:
+    with _installed():
         import warp as package
-    except ModuleNotFoundError as error:
-        raise _missing(error) from None
     if new:
         package.config.log_level = package.LOG_WARNING
     return package
 
 
-def mujoco_warp() -> ModuleType:
-    """MuJoCo's engine in Warp.
-
-    Raises:
-        InputError: if it is not installed.
-    """
+def mujoco_warp() -> Any:
+    """MuJoCo's engine in Warp; errors as of `warp`."""
     warp()
-    try:
+    with _installed():
         import mujoco_warp as package
-    except ModuleNotFoundError as error:
-        raise _missing(error) from None
     return package
 
 
-def _missing(error: ModuleNotFoundError) -> InputError:
-    return InputError(f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'")
+@contextmanager
+def _installed() -> Generator[None]:
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        message = f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'"
+        raise InputError(message) from None

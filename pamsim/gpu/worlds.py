@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -17,14 +16,14 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
 from pamsim.gpu.engine_model import engine_model
-from pamsim.gpu.muscle_kernels import muscle_kernels
+from pamsim.gpu.muscle_kernels import launch, muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import mujoco_warp, warp
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.pleated import PleatedShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.record import slot
+from pamsim.physics.record import STATE_NAMES, slot
 from pamsim.physics.supply import VALVE
 
 _LAW, _OPERATOR = slot("force.law"), slot("hysteresis.law")
@@ -50,12 +49,12 @@ _OWN = (
 )
 """Fields of the engine's model that each world has for itself."""
 
+_STATE = ("qpos", "qvel", "qacc_warmstart", "ctrl", "qfrc_applied")
 _SHARED = ("wrap_prm", "qpos0", "tendon_length0", "body_pos")
 """Fields that all worlds share."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Readings:
+class Readings(NamedTuple):
     """Signals of n worlds at one instant.
 
     Attributes:
@@ -110,29 +109,45 @@ class Worlds:
         _check_laws(model.actuator_user, precision)
         wp, mjw = warp(), mujoco_warp()
         self.count, self._wp, self._mjw = count, wp, mjw
-        self._device = wp.get_device(device)
-        self._kernels, self._scalar = muscle_kernels(precision), port(precision).scalar
-        self._precision, self._scratch = precision, mujoco.MjData(model)
-        self._base = model
-        bare = engine_model(rig, model)
-        muscles = model.nactuator
+        self._device, self._kernels = wp.get_device(device), muscle_kernels(precision)
+        self._precision, self._scratch, self._base = precision, mujoco.MjData(model), model
+        bare, scalar, timestep = engine_model(rig, model), port(precision).scalar, self.timestep
+        self._shape = each = count, model.nactuator
+        # Scratch for the fill valves of the muscles that feed each muscle's supply.
+        feeds = (*each, model.nactuator) if _falls(model) else (1, 1, 1)
+        first = model.actuator_actadr
+        named = first + model.actuator_actnum - len(STATE_NAMES)
+        numbers = {
+            "par": (*each, model.nuser_actuator),
+            "valves": (*feeds, VALVE),
+            # The engine leaves the states of such actuators as they are and has a copy of them.
+            **dict.fromkeys(("act", "rates"), (count, model.na)),
+            **dict.fromkeys(("pressure", "pull"), each),
+        }
         with wp.ScopedDevice(self._device):
             self._model = mjw.put_model(bare, batch_sizes=dict.fromkeys(_OWN, count))
-            self._data = mjw.make_data(bare, nworld=count)
-            self._par = wp.zeros((count, muscles, model.nuser_actuator), dtype=self._scalar)
-            self._time = wp.zeros(count, dtype=wp.float64)
-            self._pressure = wp.zeros((count, muscles), dtype=self._scalar)
-            self._tension = wp.zeros((count, muscles), dtype=self._scalar)
-            # The engine leaves the states of such actuators as they are and has a copy of them.
-            self._act = wp.zeros((count, model.na), dtype=self._scalar)
-            self._rates = wp.zeros((count, model.na), dtype=self._scalar)
-            places = np.stack([model.actuator_actadr, model.actuator_actnum], axis=1)
-            self._place = wp.array(places, dtype=wp.int32)
-            feeds = (count, muscles, muscles) if _falls(model) else ()
-            self._valves = wp.zeros((*(feeds or (1, 1, 1)), VALVE), dtype=self._scalar)
+            self._data = data = mjw.make_data(bare, nworld=count)
+            self._arrays: dict[str, Any] = {
+                **{name: wp.zeros(shape, dtype=scalar) for name, shape in numbers.items()},
+                "time": wp.zeros(count, dtype=wp.float64),
+                "place": wp.array(np.stack([first, named], axis=1), dtype=wp.int32),
+            }
+        self._arrays |= {
+            "length": data.actuator_length,
+            "speed": data.actuator_velocity,
+            "force": data.actuator_force,
+            "ctrl": data.ctrl,
+            "shown": data.act,
+            "timestep": scalar(timestep),
+            "tick": wp.float64(timestep),
+        }
         self._model.callback.act_bias = self._pull
-        self._rows = np.zeros(self._par.shape)
-        self._own = {name: _numbers(getattr(self._model, name)) for name in _OWN}
+        # By their names in MuJoCo: what each world has for itself, and its state.
+        self._own = {name: getattr(self._model, name) for name in _OWN}
+        self._own["actuator_user"] = self._arrays["par"]
+        self._numbers = {name: _numbers(array) for name, array in self._own.items()}
+        self._state = {name: getattr(data, name) for name in _STATE}
+        self._state |= {name: self._arrays[name] for name in ("act", "time")}
         self._graphs: dict[Callable[[], None], Any] = {}
         self._given = np.zeros(count, dtype=np.bool_)
 
@@ -151,23 +166,23 @@ class Worlds:
         Raises:
             InputError: if a model differs in what all worlds share, or a law has no counterpart.
         """
-        now = {name: _numbers(array) for name, array in self._state().items()}
+        now = {name: _numbers(array) for name, array in self._state.items()}
         for number, (model, state) in states.items():
-            self._take(number, model)
+            self._check_shared(number, model)
+            for name, values in self._numbers.items():
+                values[number] = getattr(model, name).reshape(values[number].shape)
             restore_state(self._base, self._scratch, state)
             for name, values in now.items():
                 values[number] = getattr(self._scratch, name)
             self._given[number] = True
-        for name, array in self._state().items():
+        for name, array in self._state.items():
             array.assign(now[name])
         self._data.act.assign(now["act"])
         self._data.time.assign(now["time"])
-        self._par.assign(self._rows)
-        for name, values in self._own.items():
-            getattr(self._model, name).assign(values)
+        for name, array in self._own.items():
+            array.assign(self._numbers[name])
 
-    def _take(self, number: int, model: mujoco.MjModel) -> None:
-        """Take the parameters of one world from its model."""
+    def _check_shared(self, number: int, model: mujoco.MjModel) -> None:
         for name in _SHARED:
             if not np.array_equal(getattr(model, name), getattr(self._base, name)):
                 raise InputError(
@@ -175,38 +190,20 @@ class Worlds:
                     " lengths are the same in all worlds; simulate such rigs one after another"
                 )
         _check_laws(model.actuator_user, self._precision)
-        if self._valves.shape[0] == 1 and _falls(model):
+        if _falls(model) and not _falls(self._base):
             raise InputError(
                 f"world {number} has a supply whose pressure falls with the flow, and the first has"
                 " none; give it a valve.supply_resistance"
             )
-        self._rows[number] = model.actuator_user
-        for name, values in self._own.items():
-            values[number] = getattr(model, name).reshape(values[number].shape)
-
-    def _state(self) -> dict[str, Any]:
-        """Arrays of the worlds by their names in MuJoCo's data."""
-        names = ("qpos", "qvel", "qacc_warmstart", "ctrl", "qfrc_applied")
-        arrays = {name: getattr(self._data, name) for name in names}
-        return {**arrays, "act": self._act, "time": self._time}
 
     def push(self, torque: FloatArray, dofs: list[int]) -> None:
-        """Torques or forces that act on joints from now on.
-
-        Args:
-            torque: (n, j) [N m or N].
-            dofs: (j,) where each joint lies in ``qvel``.
-        """
+        """Torques or forces (n, j) from now on [N m or N] on joints at places (j,) in ``qvel``."""
         applied = _numbers(self._data.qfrc_applied)
         applied[:, dofs] = torque
         self._data.qfrc_applied.assign(applied)
 
     def step(self, command: FloatArray, count: int = 1) -> None:
-        """Make some time steps under one command.
-
-        Args:
-            command: (n, m) of each world's muscles.
-            count: how many steps.
+        """Make some time steps under one command (n, m) of each world's muscles.
 
         Raises:
             InputError: if a world has no state yet.
@@ -222,12 +219,8 @@ class Worlds:
     def read(self) -> Readings:
         """Signals at the present state."""
         self._replay(self._measure)
-        return Readings(
-            position=_numbers(self._data.qpos),
-            velocity=_numbers(self._data.qvel),
-            pressure=_numbers(self._pressure),
-            tension=_numbers(self._tension),
-        )
+        arrays = self._data.qpos, self._data.qvel, self._arrays["pressure"], self._arrays["pull"]
+        return Readings(*map(_numbers, arrays))
 
     @property
     def position(self) -> FloatArray:
@@ -237,7 +230,7 @@ class Worlds:
     @property
     def act(self) -> FloatArray:
         """(n, na) states of the muscles."""
-        return _numbers(self._act)
+        return _numbers(self._arrays["act"])
 
     @property
     def length(self) -> FloatArray:
@@ -248,16 +241,12 @@ class Worlds:
     @property
     def time(self) -> FloatArray:
         """(n,) [s]."""
-        return _numbers(self._time)
+        return _numbers(self._arrays["time"])
 
     def state(self, number: int) -> FloatArray:
         """State of one world for `put`, or for `pamsim.restore_state` with a model of the rig."""
-        for name, array in self._state().items():
-            value = array[number : number + 1].numpy()[0]
-            if name == "time":
-                self._scratch.time = float(value)
-            else:
-                getattr(self._scratch, name)[:] = value
+        for name, array in self._state.items():
+            setattr(self._scratch, name, array[number : number + 1].numpy()[0])
         return save_state(self._base, self._scratch)
 
     # --- what runs on the device ---
@@ -277,44 +266,16 @@ class Worlds:
 
     def _one_step(self) -> None:
         self._mjw.step(self._model, self._data)
-        timestep = self._scalar(self.timestep)
-        tick = self._wp.float64(self.timestep)
-        given = [self._act, self._rates, self._time, timestep, tick, self._data.act]
-        self._launch(self._kernels.advance, self.count, given)
+        launch(self._kernels.advance, self.count, self._arrays, self._device)
 
     def _measure(self) -> None:
         self._mjw.fwd_position(self._model, self._data)
         self._mjw.fwd_velocity(self._model, self._data)
-        given = [
-            self._par,
-            self._act,
-            self._data.actuator_length,
-            self._data.actuator_velocity,
-            self._place,
-            self._pressure,
-            self._tension,
-        ]
-        self._launch(self._kernels.read, self._pressure.shape, given)
+        launch(self._kernels.read, self._shape, self._arrays, self._device)
 
     def _pull(self, model: Any, data: Any) -> None:
         """The engine's callback: rates of the states, and forces, in place of gain and bias."""
-        given = [
-            self._par,
-            self._act,
-            self._rates,
-            data.actuator_length,
-            data.actuator_velocity,
-            data.ctrl,
-            self._time,
-            self._scalar(self.timestep),
-            self._place,
-            self._valves,
-            data.actuator_force,
-        ]
-        self._launch(self._kernels.step, self._pressure.shape, given)
-
-    def _launch(self, kernel: Any, dim: Any, given: list[Any]) -> None:
-        self._wp.launch(kernel, dim=dim, inputs=given, device=self._device)
+        launch(self._kernels.step, self._shape, self._arrays, self._device)
 
 
 def _numbers(array: Any) -> FloatArray:
@@ -328,16 +289,7 @@ def _falls(model: mujoco.MjModel) -> bool:
 
 
 def _check_laws(rows: FloatArray, precision: str) -> None:
-    """Refuse muscles that a GPU cannot evaluate, or not in a precision.
-
-    Args:
-        rows: (m, SIZE) parameters of the muscles.
-        precision: of the worlds.
-
-    Raises:
-        InputError: for a law from outside the package; in single precision for a law that is
-            searched more closely, an operator that remembers smaller moves, and a shared supply.
-    """
+    """Refuse muscles, by their rows, that a GPU cannot evaluate, or not in single precision."""
     if max(rows[:, _LAW].max(), rows[:, _OPERATOR].max()) >= USER_DEFINED:
         raise InputError("a law from outside the package does not run on a GPU; use simulate_batch")
     close = {

@@ -15,7 +15,7 @@ from hypothesis import assume, given
 from pamsim.core.parameters import specs
 from pamsim.core.units import to_si
 from pamsim.engine.jit import hand_to_numba, reached_functions
-from pamsim.gpu.replaced_functions import ladders
+from pamsim.gpu.port import ladders
 from pamsim.gpu.translate import translated_name
 from pamsim.physics.braid import Braid, volume
 from pamsim.physics.force_laws.catalog import FORCE_LAWS

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pamsim.gpu.muscle_kernels import muscle_kernels
+from pamsim.gpu.muscle_kernels import launch, muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.record import SIZE, pack, slot
+from pamsim.physics.record import SIZE, STATE_NAMES, pack, slot
 from pamsim.physics.supply import VALVE
 from tests.unit.physics.flat import (
     chamber_pressure,
@@ -144,17 +144,21 @@ def warp_results(given: Batch, precision: str) -> Results:
     def array(values, kind):
         return wp.array(np.ascontiguousarray(values, dtype=kind), device="cpu")
 
-    rows, act = array(given.rows, precision), array(given.act, precision)
-    length, speed = array(given.length, "float32"), array(given.speed, "float32")
-    rates, force = wp.zeros_like(act), wp.zeros_like(length)
-    pressure, tension = (wp.zeros((worlds, count), dtype=scalar, device="cpu") for _ in range(2))
-    place = array(given.place, "int32")
-    valves = wp.zeros((worlds, count, count, VALVE), dtype=scalar, device="cpu")
-    command, time = array(given.command, "float32"), array([given.time] * worlds, "float64")
-    shape, at = (worlds, count), (length, speed)
-    inputs = [rows, act, rates, *at, command, time, scalar(TIMESTEP), place, valves, force]
-    wp.launch(kernels.step, dim=shape, inputs=inputs, device="cpu")
-    wp.launch(
-        kernels.read, dim=shape, inputs=[rows, act, *at, place, pressure, tension], device="cpu"
-    )
-    return Results(*(one.numpy().astype(float) for one in (rates, force, pressure, tension)))
+    first, states = given.place.T
+    shape = worlds, count
+    arrays = {
+        **{"par": array(given.rows, precision), "act": array(given.act, precision)},
+        **{"length": array(given.length, "float32"), "speed": array(given.speed, "float32")},
+        "ctrl": array(given.command, "float32"),
+        "time": array([given.time] * worlds, "float64"),
+        "timestep": scalar(TIMESTEP),
+        "place": array(np.stack([first, first + states - len(STATE_NAMES)], axis=1), "int32"),
+        "valves": array(np.zeros((worlds, count, count, VALVE)), precision),
+        "rates": array(np.zeros(given.act.shape), precision),
+        "force": array(np.zeros(shape), "float32"),
+        **{name: array(np.zeros(shape), precision) for name in ("pressure", "pull")},
+    }
+    launch(kernels.step, shape, arrays, "cpu")
+    launch(kernels.read, shape, arrays, "cpu")
+    written = (arrays[name] for name in ("rates", "force", "pressure", "pull"))
+    return Results(*(one.numpy().astype(float) for one in written))

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.gpu.arithmetic import expm1
-from pamsim.gpu.port import Port
-from pamsim.gpu.translate import translate
+from pamsim.gpu.port import Port, expm1
 from pamsim.gpu.warp_package import warp
 from tests.unit.strict_laws import WEIGHTS, between, fibonacci, weighted
 
@@ -48,6 +46,21 @@ def small_growth(a: float, b: float) -> float:
     return math.expm1(1e-9 * a) + expm1(a)
 
 
+def scaled(x: float, by: float = 3.0) -> float:
+    return x * by
+
+
+def passing(a: float, b: float) -> float:
+    low = high = a
+    passed = False
+    for _ in range(20):
+        if low > b:
+            passed = True
+            break
+        low += 0.5
+    return scaled(low, by=2.0) + high if passed else scaled(a)
+
+
 FUNCTIONS = (
     whole_numbers,
     remainder,
@@ -57,13 +70,14 @@ FUNCTIONS = (
     early,
     parts,
     small_growth,
+    passing,
 )
 
 
 def test_it_means_what_python_means():
     pairs = np.random.default_rng(0).uniform(-3.0, 3.0, (40, 2))
     wp, laws = warp(), Port("float64", "pamsim.test_translate")
-    one, two, three, four, five, six, seven, eight = (laws.function(f) for f in FUNCTIONS)
+    one, two, three, four, five, six, seven, eight, nine = (laws.function(f) for f in FUNCTIONS)
 
     def evaluate(pairs, out):
         i = wp.tid()
@@ -77,6 +91,7 @@ def test_it_means_what_python_means():
         out[i, 5] = six(a, b)
         out[i, 6] = seven(a, b)
         out[i, 7] = eight(a, b)
+        out[i, 8] = nine(a, b)
 
     evaluate.__annotations__ = dict.fromkeys(("pairs", "out"), wp.array2d(dtype=wp.float64))
     kernel = wp.kernel(evaluate, module=laws.module, enable_backward=False)
@@ -101,6 +116,10 @@ def an_index(row: float, x: float) -> float:
     return WEIGHTS[x]
 
 
+def a_gamma(x: float) -> float:
+    return math.gamma(x)
+
+
 def a_break(x: float) -> float:
     for weight in (1.0, 2.0):
         if weight > x:
@@ -114,9 +133,10 @@ def a_break(x: float) -> float:
         (a_list, r"a_list: '\[x\]' has no counterpart"),
         (a_word, r"a_word\(x\): 'str' has no counterpart"),
         (an_index, "an_index: 'WEIGHTS' has no counterpart"),
+        (a_gamma, "math.gamma has no counterpart"),
         (a_break, "a_break: 'break' cannot leave a loop over a tuple"),
     ],
 )
 def test_what_has_no_counterpart_is_refused(function, message):
     with pytest.raises(InputError, match=message):
-        translate(function)
+        Port("float64", "pamsim.test_refused").function(function)

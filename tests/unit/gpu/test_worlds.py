@@ -110,10 +110,10 @@ def test_a_world_that_breaks_down_ends_alone(monkeypatch):
 
     def without_supply(worlds, states):
         put(worlds, states)
-        rows = worlds._par.numpy()
+        rows = worlds._arrays["par"].numpy()
         rows[0, :, slot("valve.supply_pressure")] = -rows[0, :, slot("chamber.atmosphere")]
         rows[0, :, slot("valve.conductance_exhaust")] = np.nan
-        worlds._par.assign(rows)
+        worlds._arrays["par"].assign(rows)
 
     put = Worlds.put
     monkeypatch.setattr(Worlds, "put", without_supply)
