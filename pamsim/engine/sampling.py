@@ -150,10 +150,11 @@ def compiled_loop() -> Any:
 
     native = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
     llvmlite.binding.add_symbol("pamsim_mj_step", native)
+    options: Any = ARRAYS
     address: Any = numba.types.int64
     step: Any = numba.types.ExternalFunction("pamsim_mj_step", numba.void(address, address))
 
-    @overload(advance, jit_options=ARRAYS)
+    @overload(advance, jit_options=options)
     def _(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> Any:
         def steps(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> None:
             for _ in range(count):
@@ -161,7 +162,7 @@ def compiled_loop() -> Any:
 
         return steps
 
-    @overload(_copy, jit_options=ARRAYS)  # numba compiles the assignment of a whole row for seconds
+    @overload(_copy, jit_options=options)  # numba compiles the assignment of a whole row for seconds
     def _(values: Any, into: Any) -> Any:
         def each(values: Any, into: Any) -> None:
             for i in range(values.size):
@@ -170,7 +171,7 @@ def compiled_loop() -> Any:
         return each
 
     for function in (act, effort, note_state, note_tendons, take_samples):
-        register_jitable(**ARRAYS)(function)
+        register_jitable(**options)(function)
     text = inspect.getsource(external) + inspect.getsource(command_plan)
     key = 1 + zlib.crc32(text.encode())
 
