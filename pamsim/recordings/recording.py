@@ -168,10 +168,10 @@ class Recording:
         return {
             "time_s": self.time,
             **{c: v / PA_PER_KPA if DRIVES[k].unit == "Pa" else v for c, k, v in commands if c},
-            **dict(zip(names.muscle_columns("pressure"), pressures, strict=True)),
+            **dict(zip(map(column_of, names.of_muscles("pressure")), pressures, strict=True)),
             **{column: values * KINDS[kind].scale for column, kind, values in joints},
             **{column_of(names.effort_channel(j)): v for j, v in self.effort.items()},
-            **dict(zip(names.muscle_columns("force"), self.tension.T, strict=True)),
+            **dict(zip(map(column_of, names.of_muscles("force")), self.tension.T, strict=True)),
         }
 
     def summary(self) -> str:
@@ -256,7 +256,7 @@ def write_recording(
         path = folder / f"{stem}.csv"
         columns = recording.columns()
         if not forces:
-            for name in recording.names.muscle_columns("force"):
+            for name in map(column_of, recording.names.of_muscles("force")):
                 del columns[name]
         with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerow(columns)
