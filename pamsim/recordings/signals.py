@@ -116,7 +116,7 @@ def muscle_channels(quantity: str, muscles: Sequence[str], count: int) -> tuple[
 
 
 def column_of(channel: str) -> str:
-    """Column of a channel in a file: ``knee_deg`` of ``knee.angle``, ``p1_kpa`` of ``pressure_1``."""
+    """A channel's column in a file, such as ``knee_deg`` of ``knee.angle``."""
     owner, _, quantity = channel.rpartition(".")
     if owner or channel in KINDS:
         return f"{owner or channel}_{ENDINGS[quantity]}"

@@ -155,7 +155,7 @@ WRONG = {
     "sign": (CLOCK | {"angle": {"column": "a", "unit": "deg", "sign": 2}}, "write sign = 1 or -1"),
     "offset": (
         CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": "x"}},
-        "a finite number in",
+        "write offset",
     ),
     "nan": (CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": float("nan")}}, "finite"),
     "absolute": (
