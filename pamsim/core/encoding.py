@@ -59,17 +59,14 @@ class json_property(property):
 
 
 def to_dict(value: Any, scale: float = 1.0) -> Any:
-    """Return a value in the types that JSON has.
+    """A value in dicts, lists, text, finite numbers, booleans and None only.
 
     Args:
         value: None, bool, number, text, path, enum member, complex number (written as
             ``[real, imaginary]``), numpy scalar or array, mapping, tuple, list, set, dataclass, or
-            an object with a method ``to_dict()``; nested to any depth.
+            an object with a method ``to_dict()``; nested to any depth. NaN and infinity become
+            None.
         scale: factor on every number.
-
-    Returns:
-        The same with dicts, lists, text, finite numbers, booleans and None only; NaN and infinity
-        become None.
 
     Raises:
         TypeError: for any other type.
@@ -106,13 +103,7 @@ def to_dict(value: Any, scale: float = 1.0) -> Any:
 
 
 def fields_to_dict(value: Any) -> dict[str, Any]:
-    """Return the fields and JSON properties of a dataclass as `to_dict` writes them.
-
-    Its own method ``to_dict()`` is not called.
-
-    Raises:
-        TypeError: a field holds what JSON cannot.
-    """
+    """Fields and JSON properties of a dataclass, but for a method ``to_dict()`` as `to_dict`."""
     result: dict[str, Any] = {}
     for field in fields(value):
         place = field.metadata.get(_META, (field.name, 1.0))
@@ -128,9 +119,7 @@ def fields_to_dict(value: Any) -> dict[str, Any]:
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write a JSON-safe result, numbers in SI or with the unit in the key.
-
-    NaN and infinity are refused, since JSON has neither. See `pamsim.core.files.complete_file`.
+    """Write a result without NaN and infinity, numbers in SI or with the unit in the key.
 
     Raises:
         InputError: if the place cannot be written.

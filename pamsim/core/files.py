@@ -88,22 +88,14 @@ def is_part(name: str) -> bool:
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
-    """A path to be written, unless a file is there that may not be replaced.
-
-    Raises:
-        InputError: if one is, and not ``force``.
-    """
+    """A path to be written; InputError if a file is there, unless ``force`` replaces it."""
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
     return path
 
 
 def refuse_file(folder: Path) -> Path:
-    """A path where a folder is to be, unless a file is there.
-
-    Raises:
-        InputError: if one is.
-    """
+    """A path where a folder is to be; InputError if a file is there."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"cannot write {folder}: it is a file; name a folder")
     return folder

@@ -32,9 +32,9 @@ class FieldSpec:
 
     Attributes:
         unit: SI unit, in the spelling of `pamsim.core.units.to_si`; ``1`` for a pure number.
-        low: smallest allowed value.
+        low: smallest allowed value, itself not allowed if ``low_open``.
         high: largest allowed value.
-        low_open: True if ``low`` itself is not allowed.
+        low_open: see ``low``.
         doc: what the parameter means.
     """
 
@@ -139,9 +139,5 @@ class Sourced:
     note: str = ""
 
     def si(self, unit: str) -> float:
-        """The value in an SI unit.
-
-        Raises:
-            InputError: if the written unit is unknown or measures something else.
-        """
+        """The value in an SI unit; raises as `pamsim.core.units.to_si`."""
         return to_si(self.value, self.unit, unit, where=self.where)

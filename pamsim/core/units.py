@@ -46,8 +46,7 @@ def _registry() -> Any:
     # Imported here: pint takes a third of a second, which `pamsim --help` must not pay.
     import pint
 
-    registry: Any = pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
-    return registry
+    return pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
 
 
 def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
