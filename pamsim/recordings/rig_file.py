@@ -87,8 +87,7 @@ class RigFile:
         scene: path of the MJCF with floor and light, or None.
         joints: whose positions are recorded; none stands for those that the muscles move.
         load_body: body that carries the load, or None.
-        tendons: muscle name -> tendon name, in actuator order; of a muscle on a joint that slides,
-            the joint's name.
+        tendons: muscle -> tendon, or the joint that it slides along, in actuator order.
         rods: joints that carry a muscle and get a tendon of their name.
         muscle: shared sections, group -> entries.
         overrides: muscle name -> group -> entries that replace shared ones.
@@ -266,20 +265,17 @@ def _own_physics(path: Path, text: str) -> OwnPhysics:
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
         raise InputError(f"{path}, line {line}: {type(error).__name__}: {error}") from None
-
-    def held(name: str, *kinds: type) -> tuple[Any, ...]:
-        found = getattr(module, name, ())
-        wanted = " and ".join(kind.__name__ for kind in kinds)
-        if not isinstance(found, list | tuple):
+    kinds = {"LAWS": ForceLaw | Operator, "EFFECTS": Effect}
+    held = {name: getattr(module, name, ()) for name in kinds}
+    for name, kind in kinds.items():
+        wanted = " and ".join(one.__name__ for one in getattr(kind, "__args__", (kind,)))
+        if not isinstance(held[name], list | tuple):
             raise InputError(f"{path}: {name} must be a list of {wanted}")
-        for one in found:
-            if not isinstance(one, kinds):
+        for one in held[name]:
+            if not isinstance(one, kind):
                 raise InputError(f"{path}: {name} holds {one!r}; write objects of {wanted}")
-        return tuple(found)
-
-    laws = held("LAWS", ForceLaw, Operator)
     return OwnPhysics(
-        laws=tuple(law for law in laws if isinstance(law, ForceLaw)),
-        operators=tuple(law for law in laws if isinstance(law, Operator)),
-        effects=held("EFFECTS", Effect),
+        laws=tuple(law for law in held["LAWS"] if isinstance(law, ForceLaw)),
+        operators=tuple(law for law in held["LAWS"] if isinstance(law, Operator)),
+        effects=tuple(held["EFFECTS"]),
     )
