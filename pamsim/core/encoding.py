@@ -136,13 +136,9 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         InputError: if it cannot be read, is not JSON, or states another schema.
     """
     try:
-        content = read_document(path, JSON_BYTES, json.loads, "JSON")
+        return read_document(path, JSON_BYTES, json.loads, "JSON", [schema])
     except FileNotFoundError:
         raise InputError(f"cannot read {path}: there is no such file") from None
-    stated = content.get("schema")
-    if stated != schema:
-        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
-    return content
 
 
 @dataclass(frozen=True)

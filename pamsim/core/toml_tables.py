@@ -41,9 +41,9 @@ class Entry:
         return isinstance(value, self.kind) and not blank and self.holds(value)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path, *schemas: str) -> dict[str, Any]:
     """The table of a TOML file; raises as `pamsim.core.files.read_document`."""
-    return read_document(path, TOML_BYTES, tomllib.loads, "TOML")
+    return read_document(path, TOML_BYTES, tomllib.loads, "TOML", schemas)
 
 
 def check_table(table: object, entries: Mapping[str, Entry], where: object) -> dict[str, Any]:

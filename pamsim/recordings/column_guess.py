@@ -153,11 +153,9 @@ def guess_columns(
 
 
 def unit_in_name(column: str, stated: str) -> str:
-    """Unit of a column as its file writes it; empty if none is known.
+    """Unit of a column such as ``p1_kpa`` or ``Power (W)`` as its file writes it, else empty.
 
-    Args:
-        column: name, such as ``p1_kpa``, ``Power (W)``, ``phi [deg]`` or ``p / bar``.
-        stated: in a line of units, which counts first; empty if there is none.
+    What is ``stated`` in a line of units counts first.
     """
     _, unit, unknown = _parts(column, stated)
     return unknown or unit

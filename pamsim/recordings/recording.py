@@ -140,7 +140,7 @@ class Recording:
         return self
 
     def columns(self) -> dict[str, FloatArray]:
-        """Name -> (n,) of the CSV: time, commands, pressures [kPa], joints [deg, mm], forces [N]"""
+        """Name -> (n,) of a CSV: time, commands, pressures [kPa], joints [deg, mm], forces [N]."""
         names, drives = self.names, self.drives
         columns = command_columns(drives, names.named_muscles)
         commands = zip(columns, drives.muscles, self.command.T, strict=False)  # less the joints'

@@ -125,18 +125,12 @@ def _muscles(trial: Trial) -> str:
 
 def _index(path: Path) -> Mapping[str, Any]:
     try:
-        table = read_toml(path)
+        index = check_table(read_toml(path, SCHEMA, WITH_COLUMNS), _TOP, path)
     except FileNotFoundError:
         raise InputError(
             f"no recording at {path.parent if path.name == INDEX else path}: give a folder with"
             f" {INDEX}, or that file"
         ) from None
-    if table.get("schema") not in (SCHEMA, WITH_COLUMNS):
-        raise InputError(
-            f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"
-            f" [columns], {WITH_COLUMNS!r}"
-        )
-    index = check_table(table, _TOP, path)
     if not isinstance(index["trial"], list) or not index["trial"]:
         raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg")
     index["trial"] = [

@@ -157,11 +157,7 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     """
     folder = find_rig(rig)
     path = folder / "params.toml"
-    document = read_toml(path)
-    stated = document.get("schema")
-    if stated != SCHEMA:
-        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {SCHEMA!r}")
-    document = check_table(document, _TOP, path)
+    document = check_table(read_toml(path, SCHEMA), _TOP, path)
     head = check_table(document["rig"], _RIG, f"{path}: [rig]")
     if head["angle_joint"] and head["joints"]:
         raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
