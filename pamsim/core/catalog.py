@@ -152,11 +152,14 @@ def _source(function: Callable[..., Any]) -> str:
     return text + "".join(map(_held, (*cells, *getattr(holder, "__dict__", {}).values())))
 
 
+_NUMBERS: tuple[type, ...] = (int, float, str, tuple, list, dict)
+
+
 def _held(value: Any) -> str:
     """Numbers that a law holds, such as those of a closure or of a network."""
     if hasattr(value, "tobytes"):
         return value.tobytes().hex()
-    return repr(value) if isinstance(value, int | float | str | tuple | list | dict) else ""
+    return repr(value) if isinstance(value, _NUMBERS) else ""
 
 
 @functools.cache

@@ -46,7 +46,8 @@ def _registry() -> Any:
     # Imported here: pint takes a third of a second, which `pamsim --help` must not pay.
     import pint
 
-    return pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
+    registry: Any = pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
+    return registry
 
 
 def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:

@@ -96,7 +96,7 @@ class Experiment:
         return Drive.of(self.drive, self.command_value.shape[1])
 
     def command_at(self, times: ArrayLike) -> FloatArray:
-        """Command at given times: the last value, or between two values as ``command_value`` says.
+        """Command at given times: the last value, or between two values as its drive says.
 
         Args:
             times: (n,) times [s], not before 0 where values are held.

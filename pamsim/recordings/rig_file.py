@@ -58,8 +58,8 @@ _RIG = {
 _RANGE = Entry(list, "[low, high]", None, _is_range)
 _NUMBER = {
     "value": Entry(NUMBER, "12.5"),
-    "unit": Entry(write='"...", as every number says'),
-    "source": Entry(write='"...", as every number says'),
+    "unit": Entry(),
+    "source": Entry(),
     "interval95": _RANGE,
     "bounds": _RANGE,
     "note": Entry(default=""),
