@@ -119,11 +119,7 @@ def fields_to_dict(value: Any) -> dict[str, Any]:
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write a result without NaN and infinity, numbers in SI or with the unit in the key.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write a result without NaN, in SI or with units in keys; InputError if it cannot be."""
     text = json.dumps(result, indent=1, allow_nan=False)
     with complete_file(path) as part:
         part.write_text(text + "\n", encoding="utf-8")
@@ -148,11 +144,7 @@ class CheckpointFile:
     path: Path
 
     def load(self) -> dict[str, Any] | None:
-        """The state last saved, or None if there is none.
-
-        Raises:
-            InputError: if the file cannot be read as one.
-        """
+        """The state last saved, None if there is none; InputError if it cannot be read."""
         try:
             return read_document(self.path, JSON_BYTES, json.loads, "JSON")
         except FileNotFoundError:

@@ -36,9 +36,8 @@ _QUANTITIES: Mapping[str, tuple[str, str, str]] = {
     "displacement": ("displacement", "m", "displacement_mm"),
     "time": ("time", "s", "time_s"),
 }
-_NAME = re.compile(
-    f"(?:{'|'.join(f'(?P<{q}>{stem})' for q, (stem, _, _) in _QUANTITIES.items())})(?:_(.*))?"
-)
+_STEMS = "|".join(f"(?P<{quantity}>{stem})" for quantity, (stem, _, _) in _QUANTITIES.items())
+_NAME = re.compile(f"(?:{_STEMS})(?:_(?P<unit>.*))?")
 # Files write units in lower case, the unit library does not.
 _SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
 _SPELLED |= {"ratio": "1"}
@@ -63,11 +62,7 @@ class ForceMap:
     notes: tuple[str, ...] = ()
 
     def without_zeros(self) -> ForceMap:
-        """The map without points of no force, which are slack or not measured.
-
-        Raises:
-            InputError: if nothing is left.
-        """
+        """The map without points of no force, slack or not measured; InputError if none is left."""
         keep = self.force != 0.0
         if not np.any(keep):
             raise InputError("the map has no force but zero; there is nothing to fit")
@@ -162,7 +157,7 @@ class _Table:
                 self.notes += (f"column {name!r} is not used",)
             else:
                 (quantity,) = (q for q in _QUANTITIES if match[q] is not None)
-                self._add(quantity, name, match[match.re.groups] or "")
+                self._add(quantity, name, match["unit"] or "")
 
     def _add(self, quantity: str, name: str, unit: str) -> None:
         place, (_, si_unit, example) = self.columns.place(name), _QUANTITIES[quantity]

@@ -73,12 +73,7 @@ def clock(columns: Columns) -> str:
 
 
 def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
-    """Check commands, (column, kind of drive) each, and pressures and angles by their range.
-
-    Raises:
-        InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
-            be in the unit that its column names, with the unit that was probably meant.
-    """
+    """Refuse commands, (column, kind of drive) each, pressures and angles beyond their range."""
     for name, kind in drives:
         measured = f"{name.removesuffix('_set_kpa')}_kpa"
         if kind in ("valve", "pulse"):

@@ -130,11 +130,7 @@ def shipped_rig_names() -> list[str]:
 
 
 def find_rig(rig: str | os.PathLike[str]) -> Path:
-    """Folder of a rig given by the name of a shipped one or by its own path.
-
-    Raises:
-        InputError: if there is none, with the nearest name.
-    """
+    """Folder of a shipped rig, by its name, or of a path; InputError with the nearest name."""
     if os.path.isfile(Path(rig) / "params.toml"):
         return Path(rig)
     name, names = str(rig), shipped_rig_names()

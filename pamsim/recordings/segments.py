@@ -65,17 +65,18 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
     period, segments, lead_in, rate = (entry[key] for key in ENTRIES)
     if rate is not None:
         trial = on_even_clock(trial, rate, where)
-    if period and segments:
+    if period is not None and segments:
         raise InputError(f"{where}: give period or segments, not both")
-    if not (period or segments or lead_in):
+    whole = period is None and segments is None
+    if whole and lead_in is None:
         return (trial,)
-    usual = _LEAD_IN if period or segments else 0.0
+    usual = 0.0 if whole else _LEAD_IN
     lead = _seconds(usual if lead_in is None else lead_in, f"{where}: lead_in")
     spans = [(lead, math.inf)]
-    if period:
+    if period is not None:
         length, end = _seconds(period, f"{where}: period"), float(trial.time[-1])
-        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
-        count = math.floor((whole + _ROUNDING) / length) if length > 0.0 else 0
+        room = end + trial.sample_interval - lead  # the last row lasts as long as the others
+        count = math.floor((room + _ROUNDING) / length) if length > 0.0 else 0
         if count < 1:
             raise InputError(
                 f"{where}: no period of {length:g} s fits into {end:g} s after a lead-in of"

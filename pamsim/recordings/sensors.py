@@ -41,11 +41,7 @@ class MeasurementChain(ParameterGroup):
     pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
 
     def __post_init__(self) -> None:
-        """Check every field, and that a converter is stated whole.
-
-        Raises:
-            ParameterError: naming what is out of range or missing.
-        """
+        """Check every field, and that a converter is stated whole; ParameterError names what."""
         super().__post_init__()
         names = ("converter_bits", "converter_span", "transducer_gain")
         missing = [name for name in names if getattr(self, name) == 0.0]

@@ -182,11 +182,7 @@ class SignalNames:
         return tuple(map(column_of, self.joint_channels))
 
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
-        """Refuse joints, with the kind of drive, that the rig has not or that move otherwise.
-
-        Raises:
-            InputError: naming the joint, and the rig by ``where``.
-        """
+        """Refuse joints -> kind of drive that a rig ``where`` has not or that move otherwise."""
         for joint, kind in driven.items():
             if joint not in self.joints:
                 raise InputError(f"{where} has no joint {joint!r}; {nearest(joint, self.joints)}")
