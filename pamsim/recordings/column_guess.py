@@ -15,8 +15,8 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, to_si
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.log_columns import ATMOSPHERE
 from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
 
 _WORDS: Mapping[str, frozenset[str]] = {
@@ -184,16 +184,16 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
         return f"unit {unknown!r} is not known" if unknown else "name not known"
     if _RATE & set(words):
         return "a rate; rates follow from positions"
+    set_point = bool(_SET & set(words))
     for kind in kinds:
-        quantity, warning = "time", ""
-        if kind != "time":
-            owner, warning = _owner(kind, words, names)
-            if not owner:
-                continue
-            if _SET & set(words) and kind in JOINT_KINDS:
-                return f"a reference for {owner}, which drives no muscle by itself"
-            own = "pressure_set" if kind == "pressure" and _SET & set(words) else kind
-            quantity = f"{owner}.{'pulse' if kind == 'valve' and _PULSE & set(words) else own}"
+        owner, warning = ("time", "") if kind == "time" else _owner(kind, words, names)
+        if not owner:
+            continue
+        if set_point and kind in JOINT_KINDS:
+            return f"a reference for {owner}, which drives no muscle by itself"
+        own = "pressure_set" if kind == "pressure" and set_point else kind
+        own = "pulse" if kind == "valve" and _PULSE & set(words) else own
+        quantity = owner if kind == "time" else f"{owner}.{own}"
         if unknown:
             return f"would be {quantity}, but its unit {unknown!r} is not known"
         warnings = (warning,) if warning else ()

@@ -7,8 +7,8 @@
     "flexor.pressure_set" = { column = "p1_cmd", unit = "bar" }
 
 The number of a quantity is sign x (number in the log) + offset in the unit stated, less the
-atmosphere where pressures are absolute. A clock that begins again at 0 after a whole time states
-it, ``time = { column = "t", unit = "s", wraps = 2 }``, and goes on from there.
+standard atmosphere where pressures are absolute. A clock that begins again at 0 after a whole time
+states it, ``time = { column = "t", unit = "s", wraps = 2 }``, and goes on from there.
 """
 
 from __future__ import annotations
@@ -22,11 +22,9 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.toml_tables import NUMBER, Entry, check_table
 from pamsim.core.units import FloatArray, to_si
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns, cells_of
 from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, KINDS, NUMBERED, column_of, kind_of
-
-ATMOSPHERE = 101325.0
-"""Standard atmosphere [Pa], ISO 2533: what an absolute pressure is taken to be above."""
 
 _JOINT = (*JOINT_KINDS, *EFFORTS.values())
 _COLUMN = {

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray, to_si
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
@@ -188,7 +189,7 @@ def _pressure(table: _Table) -> FloatArray:
     pressure, columns, name = table.si("pressure"), table.columns, table.found["pressure"][0]
     numbers = columns.numbers(name)
     columns.refuse(
-        pressure < -101325.0,
+        pressure < -ATMOSPHERE,
         lambda i: f"{name} = {numbers[i]:g} lies below vacuum; pressures are gauge",
     )
     if pressure.max() < 1e3 * LEAST_KPA:

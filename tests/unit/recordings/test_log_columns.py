@@ -8,7 +8,8 @@ import scipy.io
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.recordings.log_columns import ATMOSPHERE, in_own_format
+from pamsim.physics.air import ATMOSPHERE
+from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.table_reader import read_columns
 
 NUMBERS = np.column_stack([np.arange(9) * 0.5, np.linspace(-1.25, 2.0, 9)])
