@@ -60,23 +60,19 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
     def __init__(
         self, kind: type[AnyCard], laws: Sequence[AnyCard], *, slot: str, first: int = 0
     ) -> None:
-        self._kind, self._slot = kind, slot
-        self._own = tuple(laws)
+        self._kind, self._slot, self._own = kind, slot, tuple(laws)
         self._laws = {law.name: law for law in laws}
-        self._codes = {law.group: float(code) for code, law in enumerate(laws, start=first)}
-        self._by_code = {self._codes[law.group]: law for law in laws}
+        self._by_code = {float(code): law for code, law in enumerate(laws, start=first)}
+        self._codes = {law.group: code for code, law in self._by_code.items()}
         self._asked = False
 
     def __getitem__(self, name: str) -> AnyCard:
-        """The law of a name."""
         return self._with_installed(name, self._laws)[name]
 
     def __iter__(self) -> Iterator[str]:
-        """Names, the package's own first."""
         return iter(tuple(self._with_installed(None, self._laws)))
 
     def __len__(self) -> int:
-        """Number of laws."""
         return len(self._with_installed(None, self._laws))
 
     def own(self) -> tuple[AnyCard, ...]:
@@ -100,15 +96,11 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
                 f" {MOST_PARAMETERS}"
             )
         self._laws[law.name] = law
-        self._codes[law.group] = code = user_code(law)
-        self._by_code[code] = law
+        self._codes[law.group] = user_code(law)
+        self._by_code[self._codes[law.group]] = law
 
     def code(self, group: type[ParameterGroup]) -> float:
-        """Code of the law with a parameter group in the rows of muscles.
-
-        Raises:
-            EngineError: if there is none.
-        """
+        """Code in the rows of muscles of the law with a parameter group; EngineError if none is."""
         if group not in self._with_installed(group, self._codes):
             raise EngineError(f"{group.__name__} belongs to no known {self._kind.__name__}")
         return self._codes[group]
@@ -117,7 +109,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         """Parameter group of the law with a code, also one that a newer of its name has replaced.
 
         Raises:
-            EngineError: if there is none, such as one of a package that is not installed here.
+            EngineError: such as for one of a package that is not installed here.
         """
         if code not in self._with_installed(code, self._by_code):
             raise EngineError(
@@ -127,11 +119,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
         return self._by_code[code].group
 
     def card(self, group: type[ParameterGroup]) -> AnyCard:
-        """The law with a parameter group.
-
-        Raises:
-            EngineError: if there is none.
-        """
+        """The law with a parameter group; EngineError if there is none."""
         return self._by_code[self.code(group)]
 
     def _with_installed(self, key: Any, table: dict[Any, Any]) -> dict[Any, Any]:
@@ -190,6 +178,6 @@ def installed(group: str) -> tuple[tuple[Any, str], ...]:
             named = point.load()
         except Exception as error:  # whatever the code of others raises when it is imported
             raise InputError(f"{where} cannot be loaded: {error}") from error
-        several = isinstance(named, list | tuple)
-        found += [(one, where) for one in (cast("Sequence[Any]", named) if several else (named,))]
+        each = cast("Sequence[Any]", named if isinstance(named, list | tuple) else [named])
+        found += [(one, where) for one in each]
     return tuple(found)

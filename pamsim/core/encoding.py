@@ -59,17 +59,14 @@ class json_property(property):
 
 
 def to_dict(value: Any, scale: float = 1.0) -> Any:
-    """Return a value in the types that JSON has.
+    """A value in dicts, lists, text, finite numbers, booleans and None only.
 
     Args:
         value: None, bool, number, text, path, enum member, complex number (written as
             ``[real, imaginary]``), numpy scalar or array, mapping, tuple, list, set, dataclass, or
-            an object with a method ``to_dict()``; nested to any depth.
+            an object with a method ``to_dict()``; nested to any depth. NaN and infinity become
+            None.
         scale: factor on every number.
-
-    Returns:
-        The same with dicts, lists, text, finite numbers, booleans and None only; NaN and infinity
-        become None.
 
     Raises:
         TypeError: for any other type.
@@ -106,13 +103,7 @@ def to_dict(value: Any, scale: float = 1.0) -> Any:
 
 
 def fields_to_dict(value: Any) -> dict[str, Any]:
-    """Return the fields and JSON properties of a dataclass as `to_dict` writes them.
-
-    Its own method ``to_dict()`` is not called.
-
-    Raises:
-        TypeError: a field holds what JSON cannot.
-    """
+    """Fields and JSON properties of a dataclass, but for a method ``to_dict()`` as `to_dict`."""
     result: dict[str, Any] = {}
     for field in fields(value):
         place = field.metadata.get(_META, (field.name, 1.0))
@@ -128,13 +119,7 @@ def fields_to_dict(value: Any) -> dict[str, Any]:
 
 
 def write_json(path: Path, result: Mapping[str, Any]) -> None:
-    """Write a JSON-safe result, numbers in SI or with the unit in the key.
-
-    NaN and infinity are refused, since JSON has neither. See `pamsim.core.files.complete_file`.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write a result without NaN, in SI or with units in keys; InputError if it cannot be."""
     text = json.dumps(result, indent=1, allow_nan=False)
     with complete_file(path) as part:
         part.write_text(text + "\n", encoding="utf-8")
@@ -147,13 +132,9 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
         InputError: if it cannot be read, is not JSON, or states another schema.
     """
     try:
-        content = read_document(path, JSON_BYTES, json.loads, "JSON")
+        return read_document(path, JSON_BYTES, json.loads, "JSON", [schema])
     except FileNotFoundError:
         raise InputError(f"cannot read {path}: there is no such file") from None
-    stated = content.get("schema")
-    if stated != schema:
-        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {schema!r}")
-    return content
 
 
 @dataclass(frozen=True)
@@ -163,11 +144,7 @@ class CheckpointFile:
     path: Path
 
     def load(self) -> dict[str, Any] | None:
-        """The state last saved, or None if there is none.
-
-        Raises:
-            InputError: if the file cannot be read as one.
-        """
+        """The state last saved, None if there is none; InputError if it cannot be read."""
         try:
             return read_document(self.path, JSON_BYTES, json.loads, "JSON")
         except FileNotFoundError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import secrets
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Collection, Generator
 from pathlib import Path
 from typing import Any, cast
 
@@ -33,13 +33,17 @@ def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?
 
 
 def read_document(
-    path: Path, most: int, parse: Callable[[str], Any], language: str
+    path: Path,
+    most: int,
+    parse: Callable[[str], Any],
+    language: str,
+    schemas: Collection[str] = (),
 ) -> dict[str, Any]:
     """Names and values in a file, of at most so many bytes, that anyone may have written.
 
     Raises:
         FileNotFoundError: if there is no such file.
-        InputError: if it cannot be read, is too large, or is not valid.
+        InputError: if it cannot be read, is too large or not valid, or states none of the schemas.
     """
     try:
         content = parse(read_bounded(path, most).decode("utf-8-sig"))
@@ -51,7 +55,12 @@ def read_document(
         raise InputError(f"{path}: not valid {language}: {error}") from None
     if not isinstance(content, dict):
         raise InputError(f"{path}: names and their values are wanted, not {content!r}")
-    return cast("dict[str, Any]", content)
+    document = cast("dict[str, Any]", content)
+    stated = document.get("schema")
+    if schemas and stated not in schemas:
+        known = " or ".join(map(repr, schemas))
+        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {known}")
+    return document
 
 
 @contextlib.contextmanager
@@ -88,22 +97,14 @@ def is_part(name: str) -> bool:
 
 
 def refuse_existing(path: Path, force: bool) -> Path:
-    """A path to be written, unless a file is there that may not be replaced.
-
-    Raises:
-        InputError: if one is, and not ``force``.
-    """
+    """A path to be written; InputError if a file is there, unless ``force`` replaces it."""
     if path.exists() and not force:
         raise InputError(f"{path} is there already; `force` replaces it")
     return path
 
 
 def refuse_file(folder: Path) -> Path:
-    """A path where a folder is to be, unless a file is there.
-
-    Raises:
-        InputError: if one is.
-    """
+    """A path where a folder is to be; InputError if a file is there."""
     if folder.exists() and not folder.is_dir():
         raise InputError(f"cannot write {folder}: it is a file; name a folder")
     return folder

@@ -32,9 +32,9 @@ class FieldSpec:
 
     Attributes:
         unit: SI unit, in the spelling of `pamsim.core.units.to_si`; ``1`` for a pure number.
-        low: smallest allowed value.
+        low: smallest allowed value, itself not allowed if ``low_open``.
         high: largest allowed value.
-        low_open: True if ``low`` itself is not allowed.
+        low_open: see ``low``.
         doc: what the parameter means.
     """
 
@@ -81,11 +81,7 @@ class ParameterGroup:
     """Number of internal states of the law."""
 
     def __post_init__(self) -> None:
-        """Check every field.
-
-        Raises:
-            ParameterError: naming field, value and allowed range.
-        """
+        """Check every field; ParameterError names field, value and allowed range."""
         for name, spec in specs(type(self)):
             check_value(f"{self.group}.{name}", getattr(self, name), spec)
 
@@ -98,11 +94,7 @@ def specs(group: type[Any]) -> tuple[tuple[str, FieldSpec], ...]:
 
 
 def check_value(name: str, value: object, spec: FieldSpec) -> float:
-    """Return ``value`` as a float inside ``spec``'s range.
-
-    Raises:
-        ParameterError: naming ``name``, the value and the allowed range.
-    """
+    """``value`` as a float in a range; ParameterError with ``name``, value and range, if not."""
     number = math.nan
     if not isinstance(value, bool) and isinstance(value, Real):
         with contextlib.suppress(OverflowError):  # an integer beyond every float
@@ -139,9 +131,5 @@ class Sourced:
     note: str = ""
 
     def si(self, unit: str) -> float:
-        """The value in an SI unit.
-
-        Raises:
-            InputError: if the written unit is unknown or measures something else.
-        """
+        """The value in an SI unit; raises as `pamsim.core.units.to_si`."""
         return to_si(self.value, self.unit, unit, where=self.where)

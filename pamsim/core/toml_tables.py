@@ -1,55 +1,68 @@
-"""Read a TOML file that anyone may have written, and check its tables entry by entry."""
+"""Read a TOML file that anyone may have written, and check its tables by what they may hold."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
-from typing import Any
+from typing import Any, cast
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import read_document
 from pamsim.core.limits import TOML_BYTES
 
 NUMBER = int | float
-"""What a number in a TOML file may be; `entry` takes no ``true`` for one."""
+"""What a number in a TOML file may be; `check_table` takes no ``true`` for one."""
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Entry:
+    """What an entry of a table may be.
+
+    Attributes:
+        kind: its type; text must not be blank, unless the default is.
+        write: what to write instead of another, for errors.
+        default: value of one that is left out; ``...`` if it must be there.
+        holds: what must be true of it beside its type.
+    """
+
+    kind: type | UnionType = str
+    write: str = '"..."'
+    default: Any = ...
+    holds: Callable[[Any], bool] = lambda _: True
+
+    def accepts(self, value: object) -> bool:
+        """Whether a value may stand there."""
+        blank = isinstance(value, str) and not value.strip() and value != self.default
+        if isinstance(value, bool) and self.kind is not bool:
+            return False
+        return isinstance(value, self.kind) and not blank and self.holds(value)
+
+
+def read_toml(path: Path, *schemas: str) -> dict[str, Any]:
     """The table of a TOML file; raises as `pamsim.core.files.read_document`."""
-    return read_document(path, TOML_BYTES, tomllib.loads, "TOML")
+    return read_document(path, TOML_BYTES, tomllib.loads, "TOML", schemas)
 
 
-def check_keys(
-    table: Mapping[str, Any], known: Collection[str], where: object, under: str = ""
-) -> Mapping[str, Any]:
-    """The table, if all its keys are known.
+def check_table(table: object, entries: Mapping[str, Entry], where: object) -> dict[str, Any]:
+    """Every entry that a table may have, its default where it is left out.
 
     Raises:
-        InputError: naming the file and place ``where``, the key with what it is ``under``, such as
-            ``rig.``, and the nearest known one.
+        InputError: naming file and place ``where`` and what to write: for what is no table, an
+            unknown key with the nearest known one, an entry that is missing or of another kind.
     """
-    for key in table:
-        if key not in known:
-            raise InputError(f"{where}: unknown key {under}{key}; {nearest(key, known)}")
-    return table
-
-
-def entry(
-    table: object, key: str, kind: type | UnionType, wanted: str, default: object = None
-) -> Any:
-    """An entry of a table, if it is of a kind; what is no table has no entries.
-
-    The ``default`` of an entry that is left out is checked like one that is not.
-
-    Raises:
-        InputError: if it is missing, blank or of another kind, with the text ``wanted``: the place
-            and what to write; ``{!r}`` in it stands for what is there.
-    """
-    content: Any = table
-    value = content.get(key, default) if isinstance(table, Mapping) else None
-    blank = isinstance(value, str) and not value.strip() and value != default
-    if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool) or blank:
-        raise InputError(wanted.replace("{!r}", repr(value)))
-    return value
+    if not isinstance(table, Mapping):
+        needed = (f"{k} = {one.write}" for k, one in entries.items() if one.default is ...)
+        raise InputError(f"{where}: write {{ {', '.join(needed)} }}, not {table!r}")
+    stated = cast("Mapping[str, Any]", table)
+    for key in stated:
+        if key not in entries:
+            raise InputError(f"{where}: unknown key {key}; {nearest(key, entries)}")
+    for key, one in entries.items():
+        if key not in stated and one.default is ...:
+            raise InputError(f"{where} needs {key} = {one.write}")
+        if key in stated and not one.accepts(stated[key]):
+            raise InputError(f"{where}: {key} = {stated[key]!r}; write {key} = {one.write}")
+    return {key: stated.get(key, one.default) for key, one in entries.items()}

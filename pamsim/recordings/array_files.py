@@ -29,11 +29,7 @@ _OF_NUMBERS, _COMPLEX = range(6, 16), 0x0800
 
 
 def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
-    """Name -> array of a file, whose format its ending states: ``.npz``, ``.mat``, ``.parquet``.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
+    """Name -> array of an ``.npz``, ``.mat`` or ``.parquet``; InputError if it cannot be read."""
     reader = ARRAY_FILES.get(path.suffix.lower())
     if reader is None:
         raise InputError(

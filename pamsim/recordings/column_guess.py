@@ -15,8 +15,8 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, to_si
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.log_columns import ATMOSPHERE
 from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
 
 _WORDS: Mapping[str, frozenset[str]] = {
@@ -153,11 +153,9 @@ def guess_columns(
 
 
 def unit_in_name(column: str, stated: str) -> str:
-    """Unit of a column as its file writes it; empty if none is known.
+    """Unit of a column such as ``p1_kpa`` or ``Power (W)`` as its file writes it, else empty.
 
-    Args:
-        column: name, such as ``p1_kpa``, ``Power (W)``, ``phi [deg]`` or ``p / bar``.
-        stated: in a line of units, which counts first; empty if there is none.
+    What is ``stated`` in a line of units counts first.
     """
     _, unit, unknown = _parts(column, stated)
     return unknown or unit
@@ -186,16 +184,16 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
         return f"unit {unknown!r} is not known" if unknown else "name not known"
     if _RATE & set(words):
         return "a rate; rates follow from positions"
+    set_point = bool(_SET & set(words))
     for kind in kinds:
-        quantity, warning = "time", ""
-        if kind != "time":
-            owner, warning = _owner(kind, words, names)
-            if not owner:
-                continue
-            if _SET & set(words) and kind in JOINT_KINDS:
-                return f"a reference for {owner}, which drives no muscle by itself"
-            own = "pressure_set" if kind == "pressure" and _SET & set(words) else kind
-            quantity = f"{owner}.{'pulse' if kind == 'valve' and _PULSE & set(words) else own}"
+        owner, warning = ("time", "") if kind == "time" else _owner(kind, words, names)
+        if not owner:
+            continue
+        if set_point and kind in JOINT_KINDS:
+            return f"a reference for {owner}, which drives no muscle by itself"
+        own = "pressure_set" if kind == "pressure" and set_point else kind
+        own = "pulse" if kind == "valve" and _PULSE & set(words) else own
+        quantity = owner if kind == "time" else f"{owner}.{own}"
         if unknown:
             return f"would be {quantity}, but its unit {unknown!r} is not known"
         warnings = (warning,) if warning else ()

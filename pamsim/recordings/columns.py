@@ -1,9 +1,8 @@
 """Columns whose names carry quantity and unit, such as ``time_s`` or ``p1_kpa``.
 
-All formats of measurements are columns: trials of a recording and angles at rest by fixed names
-(`Columns.select`), force maps and loops by quantity with any unit
-(`pamsim.recordings.measured_table`), a log for ``pamsim identify`` as it is (`Columns.numbers`), a
-lab's own log by what its recording says of its columns (`pamsim.recordings.log_columns`).
+All formats of measurements are columns: of trials and angles at rest by fixed names
+(`Columns.select`), of force maps and loops in any unit (`pamsim.recordings.measured_table`), of a
+lab's own log by what is said of them (`pamsim.recordings.log_columns`).
 """
 
 from __future__ import annotations
@@ -95,10 +94,10 @@ class Columns:
             InputError: for a cell that is empty, text, NaN or infinite.
         """
         cells = self.cells[name]
-        if cells.numbers is not None and np.isfinite(cells.numbers).all():
-            return cells.numbers
-        each = zip(self.lines, cells, strict=True)
-        return np.array([_finite(cell, f"{self.path}: line {n}: {name}") for n, cell in each])
+        if cells.numbers is None or not np.isfinite(cells.numbers).all():
+            for line, cell in zip(self.lines, cells, strict=True):
+                _check_finite(cell, f"{self.path}: line {line}: {name}")
+        return np.array(list(cells), dtype=float) if cells.numbers is None else cells.numbers
 
     def si(self, name: str) -> FloatArray:
         """The numbers of one column, shape (n,) [SI]; ``_kpa``, ``_deg``, ``_mm`` are converted."""
@@ -111,8 +110,7 @@ class Columns:
     def select(self, names: Sequence[str]) -> Columns:
         """The columns of a format with fixed names; the others become ``ignored``.
 
-        Args:
-            names: such as ``p{}_kpa``; ``{}`` is the number of a muscle, from 1.
+        In a name such as ``p{}_kpa``, ``{}`` is the number of a muscle, from 1.
 
         Raises:
             InputError: for a known quantity in another unit, and for a name so close to a known one
@@ -163,16 +161,15 @@ class Columns:
                 raise InputError(f"{self.place(name)} is there twice; keep one")
 
 
-def _finite(cell: str, where: str) -> float:
+def _check_finite(cell: str, where: str) -> None:
     if not cell:
         raise InputError(f"{where} is empty; fill the gap or drop the row")
     try:
-        value = float(cell)
+        finite = math.isfinite(float(cell))
     except ValueError:
         raise InputError(f"{where} = {cell!r} is not a number; write one such as 12.5") from None
-    if not math.isfinite(value):
+    if not finite:
         raise InputError(f"{where} = {cell} is not finite; drop the row")
-    return value
 
 
 def _refuse_near(name: str, names: Sequence[str], where: str) -> None:

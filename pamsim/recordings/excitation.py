@@ -12,12 +12,9 @@ from pamsim.core.units import FloatArray
 
 
 def triangle(time: FloatArray, period: float, shrink: float = 1.0) -> FloatArray:
-    """Triangle wave of a period [s], from 0, upwards first; loops at constant rate.
+    """Triangle wave (n,) of a period [s], from 0, upwards first; loops at constant rate.
 
-    Args:
-        time: (n,) [s].
-        period: [s].
-        shrink: factor on the amplitude from one period to the next; below 1 draws minor loops.
+    The amplitude shrinks by a factor from one period to the next; below 1 draws minor loops.
     """
     phase = time / period
     shape = 1.0 - 4.0 * np.abs(np.mod(phase + 0.25, 1.0) - 0.5)
@@ -42,11 +39,8 @@ def multisine(time: FloatArray, period: float, lines: int, rng: np.random.Genera
     the output shows is distortion, not linear response (Pintelon and Schoukens, System
     Identification, 2012, section 4.3).
 
-    Args:
-        time: (n,) [s].
-        period: of the fundamental [s].
-        lines: number of odd harmonics, those left out included.
-        rng: random phases.
+    Over a period [s] of the fundamental there are so many odd harmonics, ``lines``, those left out
+    included; their phases are random.
     """
     number = np.arange(lines)
     excited = (2 * number + 1)[number % 4 != 2]
@@ -66,12 +60,7 @@ def bursts(
 ) -> FloatArray:
     """Short full openings of either sign with shut holds between, each followed by its opposite.
 
-    Args:
-        time: (n,) [s].
-        spacing: from one burst to the next [s].
-        shortest: burst [s].
-        longest: burst [s], shorter than the spacing.
-        rng: lengths and signs.
+    They follow each other at a ``spacing`` [s], longer than the ``longest`` [s].
     """
     number = _number(time, spacing)
     pairs = int(number.max()) // 2 + 1

@@ -21,17 +21,16 @@ _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
 class Experiment:
     """Commands over time, the state they start from, and how the run is sampled.
 
+    A value of a command is held until the next; between measured pressures, torques and forces it
+    runs straight, and an imposed motion is smooth. See `pamsim.recordings.signals` for drives.
+
     Attributes:
-        drive: what drives the rig, see `pamsim.recordings.signals`: one kind for all muscles, or
-            muscle or driven joint -> kind. Joints that are not named move freely.
+        drive: one kind for all muscles, or muscle or driven joint -> kind; others are free.
         command_time: (k,) times at which the command takes a new value [s], increasing from 0.
-        command_value: (k, m + j) values, a column per muscle, then one per driven joint, in the
-            order of ``drive``, which is the rig's if the muscles are not named there: opening or
-            duty in [-1, 1], gauge pressure [Pa], 0 of a sealed muscle, torque [N m], force [N],
-            angle [rad] or position [m]. A value is held until the next; between measured pressures,
-            torques and forces it runs straight, and an imposed motion is smooth.
-        start_pressure: (m,) gauge pressures the rig rests at before time 0 [Pa], under the first of
-            the torques, forces and positions.
+        command_value: (k, m + j), a column per muscle, then one per driven joint, in the order of
+            ``drive``, else of the rig: opening or duty in [-1, 1], gauge pressure [Pa], 0 of a
+            sealed muscle, torque [N m], force [N], angle [rad] or position [m].
+        start_pressure: (m,) gauge pressures at rest before time 0 [Pa], under what acts on joints.
         duration: [s].
         sample_rate: of recording and of changes of command [Hz].
         load: mass on the arm [kg].
@@ -97,7 +96,7 @@ class Experiment:
         return Drive.of(self.drive, self.command_value.shape[1])
 
     def command_at(self, times: ArrayLike) -> FloatArray:
-        """Command at given times: the last value, or between two values as ``command_value`` says.
+        """Command at given times: the last value, or between two values as its drive says.
 
         Args:
             times: (n,) times [s], not before 0 where values are held.
@@ -165,7 +164,7 @@ def pressure_step(
     sample_rate: float = 500.0,
     name: str = "",
 ) -> Experiment:
-    """Experiment in which the set points jump at time 0.
+    """Experiment in which the set points jump at time 0; raises as `Experiment`.
 
     Args:
         start_pressure: (m,) gauge pressures at rest [Pa].
@@ -174,9 +173,6 @@ def pressure_step(
         load: [kg].
         sample_rate: [Hz].
         name: for messages and legends.
-
-    Raises:
-        InputError: as `Experiment`.
     """
     return Experiment(
         drive="pressure_set",

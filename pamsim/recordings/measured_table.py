@@ -14,13 +14,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray, to_si
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import HIGHEST_KPA, LEAST_KPA
 from pamsim.recordings.table_reader import read_columns
@@ -37,12 +37,11 @@ _QUANTITIES: Mapping[str, tuple[str, str, str]] = {
     "displacement": ("displacement", "m", "displacement_mm"),
     "time": ("time", "s", "time_s"),
 }
-_NAME = re.compile(
-    f"(?:{'|'.join(f'(?P<{q}>{stem})' for q, (stem, _, _) in _QUANTITIES.items())})(?:_.*)?"
-)
-_PURE = {"": "1", "ratio": "1", "percent": "percent"}
+_STEMS = "|".join(f"(?P<{quantity}>{stem})" for quantity, (stem, _, _) in _QUANTITIES.items())
+_NAME = re.compile(f"(?:{_STEMS})(?:_(?P<unit>.*))?")
 # Files write units in lower case, the unit library does not.
 _SPELLED = {"kpa": "kPa", "pa": "Pa", "mpa": "MPa", "hpa": "hPa", "n": "N", "kn": "kN"}
+_SPELLED |= {"ratio": "1"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,23 +63,15 @@ class ForceMap:
     notes: tuple[str, ...] = ()
 
     def without_zeros(self) -> ForceMap:
-        """The map without points of no force: there the muscle was slack or nothing was measured.
-
-        Raises:
-            InputError: if nothing is left.
-        """
+        """The map without points of no force, slack or not measured; InputError if none is left."""
         keep = self.force != 0.0
         if not np.any(keep):
             raise InputError("the map has no force but zero; there is nothing to fit")
-        dropped = int(np.sum(~keep))
-        note = f"{dropped} points of zero force dropped: slack or not measured"
-        return replace(
-            self,
-            pressure=self.pressure[keep],
-            contraction=self.contraction[keep],
-            force=self.force[keep],
-            notes=(*self.notes, note) if dropped else self.notes,
-        )
+        if np.all(keep):
+            return self
+        note = f"{np.sum(~keep)} points of zero force dropped: slack or not measured"
+        kept = {name: getattr(self, name)[keep] for name in ("pressure", "contraction", "force")}
+        return replace(self, **kept, notes=(*self.notes, note))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,18 +110,14 @@ class ForceLoops:
     notes: tuple[str, ...] = ()
 
 
-MeasuredTable: TypeAlias = ForceMap | LengthLoop | ForceLoops
-
-
-def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTable:
-    """Read a force map, a length-pressure loop or force-displacement loops.
+def read_measured(
+    path: Path, nominal_length: float | None = None
+) -> ForceMap | LengthLoop | ForceLoops:
+    """Read a force map, a length-pressure loop or force-displacement loops, in SI.
 
     Args:
         path: of the file.
         nominal_length: l0 for a force map that gives lengths only [m].
-
-    Returns:
-        The table, in SI.
 
     Raises:
         InputError: in one line: what `read_columns` refuses, missing quantities, a pressure
@@ -140,8 +127,7 @@ def read_measured(path: Path, nominal_length: float | None = None) -> MeasuredTa
     table = _Table(read_columns(path))
     if table.found.keys() & {"displacement", "time"}:
         return _force_loops(table)
-    pressure = table.si("pressure")
-    _check_pressure(table, pressure)
+    pressure = _pressure(table)
     if "force" in table.found:
         contraction, nominal = _contraction(table, nominal_length)
         return ForceMap(
@@ -165,29 +151,23 @@ class _Table:
         self.words: dict[str, list[str]] = {}
         self.notes: tuple[str, ...] = ()
         for name, cells in columns.cells.items():
-            place = columns.place(name)
             match = _NAME.fullmatch(name.lower())
             if name.lower() in _WORDS:
                 self.words[name.lower()] = [cell.lower() for cell in cells]
-                continue
-            if match is None or match.lastgroup is None:
+            elif match is None:
                 self.notes += (f"column {name!r} is not used",)
-                continue
-            quantity = match.lastgroup
-            unit = name.lower()[match.end(quantity) + 1 :]
-            if quantity in self.found:
-                there, _ = self.found[quantity]
-                raise InputError(f"{place}: there is {there!r} already; keep one")
-            if quantity == "contraction":
-                if unit not in _PURE:
-                    raise InputError(f"{place}: unit {unit!r} is not known; {nearest(unit, _PURE)}")
-                unit = _PURE[unit]
-            elif not unit:
-                example = _QUANTITIES[quantity][2]
-                raise InputError(f"{place} has no unit; write it in the name: {example!r}")
-            where = f"{columns.path}: column {name!r}"
-            scale = to_si(1.0, _SPELLED.get(unit, unit), _QUANTITIES[quantity][1], where=where)
-            self.found[quantity] = name, scale
+            else:
+                (quantity,) = (q for q in _QUANTITIES if match[q] is not None)
+                self._add(quantity, name, match["unit"] or "")
+
+    def _add(self, quantity: str, name: str, unit: str) -> None:
+        place, (_, si_unit, example) = self.columns.place(name), _QUANTITIES[quantity]
+        if quantity in self.found:
+            raise InputError(f"{place}: there is {self.found[quantity][0]!r} already; keep one")
+        if not unit and si_unit != "1":
+            raise InputError(f"{place} has no unit; write it in the name: {example!r}")
+        unit = _SPELLED.get(unit, unit or "1")
+        self.found[quantity] = name, to_si(1.0, unit, si_unit, where=place)
 
     def si(self, quantity: str) -> FloatArray:
         """Values of a quantity, shape (n,) [SI]; InputError if it has no column."""
@@ -204,43 +184,65 @@ class _Table:
         )
 
 
+def _pressure(table: _Table) -> FloatArray:
+    """The pressures, unless they can only be in another unit than the column's name states."""
+    pressure, columns, name = table.si("pressure"), table.columns, table.found["pressure"][0]
+    numbers = columns.numbers(name)
+    columns.refuse(
+        pressure < -ATMOSPHERE,
+        lambda i: f"{name} = {numbers[i]:g} lies below vacuum; pressures are gauge",
+    )
+    if pressure.max() < 1e3 * LEAST_KPA:
+        unit = name.lower().rpartition("_")[2]
+        meant = "kpa" if unit == "pa" else "bar"
+        raise InputError(
+            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
+            f" {numbers.max():g} {unit}, too little for a muscle; if it is {meant}, name the column"
+            f" 'p_{meant}'"
+        )
+    columns.refuse(
+        pressure > 1e3 * HIGHEST_KPA,
+        lambda i: (
+            f"{name} = {numbers[i]:g} is {pressure[i] / 1e5:.4g} bar, too much for a muscle; check"
+            " the unit in the column's name"
+        ),
+    )
+    return pressure
+
+
 def _contraction(table: _Table, nominal: float | None) -> tuple[FloatArray, float | None]:
     """Contraction of a force map, and the nominal length [m] if that is known."""
     refuse = table.columns.refuse
-    if "contraction" in table.found:
-        name, contraction = table.found["contraction"][0], table.si("contraction")
-        numbers = table.columns.numbers(name)
+    length = table.si("length") if "length" in table.found else None
+    if "contraction" not in table.found and length is not None:
+        if nominal is None:
+            raise InputError(
+                f"{table.columns.path}: {table.found['length'][0]!r} needs the nominal length of"
+                " the muscle; give `nominal_length`"
+            )
+        contraction = 1.0 - length / nominal
+        beyond = f"of nominal {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
         refuse(
             np.abs(contraction) > _MOST_CONTRACTION,
-            lambda i: (
-                f"{name} = {numbers[i]:g} is {contraction[i]:.0%}, which no muscle reaches; if it"
-                " is percent, name the column contraction_percent"
-            ),
+            lambda i: f"length {1e3 * length[i]:.4g} mm {beyond}",
         )
-        if "length" in table.found:
-            length = table.si("length")
-            nominal = float(np.median(length / (1.0 - contraction))) if nominal is None else nominal
-            disagree = (
-                f"length and contraction disagree for a nominal length of {1e3 * nominal:.4g} mm;"
-                " correct one of the columns or drop it"
-            )
-            odd = np.abs(1.0 - length / nominal - contraction)
-            refuse((odd > 0.005) & (odd == odd.max()), lambda _: disagree)
         return contraction, nominal
-    if "length" not in table.found:
-        raise table.missing("contraction")
-    if nominal is None:
-        raise InputError(
-            f"{table.columns.path}: {table.found['length'][0]!r} needs the nominal length of the"
-            " muscle; give `nominal_length`"
-        )
-    length = table.si("length")
-    contraction = 1.0 - length / nominal
-    beyond = f"of nominal {1e3 * nominal:.4g} mm is beyond any muscle; check both units"
+    contraction, (name, scale) = table.si("contraction"), table.found["contraction"]
     refuse(
         np.abs(contraction) > _MOST_CONTRACTION,
-        lambda i: f"length {1e3 * length[i]:.4g} mm {beyond}",
+        lambda i: (
+            f"{name} = {contraction[i] / scale:g} is {contraction[i]:.0%}, which no muscle reaches;"
+            " if it is percent, name the column contraction_percent"
+        ),
     )
+    if length is not None:
+        nominal = float(np.median(length / (1.0 - contraction))) if nominal is None else nominal
+        disagree = (
+            f"length and contraction disagree for a nominal length of {1e3 * nominal:.4g} mm;"
+            " correct one of the columns or drop it"
+        )
+        odd = np.abs(1.0 - length / nominal - contraction)
+        refuse((odd > 0.005) & (odd == odd.max()), lambda _: disagree)
     return contraction, nominal
 
 
@@ -279,29 +281,4 @@ def _force_loops(table: _Table) -> ForceLoops:
     )
     return ForceLoops(
         names=names, time=time, force=force, displacement=displacement, notes=table.notes
-    )
-
-
-def _check_pressure(table: _Table, pressure: FloatArray) -> None:
-    """Refuse pressures that can only be in another unit than the column's name states."""
-    columns, name = table.columns, table.found["pressure"][0]
-    numbers = columns.numbers(name)
-    columns.refuse(
-        pressure < -101325.0,
-        lambda i: f"{name} = {numbers[i]:g} lies below vacuum; pressures are gauge",
-    )
-    if pressure.max() < 1e3 * LEAST_KPA:
-        unit = name.lower().rpartition("_")[2]
-        meant = "kpa" if unit == "pa" else "bar"
-        raise InputError(
-            f"{columns.path}: line {columns.lines[0]} and below: no {name!r} is above"
-            f" {numbers.max():g} {unit}, too little for a muscle; if it is {meant}, name the column"
-            f" 'p_{meant}'"
-        )
-    columns.refuse(
-        pressure > 1e3 * HIGHEST_KPA,
-        lambda i: (
-            f"{name} = {numbers[i]:g} is {pressure[i] / 1e5:.4g} bar, too much for a muscle; check"
-            " the unit in the column's name"
-        ),
     )

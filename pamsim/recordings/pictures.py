@@ -21,17 +21,16 @@ Picture = NDArray[np.uint8]
 
 FILM_SUFFIXES = (".gif", ".mp4")
 
-_GIF_FASTEST = 50.0
-"""Frames per second that every viewer of GIFs still shows at the right pace [Hz]."""
+_GIF_FASTEST = 50.0  # that every viewer still shows at the right pace [Hz]
 _COLOURS = 255  # one of 256 is left for "as before", which keeps a GIF small
 _CRF = "10"  # constant quality of H.264, from 0, without loss, to 51
 
 
 def write_picture(path: Path, image: Picture) -> None:
-    """Write an image (height, width, 3) RGB; the format follows the file's ending.
+    """Write an image (height, width, 3) RGB in the format of the file's ending.
 
     Raises:
-        InputError: if Pillow does not know the ending or the place cannot be written.
+        InputError: for an unknown ending, or a place that cannot be written.
     """
     from PIL import Image
 

@@ -48,11 +48,7 @@ def write_policy(path: Path, policy: PolicyFile) -> None:
 
 
 def read_policy(path: Path) -> PolicyFile:
-    """Read a policy.
-
-    Raises:
-        InputError: if the file is missing, no policy, or its layers do not fit each other.
-    """
+    """Read a policy; InputError if the file is missing, none, or its layers do not fit."""
     arrays = read_arrays(path)
     depth = sum(name.startswith("w_") for name in arrays)
     try:

@@ -108,12 +108,11 @@ def mas20_models() -> Mapping[str, Any]:
 class LoopRow(NamedTuple):
     """Length of the muscle at one pressure on one branch, from three runs (Alraouf 2025, Table 2).
 
-    Gauge pressure [kPa]; mean, standard deviation and half the 95 % confidence interval of the mean
-    [cm].
+    Mean, standard deviation and half the 95 % confidence interval of the mean are in cm.
     """
 
     branch: str
-    pressure_kpa: float
+    pressure_kpa: float  # gauge
     mean: Printed
     deviation: Printed
     half_interval: Printed

@@ -52,18 +52,15 @@ class Recording:
         velocities: (n, j) their rates [rad/s or m/s].
         pressure: (n, m) gauge pressures [Pa], one column per muscle.
         tension: (n, m) muscle tensions [N].
-        command: (n, m + j) command of each muscle, then of each driven joint, as in an experiment.
-        drive: one kind for all muscles, or muscle or driven joint -> kind, see
-            `pamsim.recordings.signals`.
+        command: (n, m + j) of each muscle, then of each driven joint, as in an experiment.
+        drive: one kind for all muscles, or name -> kind, see `pamsim.recordings.signals`.
         load: mass on the arm [kg].
         muscles: names of the muscles, in column order.
         outcome: how the run ended; anything but COMPLETED means the signals stop early.
         message: the outcome as a sentence.
-        final_state: the engine's whole state at the last sample, to continue from; of a run that
-            broke down, the state it started from.
+        final_state: the engine's at the last sample, to continue from; its start if it broke down.
         meta: what else is worth keeping: rig, time step, versions, name.
-        effort: driven joint -> (n,) torque [N m] or force [N] that acts on it from outside,
-            positive in the joint's direction: as given, or what an imposed motion takes.
+        effort: driven joint -> (n,) torque [N m] or force [N] on it, as given or as it takes.
     """
 
     time: FloatArray
@@ -103,11 +100,7 @@ class Recording:
         return self.velocities[:, self._only("velocity")]
 
     def with_angle(self, angle: FloatArray) -> Recording:
-        """The recording with another position (n,) of its only joint [rad or m].
-
-        Raises:
-            InputError: if the rig has several joints.
-        """
+        """The recording with another position (n,) of its only joint [rad or m]."""
         self._only("angle")
         return replace(self, positions=angle[:, np.newaxis])
 
@@ -134,32 +127,20 @@ class Recording:
         return found
 
     def signal(self, channel: str) -> FloatArray:
-        """One of `signals`, shape (n,) [SI].
-
-        Raises:
-            InputError: if there is none of that name, with the nearest.
-        """
+        """One of `signals`, shape (n,) [SI]; InputError with the nearest if there is none."""
         signals = self.signals()
         if channel not in signals:
             raise InputError(f"no signal {channel!r}; {nearest(channel, signals)}")
         return signals[channel]
 
     def completed(self) -> Recording:
-        """Return the recording itself if the run completed.
-
-        Raises:
-            SimulationError: otherwise, carrying this partial recording.
-        """
+        """The recording itself; SimulationError, which carries it, if the run did not complete."""
         if self.outcome is not Outcome.COMPLETED:
             raise SimulationError(self.message, recording=self)
         return self
 
     def columns(self) -> dict[str, FloatArray]:
-        """The signals in the units of the CSV format.
-
-        Returns:
-            Name -> (n,): ``time_s``, commands, pressures [kPa], joints [deg or mm], forces [N].
-        """
+        """Name -> (n,) of a CSV: time, commands, pressures [kPa], joints [deg, mm], forces [N]."""
         names, drives = self.names, self.drives
         columns = command_columns(drives, names.named_muscles)
         commands = zip(columns, drives.muscles, self.command.T, strict=False)  # less the joints'
@@ -168,10 +149,10 @@ class Recording:
         return {
             "time_s": self.time,
             **{c: v / PA_PER_KPA if DRIVES[k].unit == "Pa" else v for c, k, v in commands if c},
-            **dict(zip(names.muscle_columns("pressure"), pressures, strict=True)),
+            **dict(zip(map(column_of, names.of_muscles("pressure")), pressures, strict=True)),
             **{column: values * KINDS[kind].scale for column, kind, values in joints},
             **{column_of(names.effort_channel(j)): v for j, v in self.effort.items()},
-            **dict(zip(names.muscle_columns("force"), self.tension.T, strict=True)),
+            **dict(zip(map(column_of, names.of_muscles("force")), self.tension.T, strict=True)),
         }
 
     def summary(self) -> str:
@@ -189,12 +170,7 @@ class Recording:
         return f"{rig}: {', '.join(parts)}; {ending}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Signals with their unit in the key, as in the CSV format, and what else is known.
-
-        Returns:
-            JSON-safe dict: ``rig``, ``load_kg``, ``muscles``, ``drive``, ``outcome``, ``message``,
-            ``signals`` (name -> list of n numbers), ``meta``.
-        """
+        """JSON-safe dict of ``signals``, in the units of the CSV format, and what else is known."""
         return to_dict(
             {
                 "rig": self.meta.get("rig"),
@@ -209,17 +185,9 @@ class Recording:
         )
 
     def save(self, folder: str | Path, rig: str | None = None) -> list[Path]:
-        """Write a folder that `pamsim.read_recordings` reads: ``recording.toml`` and one CSV.
+        """Write a folder that `pamsim.read_recordings` reads, as `write_recording` does.
 
-        Args:
-            folder: created if need be.
-            rig: name of a shipped rig or path of a rig folder; the recording's own if left out.
-
-        Returns:
-            The paths written.
-
-        Raises:
-            InputError: if the folder cannot be written.
+        ``rig`` is the name of a shipped rig or the path of a rig folder; if left out, its own.
         """
         name = re.sub(r"[^\w.-]+", "_", str(self.meta.get("experiment") or "trial"))
         return write_recording(Path(folder), rig or str(self.meta.get("rig", "")), {name: self})
@@ -256,7 +224,7 @@ def write_recording(
         path = folder / f"{stem}.csv"
         columns = recording.columns()
         if not forces:
-            for name in recording.names.muscle_columns("force"):
+            for name in map(column_of, recording.names.of_muscles("force")):
                 del columns[name]
         with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerow(columns)

@@ -15,11 +15,8 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.columns import Columns
 
 FEWEST_ROWS = 8
-LONGEST_GAP = 5.0
-"""Longest step of the clock, in median steps."""
-HIGHEST_KPA = 5e3
-LEAST_KPA = 20.0
-"""Fluidic muscles work at some bar."""
+LONGEST_GAP = 5.0  # of the clock, in median steps
+LEAST_KPA, HIGHEST_KPA = 20.0, 5e3  # fluidic muscles work at some bar
 
 _JITTER = 0.01  # share of the median step from which a clock is said not to be uniform
 _LOWEST_GAUGE_KPA = -20.0  # zero errors of sensors are smaller, and the rigs have no vacuum
@@ -38,7 +35,7 @@ _MEANT = (
 
 
 def clock(columns: Columns) -> str:
-    """Check the clock of a trial; a note if it is not uniform, otherwise nothing.
+    """A note if the clock of a trial is not uniform, else nothing.
 
     Raises:
         InputError: too few rows, time that does not increase, a gap, milliseconds for seconds.
@@ -76,12 +73,7 @@ def clock(columns: Columns) -> str:
 
 
 def units(columns: Columns, drives: Sequence[tuple[str, str]]) -> None:
-    """Check commands, (column, kind of drive) each, and pressures and angles by their range.
-
-    Raises:
-        InputError: for a valve beyond 1, a set point below the atmosphere, or a value that cannot
-            be in the unit that its column names, with the unit that was probably meant.
-    """
+    """Refuse commands, (column, kind of drive) each, pressures and angles beyond their range."""
     for name, kind in drives:
         measured = f"{name.removesuffix('_set_kpa')}_kpa"
         if kind in ("valve", "pulse"):
@@ -110,9 +102,6 @@ def units_of_all(trials: Sequence[Columns]) -> None:
     """Refuse a whole recording whose pressures or angles are too small for their unit.
 
     One trial may well be a small one; all of them together are not.
-
-    Raises:
-        InputError: naming the unit that was probably meant.
     """
     tops = [
         (float(value.max()), name, columns.path)

@@ -24,33 +24,49 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import HEAVIEST_LOAD
-from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
+from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
 from pamsim.recordings import recording_checks, segments
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.recording import SCHEMA
 from pamsim.recordings.signals import (
     EFFORTS,
+    ENDINGS,
     JOINT_KINDS,
-    KINDS,
-    MUSCLE_COLUMNS,
     MUSCLE_DRIVES,
+    NUMBERED,
     Drive,
     DriveLike,
     column_of,
     command_columns,
     muscle_channels,
-    muscle_columns,
 )
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
 
 INDEX = "recording.toml"
 WITH_COLUMNS = "pamsim-recording/2"
-_TOP = ("schema", "rig", "columns", "trial")
-_TRIAL = ("file", "protocol", "drive", "load_kg", *segments.KEYS)
-_NUMBERED = ("time_s", "angle_deg", "torque_nm", *dict(MUSCLE_COLUMNS.values()))
+_NUMBERED = ("time_s", "angle_deg", "torque_nm", *dict.fromkeys(NUMBERED.values()))
 _BY_NUMBER = re.compile(r"u\d+|p\d+(_set)?_kpa")
+
+_TOP = {
+    "schema": Entry(),
+    "rig": Entry(write='"...", the name or path of the rig it is of'),
+    "columns": Entry(object, default=None),
+    "trial": Entry(object, default=None),
+}
+_TRIAL = {
+    "file": Entry(),
+    "protocol": Entry(),
+    "drive": Entry(
+        str | Mapping,
+        f'"...", of {", ".join(MUSCLE_DRIVES)}, or a table with one for each muscle and driven'
+        " joint",
+        holds=bool,
+    ),
+    "load_kg": Entry(NUMBER, "the mass on the arm, 0 for none", 0.0, lambda load: load >= 0.0),
+    **segments.ENTRIES,
+}
 
 
 def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
@@ -78,11 +94,11 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     notes: list[str] = []
     for number, one in enumerate(table["trial"], start=1):
         columns = read_columns(index.parent / one["file"])
-        if "columns" in table:
+        if table["columns"] is not None:
             columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
         read.append(_trial(one, columns, notes))
         trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
-    if "columns" not in table:  # a log states its units itself, and bellows work at a few kPa
+    if table["columns"] is None:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([columns for _, columns, _ in read])
     first, of_first = _muscles(read[0][0]), read[0][1].path.name
     for trial, columns, _ in read:
@@ -109,52 +125,33 @@ def _muscles(trial: Trial) -> str:
 
 def _index(path: Path) -> Mapping[str, Any]:
     try:
-        table = read_toml(path)
+        index = check_table(read_toml(path, SCHEMA, WITH_COLUMNS), _TOP, path)
     except FileNotFoundError:
         raise InputError(
             f"no recording at {path.parent if path.name == INDEX else path}: give a folder with"
             f" {INDEX}, or that file"
         ) from None
-    if table.get("schema") not in (SCHEMA, WITH_COLUMNS):
-        raise InputError(
-            f"{path}: schema is {table.get('schema')!r}; this pamsim reads {SCHEMA!r} and, with"
-            f" [columns], {WITH_COLUMNS!r}"
-        )
-    check_keys(table, _TOP, path)
-    entry(table, "rig", str, f'{path}: needs rig = "...": the name or path of the rig it is of')
-    needs = f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg"
-    entries: list[Any] = entry(table, "trial", list, needs)
-    if not entries or not all(isinstance(one, Mapping) for one in entries):
-        raise InputError(needs)
-    for number, one in enumerate(entries, start=1):
-        _check_entry(one, f"{path}: trial {number}")
-    for file, count in Counter(one["file"] for one in entries).items():
+    if not isinstance(index["trial"], list) or not index["trial"]:
+        raise InputError(f"{path}: no trial; write [[trial]] with file, protocol, drive, load_kg")
+    index["trial"] = [
+        _checked(one, f"{path}: trial {number}") for number, one in enumerate(index["trial"], 1)
+    ]
+    for file, count in Counter(one["file"] for one in index["trial"]).items():
         if count > 1:
             raise InputError(f"{path}: file {file!r} is two trials; name each file once")
-    return table
+    return index
 
 
-def _check_entry(table: Mapping[str, Any], where: str) -> None:
-    check_keys(table, _TRIAL, where)
-    for key in ("file", "protocol"):
-        entry(table, key, str, f'{where} needs {key} = "..."')
-    needs = (
-        f'{where} needs drive = "...", of {", ".join(MUSCLE_DRIVES)}, or a table with one for'
-        " each muscle and driven joint"
-    )
-    drive = entry(table, "drive", str | Mapping, needs)
-    if not drive:
-        raise InputError(needs)
+def _checked(table: object, where: str) -> Mapping[str, Any]:
+    entry = check_table(table, _TRIAL, where)
     try:
-        Drive.of(drive, len(drive))
+        Drive.of(entry["drive"], len(entry["drive"]))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
-    needs = f"{where} needs load_kg = ..., the mass on the arm, 0 for none: {{!r}}"
-    load = entry(table, "load_kg", NUMBER, needs, 0.0)
-    if not load >= 0.0:
-        raise InputError(needs.replace("{!r}", repr(load)))
+    load: float = entry["load_kg"]
     if load > HEAVIEST_LOAD:
         raise InputError(f"{where}: load_kg = {load:g} is no load for an arm; write kg, not g")
+    return entry
 
 
 def _trial(
@@ -176,7 +173,7 @@ def _trial(
     )
     channels = {column_of(channel): channel for channel in (*pressures, *joints, *forces)}
     if muscles:
-        known = (name for q in MUSCLE_COLUMNS for name in muscle_columns(q, muscles, count))
+        known = (column_of(c) for q in NUMBERED for c in muscle_channels(q, muscles, count))
         columns = columns.select(("time_s", *filter(None, command), *channels, *known))
     columns.require("time_s")
     driven = [(column, k) for column, k in zip(command, drives.kinds, strict=True) if column]
@@ -197,7 +194,7 @@ def _trial(
         name=name,
         protocol=table["protocol"],
         drive=drive,
-        load=float(table.get("load_kg", 0.0)),
+        load=float(table["load_kg"]),
         time=time - time[0],
         command=np.column_stack([columns.si(c) if c else np.zeros(time.size) for c in command]),
         measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
@@ -211,8 +208,8 @@ def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
     if not isinstance(drive, str):
         names = tuple(name for name, kind in drive.items() if kind in MUSCLE_DRIVES)
     else:
-        named = MUSCLE_COLUMNS[MUSCLE_DRIVES[drive].quantity or "pressure"][1]
-        found = [re.fullmatch(named.replace("{}", "(.+?)"), name) for name in columns.cells]
+        ending = ENDINGS[MUSCLE_DRIVES[drive].quantity or "pressure"]
+        found = [re.fullmatch(f"(.+?)_{ending}", name) for name in columns.cells]
         names = tuple(match[1] for match in found if match and not match[1].endswith("_set"))
     by_name = any(cell.startswith(f"{muscle}_") for muscle in names for cell in columns.cells)
     return names if by_name and not any(map(_BY_NUMBER.fullmatch, columns.cells)) else ()
@@ -220,7 +217,7 @@ def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:
 
 def _joints(columns: Columns, drives: Drive) -> tuple[str, ...]:
     """Channels of joints by name: of those that turn or slide, and of what acts on them."""
-    ends = {kind: f"_{KINDS[kind].suffix}" for kind in (*JOINT_KINDS, "torque")}
+    ends = {kind: f"_{ENDINGS[kind]}" for kind in (*JOINT_KINDS, "torque")}
     return (
         *(
             f"{name.removesuffix(end)}.{kind}"

@@ -21,7 +21,7 @@ from typing import Any
 
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.parameters import Sourced
-from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
+from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
 from pamsim.effects.effect import Effect
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
@@ -34,9 +34,36 @@ EFFECTS = "effects.py"
 Section = Mapping[str, "Sourced | str"]
 """A TOML table: numbers with their source, and words such as the name of a law."""
 
-_TOP = ("schema", "rig", "muscle", "muscles", "native", "sensor")
-_RIG = ("name", "purpose", "mjcf", "scene", "angle_joint", "joints", "load_body")
-_NUMBER = ("value", "unit", "source", "interval95", "bounds", "note")
+
+def _is_range(ends: list[Any]) -> bool:
+    numbers = all(isinstance(end, NUMBER) for end in ends)
+    return numbers and len(ends) == 2 and ends[0] <= ends[1]
+
+
+def _are_names(names: list[Any]) -> bool:
+    return 0 < len(names) == len({name for name in names if isinstance(name, str)})
+
+
+_TOP = {
+    "schema": Entry(),
+    **{key: Entry(Mapping, f"..., as a table [{key}]") for key in ("rig", "muscle", "muscles")},
+    **{key: Entry(Mapping, f"a table [{key}]", {}) for key in ("native", "sensor")},
+}
+_RIG = {
+    **dict.fromkeys(("name", "mjcf"), Entry()),
+    "purpose": Entry(default=""),
+    **dict.fromkeys(("scene", "angle_joint", "load_body"), Entry(default=None)),
+    "joints": Entry(list, '["hip", "knee"], each recorded joint once', None, _are_names),
+}
+_RANGE = Entry(list, "[low, high]", None, _is_range)
+_NUMBER = {
+    "value": Entry(NUMBER, "12.5"),
+    "unit": Entry(),
+    "source": Entry(),
+    "interval95": _RANGE,
+    "bounds": _RANGE,
+    "note": Entry(default=""),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +87,7 @@ class RigFile:
         scene: path of the MJCF with floor and light, or None.
         joints: whose positions are recorded; none stands for those that the muscles move.
         load_body: body that carries the load, or None.
-        tendons: muscle name -> tendon name, in actuator order; of a muscle on a joint that slides,
-            the joint's name.
+        tendons: muscle -> tendon, or the joint that it slides along, in actuator order.
         rods: joints that carry a muscle and get a tendon of their name.
         muscle: shared sections, group -> entries.
         overrides: muscle name -> group -> entries that replace shared ones.
@@ -104,11 +130,7 @@ def shipped_rig_names() -> list[str]:
 
 
 def find_rig(rig: str | os.PathLike[str]) -> Path:
-    """Folder of a rig given by the name of a shipped one or by its own path.
-
-    Raises:
-        InputError: if there is none, with the nearest name.
-    """
+    """Folder of a shipped rig, by its name, or of a path; InputError with the nearest name."""
     if os.path.isfile(Path(rig) / "params.toml"):
         return Path(rig)
     name, names = str(rig), shipped_rig_names()
@@ -131,115 +153,65 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
     """
     folder = find_rig(rig)
     path = folder / "params.toml"
-    document = read_toml(path)
-    stated = document.get("schema")
-    if stated != SCHEMA:
-        raise InputError(f"{path}: schema is {stated!r}; this pamsim reads {SCHEMA!r}")
-    check_keys(document, _TOP, path)
-
-    def table(key: str, default: object = None) -> Mapping[str, Any]:
-        return entry(document, key, Mapping, f"{path}: table [{key}] is missing", default)
-
-    def numbers(key: str) -> dict[str, Sourced]:
-        return {name: _number(path, f"{key}.{name}", one) for name, one in table(key, {}).items()}
-
-    head = check_keys(table("rig"), _RIG, path, "rig.")
-
-    def word(key: str, default: str | None = None) -> str:
-        return entry(head, key, str, f'{path}: [rig] needs {key} = "..."', default)
-
-    def file(key: str) -> Path:
-        if not os.path.isfile(folder / word(key)):
-            raise InputError(f"{path}: names {word(key)!r}, which is not in {folder}")
-        return folder / word(key)
-
-    muscles = table("muscles")
-    places = {name: _place(path, name, one) for name, one in muscles.items()}
+    document = check_table(read_toml(path, SCHEMA), _TOP, path)
+    head = check_table(document["rig"], _RIG, f"{path}: [rig]")
+    if head["angle_joint"] and head["joints"]:
+        raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
+    for name in filter(None, (head["mjcf"], head["scene"])):
+        if not os.path.isfile(folder / name):
+            raise InputError(f"{path}: names {name!r}, which is not in {folder}")
+    tendons: dict[str, str] = {}
+    rods: list[str] = []
+    overrides: dict[str, Mapping[str, Section]] = {}
+    for name, muscle in document["muscles"].items():
+        where = f"{path}: muscles.{name}"
+        if not isinstance(muscle, Mapping):
+            raise InputError(f'{where} must be a table: {{ tendon = "..." }}')
+        if "tendon" in muscle and "joint" in muscle:
+            raise InputError(f"{where} names a tendon and a joint; keep one of them")
+        on = "joint" if "joint" in muscle else "tendon"
+        place = {key: muscle[key] for key in muscle if key == on}
+        tendons[name] = check_table(place, {on: Entry()}, where)[on]
+        rods += [tendons[name]] if on == "joint" else []
+        own = (group for group in muscle if group != on)
+        overrides[name] = {group: _section(muscle[group], f"{where}.{group}") for group in own}
     return RigFile(
         folder=folder,
-        name=word("name"),
-        purpose=word("purpose", ""),
-        mjcf=file("mjcf"),
-        scene=file("scene") if "scene" in head else None,
-        joints=_joints(path, head),
-        load_body=word("load_body") if "load_body" in head else None,
-        tendons={name: on for name, (_, on) in places.items()},
-        rods=tuple(on for kind, on in places.values() if kind == "joint"),
-        muscle=_sections(path, "muscle", table("muscle")),
-        overrides={
-            name: _sections(path, f"muscles.{name}", {k: one[k] for k in one if k != kind})
-            for (name, one), (kind, _) in zip(muscles.items(), places.values(), strict=True)
+        name=head["name"],
+        purpose=head["purpose"],
+        mjcf=folder / head["mjcf"],
+        scene=folder / head["scene"] if head["scene"] else None,
+        joints=(head["angle_joint"],) if head["angle_joint"] else tuple(head["joints"] or ()),
+        load_body=head["load_body"],
+        tendons=tendons,
+        rods=tuple(rods),
+        muscle={g: _section(t, f"{path}: muscle.{g}") for g, t in document["muscle"].items()},
+        overrides=overrides,
+        **{
+            key: {
+                name: _number(one, f"{path}: {key}.{name}") for name, one in document[key].items()
+            }
+            for key in ("native", "sensor")
         },
-        native=numbers("native"),
-        sensor=numbers("sensor"),
         own=read_effects(folder),
     )
 
 
-def _place(path: Path, name: str, muscle: Any) -> tuple[str, str]:
-    """Whether a muscle lies on a ``tendon`` or a ``joint``, and on which."""
-    if not isinstance(muscle, Mapping):
-        raise InputError(f'{path}: muscles.{name} must be a table: {{ tendon = "..." }}')
-    if "tendon" in muscle and "joint" in muscle:
-        raise InputError(f"{path}: muscles.{name} names a tendon and a joint; keep one of them")
-    kind = "joint" if "joint" in muscle else "tendon"
-    return kind, entry(muscle, kind, str, f'{path}: [muscles.{name}] needs {kind} = "..."')
-
-
-def _joints(path: Path, head: Mapping[str, Any]) -> tuple[str, ...]:
-    if "angle_joint" in head:
-        if "joints" in head:
-            raise InputError(f"{path}: [rig] has angle_joint and joints; keep one of them")
-        return (entry(head, "angle_joint", str, f'{path}: [rig] needs angle_joint = "..."'),)
-    wanted = f'{path}: [rig] joints must name each recorded joint once: ["hip", "knee"]'
-    names: list[Any] = entry(head, "joints", list, wanted, [])
-    known = all(isinstance(name, str) for name in names)
-    if not known or len(set(names)) < len(names) or ("joints" in head and not names):
-        raise InputError(wanted)
-    return tuple(names)
-
-
-def _sections(path: Path, where: str, table: Mapping[str, Any]) -> dict[str, Section]:
-    sections: dict[str, Section] = {}
-    for group in table:
-        place = f"{where}.{group}"
-        entries = entry(table, group, Mapping, f"{path}: {place} must be a table of parameters")
-        sections[group] = {
-            key: one if isinstance(one, str) else _number(path, f"{place}.{key}", one)
-            for key, one in entries.items()
-        }
-    return sections
-
-
-def _number(path: Path, key: str, table: Any) -> Sourced:
-    where = f"{path}: {key}"
+def _section(table: object, where: str) -> Section:
+    """The numbers and words of a table."""
     if not isinstance(table, Mapping):
-        raise InputError(f'{where} must be {{ value = ..., unit = "...", source = "..." }}')
-    check_keys(table, _NUMBER, path, f"{key}.")
+        raise InputError(f"{where} must be a table of parameters")
+    return {
+        key: one if isinstance(one, str) else _number(one, f"{where}.{key}")
+        for key, one in table.items()
+    }
 
-    def word(name: str) -> str:
-        return entry(
-            table, name, str, f'{where} needs {name} = "..."; every number says its {name}'
-        )
 
-    def pair(name: str) -> tuple[float, float] | None:
-        ends = table.get(name)
-        if ends is None:
-            return None
-        numbers = isinstance(ends, list) and all(isinstance(end, NUMBER) for end in ends)
-        if not (numbers and len(ends) == 2 and ends[0] <= ends[1]):
-            raise InputError(f"{where}: a range is written [low, high], got {ends!r}")
-        return float(ends[0]), float(ends[1])
-
-    return Sourced(
-        value=float(entry(table, "value", NUMBER, f"{where}.value = {{!r}} is not a number")),
-        unit=word("unit"),
-        source=word("source"),
-        where=where,
-        interval95=pair("interval95"),
-        bounds=pair("bounds"),
-        note=str(table.get("note", "")),
-    )
+def _number(table: object, where: str) -> Sourced:
+    stated = check_table(table, _NUMBER, where)
+    for key in ("interval95", "bounds"):
+        stated[key] = tuple(map(float, stated[key])) if stated[key] else None
+    return Sourced(**{**stated, "value": float(stated["value"])}, where=where)
 
 
 def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
@@ -285,20 +257,17 @@ def _own_physics(path: Path, text: str) -> OwnPhysics:
         lines = [frame.lineno for frame in frames if frame.filename == str(path)]
         line = getattr(error, "lineno", None) or (lines[-1] if lines else 1)
         raise InputError(f"{path}, line {line}: {type(error).__name__}: {error}") from None
-
-    def held(name: str, *kinds: type) -> tuple[Any, ...]:
-        found = getattr(module, name, ())
-        wanted = " and ".join(kind.__name__ for kind in kinds)
-        if not isinstance(found, list | tuple):
+    kinds = {"LAWS": ForceLaw | Operator, "EFFECTS": Effect}
+    held = {name: getattr(module, name, ()) for name in kinds}
+    for name, kind in kinds.items():
+        wanted = " and ".join(one.__name__ for one in getattr(kind, "__args__", (kind,)))
+        if not isinstance(held[name], list | tuple):
             raise InputError(f"{path}: {name} must be a list of {wanted}")
-        for one in found:
-            if not isinstance(one, kinds):
+        for one in held[name]:
+            if not isinstance(one, kind):
                 raise InputError(f"{path}: {name} holds {one!r}; write objects of {wanted}")
-        return tuple(found)
-
-    laws = held("LAWS", ForceLaw, Operator)
     return OwnPhysics(
-        laws=tuple(law for law in laws if isinstance(law, ForceLaw)),
-        operators=tuple(law for law in laws if isinstance(law, Operator)),
-        effects=held("EFFECTS", Effect),
+        laws=tuple(law for law in held["LAWS"] if isinstance(law, ForceLaw)),
+        operators=tuple(law for law in held["LAWS"] if isinstance(law, Operator)),
+        effects=tuple(held["EFFECTS"]),
     )

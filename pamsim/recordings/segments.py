@@ -15,17 +15,30 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from pamsim.core.errors import InputError
+from pamsim.core.toml_tables import NUMBER, Entry
 from pamsim.core.units import FloatArray, parse_quantity
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.trial import HELD_OUT_SUFFIX, Trial, TrialLead
 
-KEYS = ("period", "segments", "lead_in", "rate")
-"""Of a trial's entry in ``recording.toml``."""
+
+def _are_pairs(spans: list[Any]) -> bool:
+    each = [isinstance(span, list) and len(cast("list[Any]", span)) == 2 for span in spans]
+    return bool(each) and all(each)
+
+
+_TIME = Entry(str | NUMBER, 'a time such as "2 s"', None)
+ENTRIES = {
+    "period": _TIME,
+    "segments": Entry(list, "pairs of times in s, [[12.0, 22.0], [31.5, 41.5]]", None, _are_pairs),
+    "lead_in": _TIME,
+    "rate": Entry(str, 'a rate such as "50 Hz"', None),
+}
+"""Of a trial's table in ``recording.toml``."""
 
 _LEAD_IN = 2.0  # before a segment, if nothing is stated [s]: valves, friction and hysteresis
 # forget within it, the slow creep of fluidic muscles does not
@@ -35,50 +48,58 @@ _BRIEF = 3  # rows at one level that may be the end of the level before
 
 
 def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
-    """Put a log on the clock, and cut it into the trials, that its entry names.
+    """Put a log on the clock, and cut it into the trials, that its table says.
 
     Args:
         trial: the whole log.
-        entry: its table in ``recording.toml``.
+        entry: what the table has of `ENTRIES`, None where it has none.
         where: file and trial, for errors.
 
     Returns:
-        The trials, numbered if there are several; the log itself if its entry names none.
+        The trials, numbered if there are several; the log itself if its table names none.
 
     Raises:
         InputError: for a time without meaning, a segment outside the log or of too few rows, a rate
             above the log's own.
     """
-    if "rate" in entry:
-        trial = on_even_clock(trial, entry["rate"], where)
-    cut = [key for key in ("period", "segments") if key in entry]
-    if len(cut) > 1:
+    period, segments, lead_in, rate = (entry[key] for key in ENTRIES)
+    if rate is not None:
+        trial = on_even_clock(trial, rate, where)
+    if period is not None and segments:
         raise InputError(f"{where}: give period or segments, not both")
-    if not cut and "lead_in" not in entry:
+    whole = period is None and segments is None
+    if whole and lead_in is None:
         return (trial,)
-    lead = _seconds(entry.get("lead_in", _LEAD_IN if cut else 0.0), f"{where}: lead_in")
+    usual = 0.0 if whole else _LEAD_IN
+    lead = _seconds(usual if lead_in is None else lead_in, f"{where}: lead_in")
     spans = [(lead, math.inf)]
-    if "period" in entry:
-        period, end = _seconds(entry["period"], f"{where}: period"), float(trial.time[-1])
-        whole = end + trial.sample_interval - lead  # the last row lasts as long as the others
-        count = math.floor((whole + _ROUNDING) / period) if period > 0.0 else 0
+    if period is not None:
+        length, end = _seconds(period, f"{where}: period"), float(trial.time[-1])
+        room = end + trial.sample_interval - lead  # the last row lasts as long as the others
+        count = math.floor((room + _ROUNDING) / length) if length > 0.0 else 0
         if count < 1:
             raise InputError(
-                f"{where}: no period of {period:g} s fits into {end:g} s after a lead-in of"
+                f"{where}: no period of {length:g} s fits into {end:g} s after a lead-in of"
                 f" {lead:g} s"
             )
-        spans = [(lead + k * period, lead + (k + 1) * period) for k in range(count)]
-    elif "segments" in entry:
-        spans = _spans(entry["segments"], f"{where}: segments")
+        spans = [(lead + k * length, lead + (k + 1) * length) for k in range(count)]
+    elif segments:
+        place = f"{where}: segments"
+        spans = [(_seconds(begin, place), _seconds(end, place)) for begin, end in segments]
+        for begin, end in spans:
+            if begin >= end:
+                raise InputError(
+                    f"{place}: {begin:g} to {end:g} s is no span; the later time comes last"
+                )
     trials = [_part(trial, span, lead, where) for span in spans]
     if len(trials) == 1:
         return (trials[0],)
-    if "segments" in entry:
+    if segments:
         trials = _inputs_apart(trials)
     return tuple(replace(t, name=f"{trial.name}_{k}") for k, t in enumerate(trials, start=1))
 
 
-def on_even_clock(trial: Trial, rate: object, where: str) -> Trial:
+def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
     """A trial sampled evenly, at a rate such as ``"50 Hz"``, from its first row on.
 
     What was measured is taken on the line between two rows, a command that is held from the nearest
@@ -87,8 +108,6 @@ def on_even_clock(trial: Trial, rate: object, where: str) -> Trial:
     Raises:
         InputError: for a rate without meaning, or above the log's own.
     """
-    if not isinstance(rate, str):
-        raise InputError(f'{where}: rate = {rate!r}; write a rate such as "50 Hz"')
     hertz = parse_quantity(rate, "Hz", "Hz", where=f"{where}: rate")
     own = (trial.time.size - 1) / float(trial.time[-1])
     if not (math.isfinite(hertz) and 0.0 < hertz <= 1.001 * own):
@@ -159,27 +178,7 @@ def _inputs_apart(trials: list[Trial]) -> list[Trial]:
 
 
 def _seconds(value: object, where: str) -> float:
-    if isinstance(value, str):
-        seconds = parse_quantity(value, "s", "s", where=where)
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        seconds = float(value)
-    else:
-        raise InputError(f'{where} = {value!r}; write a time such as "2 s"')
-    if not (math.isfinite(seconds) and seconds >= 0.0):
+    seconds = parse_quantity(str(value), "s", "s", where=where)
+    if not 0.0 <= seconds < math.inf:
         raise InputError(f"{where} = {value!r} is no time; write 0 s or more")
     return seconds
-
-
-def _spans(value: object, where: str) -> list[tuple[float, float]]:
-    pairs = value if isinstance(value, list) else []
-    if not pairs or not all(isinstance(pair, list) and len(pair) == 2 for pair in pairs):
-        raise InputError(
-            f"{where}: write pairs of times in s, such as [[12.0, 22.0], [31.5, 41.5]]"
-        )
-    spans = [(_seconds(a, where), _seconds(b, where)) for a, b in pairs]
-    for begin, end in spans:
-        if not begin < end:
-            raise InputError(
-                f"{where}: {begin:g} to {end:g} s is no span; the later time comes last"
-            )
-    return spans

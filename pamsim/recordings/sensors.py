@@ -41,11 +41,7 @@ class MeasurementChain(ParameterGroup):
     pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
 
     def __post_init__(self) -> None:
-        """Check every field, and that a converter is stated whole.
-
-        Raises:
-            ParameterError: naming what is out of range or missing.
-        """
+        """Check every field, and that a converter is stated whole; ParameterError names what."""
         super().__post_init__()
         names = ("converter_bits", "converter_span", "transducer_gain")
         missing = [name for name in names if getattr(self, name) == 0.0]
@@ -70,9 +66,6 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
         time: (n,) increasing [s].
         signal: (n,) or (n, m), in any unit.
         lag: time constant [s]; 0 gives the signal itself.
-
-    Returns:
-        Array of the signal's shape and unit.
     """
     true = np.asarray(signal, dtype=float)
     if lag == 0.0 or len(true) == 0:
@@ -89,19 +82,13 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
 
 
 def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
-    """Angle (...) [rad] that an encoder of so many increments per revolution reports.
-
-    It counts whole increments: the angle is at most one below the true one, (...) [rad].
-    """
+    """Angle (...) [rad], in whole increments, so many per revolution, up to the true one (...)."""
     step = 2.0 * math.pi / increments
     return np.floor(np.asarray(angle, dtype=float) / step) * step
 
 
 def encoded(recording: Recording, chain: MeasurementChain) -> FloatArray:
-    """Positions (n, j) of a recording in whole increments of the encoder [rad or m].
-
-    An encoder's increments are of a turn, so that a joint which slides keeps its position.
-    """
+    """Positions (n, j) in whole increments of the encoder [rad]; of joints that slide as is [m]."""
     if chain.encoder_increments == 0.0:
         return recording.positions
     turns = np.array([kind == "angle" for kind in recording.joints.values()])
@@ -132,8 +119,7 @@ def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it: lag first, then scale, then bias.
 
-    Returns:
-        A copy with other positions and pressures; the same arrays for instruments without errors.
+    Instruments without errors report the same arrays.
     """
 
     def reported(true: FloatArray, lag: float, scale: float, bias: float) -> FloatArray:
@@ -163,14 +149,8 @@ def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     """A recording as the rig's instruments would have measured it.
 
-    Args:
-        recording: of the true signals.
-        chain: errors, encoder and converter of the instruments. An unknown encoder or converter
-            does not round.
-
-    Returns:
-        A copy with positions and pressures as reported; velocities and tensions, which the rig does
-        not measure, stay as they are.
+    Positions and pressures are as reported, and unrounded by an encoder or converter that is not
+    known; velocities and tensions, which the rig does not measure, stay as they are.
 
     Raises:
         InputError: if the rig declares no measurement chain.

@@ -48,14 +48,17 @@ EFFORTS = {"angle": "torque", "position": "force"}
 JOINT_KINDS = tuple(EFFORTS)
 MOVES = {"angle": "turns", "position": "slides"}
 
-MUSCLE_COLUMNS: dict[str, tuple[str, str]] = {
-    "valve": ("u{}", "{}_valve"),
-    "pulse": ("u{}", "{}_valve"),
-    "pressure_set": ("p{}_set_kpa", "{}_set_kpa"),
-    "pressure": ("p{}_kpa", "{}_kpa"),
-    "force": ("force{}_n", "{}_n"),
+NUMBERED = {
+    "valve": "u{}",
+    "pulse": "u{}",
+    "pressure_set": "p{}_set_kpa",
+    "pressure": "p{}_kpa",
+    "force": "force{}_n",
 }
-"""Quantity of a muscle -> its column by number, and by name."""
+"""Quantity of a muscle -> its column by number."""
+ENDINGS = {kind: row.suffix for kind, row in KINDS.items()}
+ENDINGS |= {"valve": "valve", "pulse": "valve", "pressure_set": "set_kpa"}
+"""Quantity -> what its column by name ends in."""
 
 
 class DriveKind(NamedTuple):
@@ -105,28 +108,20 @@ def owner_of(channel: str) -> str:
     return channel.rpartition(".")[0]
 
 
-def _each(numbered: str, named: str, muscles: Sequence[str], count: int) -> tuple[str, ...]:
+def muscle_channels(quantity: str, muscles: Sequence[str], count: int) -> tuple[str, ...]:
+    """Channels of one quantity of `NUMBERED` of ``count`` muscles, by name if they have names."""
     if muscles:
-        return tuple(map(named.format, muscles))
-    return tuple(numbered.format(number + 1) for number in range(count))
-
-
-def muscle_channels(kind: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
-    """Channels of one kind, ``pressure`` or ``force``, of ``count`` muscles: named or numbered."""
-    return _each(f"{kind}_{{}}", f"{{}}.{kind}", muscles, count)
-
-
-def muscle_columns(quantity: str, muscles: tuple[str, ...], count: int) -> tuple[str, ...]:
-    """Columns of a quantity of `MUSCLE_COLUMNS` of all muscles, as `muscle_channels`."""
-    return _each(*MUSCLE_COLUMNS[quantity], muscles, count)
+        return tuple(f"{muscle}.{quantity}" for muscle in muscles)
+    return tuple(f"{quantity}_{number + 1}" for number in range(count))
 
 
 def column_of(channel: str) -> str:
-    """Column of a measured channel in a file: ``knee_deg`` of ``knee.angle``."""
-    kind, owner = kind_of(channel), owner_of(channel)
-    if owner or channel in (*JOINT_KINDS, *EFFORTS.values()):
-        return f"{owner or channel}_{KINDS[kind].suffix}"
-    return MUSCLE_COLUMNS[kind][0].format(channel.rpartition("_")[2])
+    """A channel's column in a file, such as ``knee_deg`` of ``knee.angle``."""
+    owner, _, quantity = channel.rpartition(".")
+    if owner or channel in KINDS:
+        return f"{owner or channel}_{ENDINGS[quantity]}"
+    quantity, _, number = channel.rpartition("_")
+    return NUMBERED[quantity].format(number)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,9 +137,7 @@ class SignalNames:
         Raises:
             InputError: such as for a muscle ``p1``, whose pressure would be that of muscle 1.
         """
-        if self.short:
-            return
-        for name in self.muscles:
+        for name in self.named_muscles:
             if self.joints.get(name) == "position":
                 raise InputError(
                     f"{name!r} is a muscle and a joint: {name}_n could be the force of either; give"
@@ -180,24 +173,16 @@ class SignalNames:
         effort = EFFORTS[self.joints[joint]]
         return effort if self.short else f"{joint}.{effort}"
 
-    def of_muscles(self, kind: str) -> tuple[str, ...]:
-        """Channel of each muscle, of the kind ``pressure`` or ``force``."""
-        return muscle_channels(kind, self.named_muscles, len(self.muscles))
+    def of_muscles(self, quantity: str) -> tuple[str, ...]:
+        """Channel of each muscle, such as of its ``pressure`` or ``force``."""
+        return muscle_channels(quantity, self.named_muscles, len(self.muscles))
 
     def joint_columns(self) -> tuple[str, ...]:
         """Column of each joint in a file."""
         return tuple(map(column_of, self.joint_channels))
 
-    def muscle_columns(self, quantity: str) -> tuple[str, ...]:
-        """Column of each muscle in a file, of a quantity of `MUSCLE_COLUMNS`."""
-        return muscle_columns(quantity, self.named_muscles, len(self.muscles))
-
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
-        """Refuse joints, with the kind of drive, that the rig has not or that move otherwise.
-
-        Raises:
-            InputError: naming the joint, and the rig by ``where``.
-        """
+        """Refuse joints -> kind of drive that a rig ``where`` has not or that move otherwise."""
         for joint, kind in driven.items():
             if joint not in self.joints:
                 raise InputError(f"{where} has no joint {joint!r}; {nearest(joint, self.joints)}")
@@ -226,11 +211,7 @@ class Drive:
 
     @classmethod
     def of(cls, stated: DriveLike, columns: int) -> Drive:
-        """Resolve a drive.
-
-        Args:
-            stated: one kind for all muscles, or muscle or joint -> kind.
-            columns: of its values.
+        """Resolve a drive, one kind for all muscles or name -> kind, of so many columns of values.
 
         Raises:
             InputError: for an unknown kind, or another number of columns.
@@ -275,17 +256,12 @@ class Drive:
         return set(self.muscles) == {"measured"}
 
     def order(self, muscles: Sequence[str], where: str) -> list[int]:
-        """Columns in a rig's order: of each of its muscles, then of the driven joints.
-
-        Args:
-            muscles: of the rig, in actuator order.
-            where: whose drive it is, and of which rig, for errors.
+        """Columns in the order of a rig's muscles, then of the driven joints.
 
         Raises:
-            InputError: if a muscle is missing, or a name is none of the rig's.
+            InputError: naming the rig by ``where``, if a muscle is missing or none of the rig's.
         """
         count = len(self.muscles)
-        joints = range(count, count + len(self.joints))
         if not self.names and count != len(muscles):
             raise InputError(f"the drive commands {count} muscles, {where} has {len(muscles)}")
         names = self.names or tuple(muscles)
@@ -295,15 +271,11 @@ class Drive:
         for name in muscles:
             if name not in names:
                 raise InputError(f"{where} has a muscle {name!r}: give its drive")
-        return [*map(names.index, muscles), *joints]
+        return [*map(names.index, muscles), *range(count, count + len(self.joints))]
 
 
 def checked(kind: object, known: Mapping[str, DriveKind], whose: str = "") -> str:
-    """A kind of drive, if it is known.
-
-    Raises:
-        InputError: with the nearest one, if not.
-    """
+    """A kind of drive, if it is known; InputError with the nearest one, if not."""
     if not isinstance(kind, str) or kind not in known:
         raise InputError(f"no drive {kind!r}{whose}; {nearest(str(kind), known)}")
     return kind
@@ -315,12 +287,11 @@ def command_columns(drives: Drive, muscles: tuple[str, ...]) -> tuple[str, ...]:
     ``muscles`` are names; none where muscles have numbers, and the only joint no name.
     """
     count = len(drives.muscles)
-    of_muscles = (DRIVES[kind].quantity for kind in drives.muscles)
-    joints = ((joint, DRIVES[kind].quantity) for joint, kind in drives.joints.items())
-    return (
-        *(muscle_columns(q, muscles, count)[i] if q else "" for i, q in enumerate(of_muscles)),
-        *(column_of(f"{joint}.{quantity}" if muscles else quantity) for joint, quantity in joints),
-    )
+    quantities = [DRIVES[kind].quantity for kind in drives.kinds]
+    channels = [muscle_channels(q, muscles, count)[i] for i, q in enumerate(quantities[:count])]
+    joints = zip(drives.joints, quantities[count:], strict=True)
+    channels += [f"{joint}.{quantity}" if muscles else quantity for joint, quantity in joints]
+    return tuple(column_of(c) if q else "" for c, q in zip(channels, quantities, strict=True))
 
 
 def in_toml(drive: DriveLike) -> str:

@@ -51,10 +51,7 @@ class StaticTable:
 
 
 def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
-    """Read a static table.
-
-    Args:
-        source: path of a CSV, or ``mas20`` for the packaged table.
+    """Read a static table, in SI: a CSV, or ``mas20`` for the packaged one.
 
     Raises:
         InputError: in one line with file, line and column: a missing or mistyped column, a cell

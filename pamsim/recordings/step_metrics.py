@@ -44,14 +44,11 @@ class StepMetrics:
 
 
 def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
-    """Read the figures off a step response.
+    """Read the figures off a step response; one without travel settles at once.
 
     Args:
         time: (n,) [s], increasing from the step on.
         response: (n,) in any unit.
-
-    Returns:
-        The figures; a response without travel has no overshoot and settles at once.
     """
     t, y = np.asarray(time, dtype=float), np.asarray(response, dtype=float)
     start, final = float(y[0]), float(y[-max(1, len(y) // 50) :].mean())
@@ -97,10 +94,10 @@ def joint_figures(found: StepMetrics, kind: Kind) -> dict[str, float]:
 
 
 def step_figures(recording: Recording) -> dict[str, float]:
-    """Figures of a complete step response of a rig by name, in the units of files.
+    """Figures of a complete step response of a rig, named as in `step_figure_units` [unit there].
 
     Of each joint start, final value, settling time and overshoot, and of each muscle pressure and
-    tension at the end; the names are those of `step_figure_units`, in its order.
+    tension at the end.
     """
     values: list[float] = []
     for kind, position in zip(recording.joints.values(), recording.positions.T, strict=True):

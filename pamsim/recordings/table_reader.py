@@ -6,9 +6,10 @@ out.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -48,37 +49,41 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     """
     if path.suffix.lower() in ARRAY_FILES:
         return _of_arrays(path)
-    rows = _rows(path)
-    start, separator = _header(rows)
-    first, header = rows[start][0], _split(rows[start][1], separator)
-    _check_names(path, header)
-    if numbers_only and all(map(_is_number, header)):
-        start, first = start - 1, 0
+    numbers, texts = _lines(path)
+    start, mark = _header(texts)
+    first, header = numbers[start], _split(texts[start], mark)
+    _check_size(path, header)
+    if numbers_only and _numeric(header):
+        first, start = 0, start - 1
         header = [f"column_{i}" for i in range(1, len(header) + 1)]
-    lines, texts = [n for n, _ in rows[start + 1 :]], [text for _, text in rows[start + 1 :]]
+    lines, texts = numbers[start + 1 :], texts[start + 1 :]
     for line, text in zip(lines, texts, strict=True):
-        if (cells := _width(text, separator)) != len(header):
+        if (width := _width(text, mark)) != len(header):
             raise InputError(
-                f"{path}: line {line} has {cells} cells, the header {len(header)}; write points in"
+                f"{path}: line {line} has {width} cells, the header {len(header)}; write points in"
                 " numbers, or separate cells by semicolons"
             )
     units: dict[str, str] = {}
-    if len(texts) > 1:
-        above, below = (_split(text, separator) for text in texts[:2])
-        if not any(map(_is_number, above)) and _is_number(below[0]):
-            stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
-            units = {name: unit for name, unit in stated if unit not in _NONE}
-            del lines[0], texts[0]
-    cells = dict(zip(header, _of_text(texts, separator, len(header)), strict=True))
-    columns = Columns(path=path, header=first, lines=lines, cells=cells, units=units)
+    above, *below = (_split(text, mark) for text in texts[:2])
+    if below and not any(map(_is_number, above)) and _is_number(below[0][0]):
+        stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
+        units = {name: unit for name, unit in stated if unit not in _NONE}
+        del lines[0], texts[0]
+    found = _numbers(texts, mark)
+
+    def cells(i: int) -> Cells:
+        return Cells(found.get(i), len(texts), lambda row: _split(texts[row], mark)[i])
+
+    of_name = {name: cells(i) for i, name in enumerate(header)}
+    columns = Columns(path=path, header=first, lines=lines, cells=of_name, units=units)
     columns.refuse_twice(header)
     return columns
 
 
-def _rows(path: Path) -> list[tuple[int, str]]:
+def _lines(path: Path) -> tuple[list[int], list[str]]:
     """Number and text of each line that counts."""
     text = _text(path)
-    _check_size(path, max(map(text.count, _MARKS)) + text.count("\n"))
+    _check_size(path, (), max(map(text.count, _MARKS)) + text.count("\n"))
     rows = [
         (number, line)
         for number, line in enumerate(text.splitlines(), start=1)
@@ -94,7 +99,7 @@ def _rows(path: Path) -> list[tuple[int, str]]:
         raise InputError(f"{path}: no header; name the columns in the first line, such as time_s")
     if len(rows) == 1:
         raise InputError(f"{path}: no rows below the header in line {rows[0][0]}")
-    return rows
+    return [number for number, _ in rows], [line for _, line in rows]
 
 
 def _text(path: Path) -> str:
@@ -115,71 +120,65 @@ def _text(path: Path) -> str:
     raise InputError(f"{path} is not a text file in UTF-8; save it as a CSV in UTF-8")
 
 
-def _header(rows: Sequence[tuple[int, str]]) -> tuple[int, str | None]:
+def _header(texts: Sequence[str]) -> tuple[int, str | None]:
     """Place of the header among the lines of a file, and the mark between its cells.
 
     The header is the first line with as many cells as a row, if it comes before all rows: what
     loggers write above is no table.
     """
-    among = rows[len(rows) // 2][1]
-    for start, (_, line) in enumerate(rows[: len(rows) // 2]):
-        cells = _split(line, _mark(line))
-        if all(map(_is_number, cells)):
+    half = len(texts) // 2
+    for start, line in enumerate(texts[:half]):
+        mark = _mark(line)
+        cells = _split(line, mark)
+        if _numeric(cells):
             break
-        if len(cells) == _width(among, _mark(line)) > 1:
-            return start, _mark(line)
-    return 0, _mark(rows[0][1])
+        if len(cells) == _width(texts[half], mark) > 1:
+            return start, mark
+    return 0, _mark(texts[0])
 
 
 def _mark(line: str) -> str | None:
     return next((mark for mark in _MARKS if mark in line), None)
 
 
-def _of_text(texts: list[str], separator: str | None, width: int) -> list[Cells]:
-    """The columns of lines; numpy's reader takes them unless a column holds both numbers and words.
+def _numbers(texts: list[str], mark: str | None) -> dict[int, FloatArray]:
+    """The columns of numbers among lines, by place.
 
-    It takes a fraction of the time that splitting each line in Python does.
+    numpy's reader takes a fraction of the time that splitting each line does, but no column that
+    holds both numbers and words.
     """
-    sample = [i for i, cell in enumerate(_split(texts[-1], separator)) if _is_number(cell)]
-    decimal = texts if separator == "," else [text.replace(",", ".") for text in texts]
-    numbers: dict[int, FloatArray] = {}
+    sample = [i for i, cell in enumerate(_split(texts[-1], mark)) if _is_number(cell)]
+    points = texts if mark == "," else [text.replace(",", ".") for text in texts]
     try:
         read = np.loadtxt(
-            decimal, delimiter=separator, usecols=sample, comments=None, quotechar='"', ndmin=2
+            points, delimiter=mark, usecols=sample, comments=None, quotechar='"', ndmin=2
         )
-        numbers = dict(zip(sample, np.ascontiguousarray(read.T), strict=True))
+        return dict(zip(sample, np.ascontiguousarray(read.T), strict=True))
     except ValueError:
-        for i, column in enumerate(zip(*(_split(text, separator) for text in texts), strict=True)):
-            try:
-                numbers[i] = np.array(column, dtype=float)
-            except ValueError:
-                continue
-
-    def written(column: int) -> Callable[[int], str]:
-        return lambda row: _split(texts[row], separator)[column]
-
-    return [Cells(numbers.get(i), len(texts), written(i)) for i in range(width)]
+        found: dict[int, FloatArray] = {}
+        for i, column in enumerate(zip(*(_split(text, mark) for text in texts), strict=True)):
+            with contextlib.suppress(ValueError):
+                found[i] = np.array(column, dtype=float)
+        return found
 
 
-def _split(line: str, separator: str | None) -> list[str]:
+def _split(line: str, mark: str | None) -> list[str]:
     """The cells of a line; a decimal comma in them becomes a point."""
-    if separator is None:
+    if mark is None:
         cells = line.split()
     else:
         quoted = '"' in line
-        cells = next(csv.reader([line], delimiter=separator)) if quoted else line.split(separator)
+        cells = next(csv.reader([line], delimiter=mark)) if quoted else line.split(mark)
         cells = [cell.strip() for cell in cells]
-    return cells if separator == "," or "," not in line else list(map(_with_point, cells))
+    return cells if mark == "," or "," not in line else list(map(_with_point, cells))
 
 
 def _with_point(cell: str) -> str:
     return cell.replace(",", ".") if _DECIMAL_COMMA.fullmatch(cell) else cell
 
 
-def _width(line: str, separator: str | None) -> int:
-    if separator is None or '"' in line:
-        return len(_split(line, separator))
-    return line.count(separator) + 1
+def _width(line: str, mark: str | None) -> int:
+    return len(_split(line, mark)) if mark is None or '"' in line else line.count(mark) + 1
 
 
 def _is_number(cell: str) -> bool:
@@ -190,17 +189,20 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _check_size(path: Path, cells: int) -> None:
+def _numeric(cells: Iterable[str]) -> bool:
+    return all(map(_is_number, cells))
+
+
+def _check_size(path: Path, names: Sequence[str], cells: int = 0) -> None:
+    longest = max(map(len, names), default=0)
     if cells > TABLE_CELLS:
         raise InputError(
             f"{path} has about {cells:,} cells; a table has {TABLE_CELLS:,} at most: {_SMALLER}"
         )
-
-
-def _check_names(path: Path, names: Sequence[str]) -> None:
-    count, longest = len(names), max(map(len, names))
-    if count > TABLE_COLUMNS:
-        raise InputError(f"{path} has {count:,} columns; a table has {TABLE_COLUMNS:,} at most")
+    if len(names) > TABLE_COLUMNS:
+        raise InputError(
+            f"{path} has {len(names):,} columns; a table has {TABLE_COLUMNS:,} at most"
+        )
     if longest > NAME_CHARACTERS:
         raise InputError(f"{path}: the name of a column has {longest:,} characters; shorten it")
 
@@ -214,8 +216,7 @@ def _of_arrays(path: Path) -> Columns:
     }
     if not lists:
         raise InputError(f"{path}: no array of numbers; give one per column, all of one length")
-    _check_names(path, list(lists))
-    _check_size(path, sum(map(len, lists.values())))
+    _check_size(path, list(lists), sum(map(len, lists.values())))
     rows = max(map(len, lists.values()))
     for name, array in lists.items():
         if len(array) != rows:

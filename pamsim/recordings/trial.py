@@ -48,20 +48,17 @@ class TrialLead:
 class Trial:
     """Sampled commands and measurements of one trial, in SI.
 
+    Commands are held from each sample on, but where measured pressures, torques, forces, angles or
+    positions drive; see `pamsim.recordings.signals` for drives and channels.
+
     Attributes:
         name: such as the file's stem.
         protocol: trials of the same protocol and settings are repeats of each other.
-        drive: one kind for all muscles, or muscle or driven joint -> kind, see
-            `pamsim.recordings.signals`.
+        drive: one kind for all muscles, or muscle or driven joint -> kind.
         load: mass on the arm [kg].
         time: (n,) [s], increasing from 0, not necessarily uniform.
-        command: (n, m + j) of each muscle, then of each driven joint: opening [-] or gauge set
-            point [Pa], held from each sample on, 0 of a sealed muscle; or the measured gauge
-            pressure [Pa], torque [N m], force [N], angle [rad] or position [m] at each sample.
-        measured: channel -> (n,) [SI]; a channel that was not measured is absent. Of a rig with
-            one joint ``angle``, ``pressure_1`` (gauge) ..., ``force_1`` ...; of any other
-            ``knee.angle``, ``flexor.pressure``, ``flexor.force`` ...; of a joint whose motion is
-            imposed also the ``torque`` or ``force`` that this takes, such as ``knee.torque``.
+        command: (n, m + j) of each muscle, then of each driven joint [-, Pa, N m, N, rad or m].
+        measured: channel -> (n,) [SI], gauge pressures; what was not measured is absent.
         muscle_names: in the order of the commands; none where muscles have numbers.
         lead_in: None for a trial that begins at rest.
     """
@@ -104,8 +101,7 @@ class TrialSet:
     Attributes:
         rig: name or path of the rig they belong to.
         trials: in the order of ``recording.toml``.
-        notes: what a reader should know, one sentence each: channels not measured, clocks not
-            uniform.
+        notes: what a reader should know, one sentence each.
     """
 
     rig: str
@@ -125,9 +121,8 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
         The trial, and notes on channels that the rig does not record.
 
     Raises:
-        InputError: if the trial does not command each of the rig's muscles, drives a joint that the
-            rig does not record or as it does not move, gives the angle of a rig with several joints
-            without a name, or a joint in a unit that it does not move in.
+        InputError: for another number of muscles, a joint that the rig does not record or that
+            moves otherwise, the angle of one of several joints without its name.
     """
     columns = _order(trial, names, rig)
     order = columns[: trial.muscles]

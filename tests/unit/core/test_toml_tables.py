@@ -6,7 +6,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.core.toml_tables import NUMBER, check_keys, entry, read_toml
+from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
 from tests.unit.core.refusals import refused
 
 
@@ -40,21 +40,31 @@ def test_a_name_that_no_file_can_have_is_no_rig():
 
 
 @pytest.mark.parametrize(
-    ("value", "kind"),
-    [(None, str), (" ", str), (1, str), (True, NUMBER), ("1", NUMBER)],
+    ("value", "kind"), [(" ", str), (1, str), (True, NUMBER), ("1", NUMBER), (1, bool)]
 )
-def test_an_entry_of_another_kind_is_refused_in_the_words_of_the_reader(value, kind):
-    table = {} if value is None else {"key": value}
-    with refused(f"a.toml: key is {value!r}, not this"):
-        entry(table, "key", kind, "a.toml: key is {!r}, not this")
+def test_an_entry_of_another_kind_is_refused_with_what_to_write(value, kind):
+    with refused(f"a.toml: key = {value!r}; write key = this"):
+        check_table({"key": value}, {"key": Entry(kind, "this")}, "a.toml")
 
 
-def test_an_entry_that_is_left_out_has_its_default():
-    assert entry({}, "key", NUMBER, "", 1.5) == 1.5
-    assert entry({"key": ""}, "key", str, "", "") == ""
+def test_an_entry_that_is_left_out_has_its_default_or_is_asked_for():
+    known = {"a": Entry(NUMBER, "1.2", 1.5), "b": Entry(default="")}
+    assert check_table({}, known, "a.toml") == {"a": 1.5, "b": ""}
+    assert check_table({"a": 2, "b": ""}, known, "a.toml") == {"a": 2, "b": ""}
+    with refused('a.toml needs c = "..."'):
+        check_table({}, {**known, "c": Entry()}, "a.toml")
 
 
-def test_a_key_that_means_nothing_is_refused_with_the_nearest():
-    assert check_keys({"file": 1}, ("file", "rig"), "a.toml") == {"file": 1}
-    with refused("a.toml: unknown key trial.fil; did you mean 'file'"):
-        check_keys({"fil": 1}, ("file", "rig"), "a.toml", "trial.")
+def test_an_entry_must_hold_what_is_asked_of_it():
+    sign = {"sign": Entry(int, "1 or -1", 1, lambda sign: sign in (1, -1))}
+    assert check_table({"sign": -1}, sign, "a.toml") == {"sign": -1}
+    with refused("a.toml: sign = 2; write sign = 1 or -1"):
+        check_table({"sign": 2}, sign, "a.toml")
+
+
+def test_a_key_that_means_nothing_and_what_is_no_table_are_refused():
+    known = {"file": Entry(), "rig": Entry(default=None)}
+    with refused("a.toml: trial 1: unknown key fil; did you mean 'file'"):
+        check_table({"fil": 1}, known, "a.toml: trial 1")
+    with refused('a.toml: write { file = "..." }, not 3'):
+        check_table(3, known, "a.toml")

@@ -8,7 +8,8 @@ import scipy.io
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.recordings.log_columns import ATMOSPHERE, in_own_format
+from pamsim.physics.air import ATMOSPHERE
+from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.table_reader import read_columns
 
 NUMBERS = np.column_stack([np.arange(9) * 0.5, np.linspace(-1.25, 2.0, 9)])
@@ -150,16 +151,19 @@ WRONG = {
     "no clock": ({"angle": {"column": "a", "unit": "deg"}}, "no clock"),
     "unknown quantity": (CLOCK | {"knee.speed": {"column": "a", "unit": "deg"}}, "JOINT.angle"),
     "unknown key": (CLOCK | {"angle": {"column": "a", "units": "deg"}}, "unknown key units"),
-    "no unit": (CLOCK | {"angle": {"column": "a"}}, 'needs column = "..." and unit'),
+    "no unit": (CLOCK | {"angle": {"column": "a"}}, 'needs unit = "..."'),
     "wrong unit": (CLOCK | {"angle": {"column": "a", "unit": "bar"}}, "bar"),
-    "sign": (CLOCK | {"angle": {"column": "a", "unit": "deg", "sign": 2}}, "write 1 or -1"),
-    "offset": (CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": "x"}}, "a number in deg"),
+    "sign": (CLOCK | {"angle": {"column": "a", "unit": "deg", "sign": 2}}, "write sign = 1 or -1"),
+    "offset": (
+        CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": "x"}},
+        "write offset",
+    ),
     "nan": (CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": float("nan")}}, "finite"),
     "absolute": (
         CLOCK | {"angle": {"column": "a", "unit": "deg", "absolute": True}},
         "only pressures",
     ),
-    "no table": (3, "write quantity"),
+    "no table": (3, "no clock; write time = "),
     "no entry": ({"time": "t"}, "time: write"),
     "no column": (
         CLOCK | {"angle": {"column": "beta", "unit": "deg"}},
@@ -199,8 +203,8 @@ def test_a_clock_that_begins_again_runs_on(tmp_path):
     [
         ("", "does not come after"),
         (", wraps = 0.5", "line 7: t: the clock is at 0.5 s, but should begin again after 0.5 s"),
-        (", wraps = true", "wraps = True; write a time in s"),
-        (", wraps = -1", "wraps = -1; write a time in s"),
+        (", wraps = true", "wraps = True; write wraps = a time in"),
+        (", wraps = -1", "wraps = -1; write wraps = a time in"),
     ],
 )
 def test_a_clock_that_does_not_is_refused(tmp_path, wraps, message):

@@ -121,7 +121,7 @@ SLIPS = {
     "no displacement": ("time_s,force_n\n0,1\n", "no column for displacement"),
     "unknown unit": (MAP.replace("p_kpa", "p_kpaa"), "column 'p_kpaa': unit 'kpaa' is not known"),
     "wrong quantity": (MAP.replace("p_kpa", "p_mm"), "unit 'mm' does not measure"),
-    "odd contraction": (MAP.replace("contraction", "contraction_mm"), "unit 'mm' is not known"),
+    "odd contraction": (MAP.replace("contraction", "contraction_mm"), "unit 'mm' does not measure"),
     "twice": (MAP.replace("contraction", "p_bar"), "there is 'p_kpa' already"),
     "bar for kPa": (
         "p_kpa,contraction,force_n\n1,0,10\n6,0,60\n",

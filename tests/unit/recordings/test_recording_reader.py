@@ -242,7 +242,7 @@ BAD_INDEXES = {
     "no trial": (INDEX[INDEX.index("[[") :], "", "no trial; write [[trial]]"),
     "drive": ('drive = "pressure_set"', 'drive = "presure_set"', "did you mean 'pressure_set'"),
     "no protocol": ('protocol = "staircase"\n', "", 'needs protocol = "..."'),
-    "negative load": ("load_kg = 1.2", "load_kg = -1", "needs load_kg"),
+    "negative load": ("load_kg = 1.2", "load_kg = -1", "write load_kg = the mass"),
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
     "file twice": ("[[", '[[trial]]\nfile = "staircase_1.csv"\nprotocol = "a"\n'

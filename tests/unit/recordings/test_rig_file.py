@@ -120,12 +120,12 @@ BROKEN = {
     "unknown key of the rig": (
         "angle_joint",
         "angle_joints",
-        ("rig.angle_joints", "did you mean 'angle_joint'"),
+        ("[rig]", "unknown key angle_joints", "did you mean 'angle_joint'"),
     ),
     "unknown key of a number": (
         DIAMETER,
         '{ value = 20, units = "mm", source = "Table 1" }',
-        ("muscle.braid.diameter.units", "did you mean 'unit'"),
+        ("muscle.braid.diameter", "unknown key units", "did you mean 'unit'"),
     ),
     "no name": ('name = "toy"\n', "", ("[rig]", "name")),
     "two ways to name joints": (
@@ -143,10 +143,10 @@ BROKEN = {
     "no value": (
         DIAMETER,
         '{ unit = "mm", source = "Table 1" }',
-        ("muscle.braid.diameter.value", "None"),
+        ("muscle.braid.diameter", "value = 12.5"),
     ),
-    "value is a word": ("value = 20", 'value = "20"', ("muscle.braid.diameter.value", "'20'")),
-    "value is a boolean": ("value = 20", "value = true", ("muscle.braid.diameter.value", "True")),
+    "value is a word": ("value = 20", 'value = "20"', ("muscle.braid.diameter", "value = '20'")),
+    "value is a boolean": ("value = 20", "value = true", ("muscle.braid.diameter", "value = True")),
     "no unit": (
         DIAMETER,
         '{ value = 20, source = "Table 1" }',

@@ -8,11 +8,17 @@ import pytest
 import pamsim
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.core.errors import InputError
-from pamsim.recordings.segments import on_even_clock, trials_of
+from pamsim.core.toml_tables import check_table
+from pamsim.recordings import segments
 from pamsim.recordings.trial import Trial
 
 TIME = np.arange(1001) / 100.0
 PERIOD = 2.0
+
+
+def cut(trial, entry, where):
+    stated = check_table(entry, segments.ENTRIES, where)
+    return segments.trials_of(trial, stated, where)
 
 
 def log(**changes):
@@ -30,7 +36,7 @@ def log(**changes):
 
 
 def test_periods_are_repeats_of_each_other_and_begin_after_the_lead_in():
-    trials = trials_of(log(), {"period": "2 s", "lead_in": "1 s"}, "log")
+    trials = cut(log(), {"period": "2 s", "lead_in": "1 s"}, "log")
     assert [trial.name for trial in trials] == ["log_1", "log_2", "log_3", "log_4"]
     assert {trial.protocol for trial in trials} == {"square"}
     for k, trial in enumerate(trials):
@@ -43,7 +49,7 @@ def test_periods_are_repeats_of_each_other_and_begin_after_the_lead_in():
 
 
 def test_segments_are_where_they_are_said_to_be():
-    first, second = trials_of(log(), {"segments": [[0, 1.5], [6.0, 10.0]], "lead_in": 2}, "log")
+    first, second = cut(log(), {"segments": [[0, 1.5], [6.0, 10.0]], "lead_in": 2}, "log")
     assert first.lead_in is None  # the log begins there
     assert first.measured["angle"][[0, -1]].tolist() == [0, 149]
     assert second.measured["angle"][[0, -1]].tolist() == [600, 999]
@@ -52,8 +58,8 @@ def test_segments_are_where_they_are_said_to_be():
 
 def test_a_log_without_them_is_one_trial_and_may_have_a_lead_in():
     whole = log()
-    assert trials_of(whole, {}, "log") == (whole,)
-    (rest,) = trials_of(whole, {"lead_in": "3 s"}, "log")
+    assert cut(whole, {}, "log") == (whole,)
+    (rest,) = cut(whole, {"lead_in": "3 s"}, "log")
     assert rest.name == "log"
     assert rest.measured["angle"][[0, -1]].tolist() == [300, 1000]
 
@@ -65,7 +71,7 @@ def test_a_log_without_them_is_one_trial_and_may_have_a_lead_in():
         ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
         ({"period": "0 s"}, "no period"),
         ({"period": "2 bar"}, "period"),
-        ({"period": True}, "write a time"),
+        ({"period": True}, "a time such as"),
         ({"lead_in": "-1 s"}, "0 s or more"),
         ({"segments": [[5, 4]]}, "the later time comes last"),
         ({"segments": [[5]]}, "pairs of times"),
@@ -76,7 +82,7 @@ def test_a_log_without_them_is_one_trial_and_may_have_a_lead_in():
 )
 def test_what_is_not_in_the_log_is_refused(entry, message):
     with pytest.raises(InputError, match=message):
-        trials_of(log(), entry, "recording.toml: trial 1")
+        cut(log(), entry, "recording.toml: trial 1")
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +106,7 @@ def test_a_lead_in_back_to_rest_repeats_the_log_and_a_longer_one_comes_nearer(re
     rig, whole = recorded
     errors = []
     for lead in (0.5, 1.0, 4.0):
-        (trial,) = trials_of(whole, {"segments": [[4.0, 8.0]], "lead_in": lead}, "log")
+        (trial,) = cut(whole, {"segments": [[4.0, 8.0]], "lead_in": lead}, "log")
         errors.append(missed(rig, trial))
     assert errors[0] > errors[1] > 1e-4
     assert errors[2] < 1e-6
@@ -113,10 +119,10 @@ def test_segments_at_other_levels_are_inputs_of_their_own():
     command = np.column_stack([level, level])
     spans = {"segments": [[0, 2], [2, 4], [4, 6], [6, 8]], "lead_in": 0}
     for protocol, wanted in (("hold", "hold_{}"), ("hold_check", "hold_{}_check")):
-        trials = trials_of(log(command=command, protocol=protocol), spans, "log")
+        trials = cut(log(command=command, protocol=protocol), spans, "log")
         assert [t.protocol for t in trials] == [wanted.format(k) for k in (1, 2, 1, 2)]
     measured = log(command=command + np.arange(1001)[:, None], drive="measured")
-    assert {t.protocol for t in trials_of(measured, spans, "log")} == {"square"}
+    assert {t.protocol for t in cut(measured, spans, "log")} == {"square"}
 
 
 def uneven(drive: str = "pressure_set") -> Trial:
@@ -134,26 +140,31 @@ def uneven(drive: str = "pressure_set") -> Trial:
     )
 
 
+def on_even_clock(rate, drive="pressure_set"):
+    (trial,) = cut(uneven(drive), {"rate": rate}, "here")
+    return trial
+
+
 def test_what_was_measured_lies_on_the_line_between_rows():
-    log, even = uneven(), on_even_clock(uneven(), "50 Hz", "here")
+    log, even = uneven(), on_even_clock("50 Hz")
     np.testing.assert_allclose(np.diff(even.time), 0.02)
     assert log.time[-1] - 0.02 < even.time[-1] <= log.time[-1]
     np.testing.assert_allclose(even.measured["angle"], 0.3 * even.time, atol=1e-12)
 
 
 def test_a_step_of_the_command_is_at_the_nearest_sample_and_stays_a_step():
-    even = on_even_clock(uneven(), "50 Hz", "here")
+    even = on_even_clock("50 Hz")
     assert set(even.command.ravel()) == {1e4, 3e4}
     step = even.time[np.flatnonzero(np.diff(even.command[:, 0]))[0] + 1]
     assert abs(step - 1.234) < 0.02
 
 
 def test_measured_pressures_that_drive_are_interpolated():
-    even = on_even_clock(uneven("measured"), "90 Hz", "here")
+    even = on_even_clock("90 Hz", "measured")
     assert len(set(even.command.ravel())) > 2
 
 
 @pytest.mark.parametrize("rate", [50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz"])
 def test_a_rate_that_means_nothing_or_more_than_there_is_is_refused(rate):
     with pytest.raises(InputError, match="here"):
-        on_even_clock(uneven(), rate, "here")
+        on_even_clock(rate)
