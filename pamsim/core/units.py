@@ -41,9 +41,27 @@ def common_unit(si_unit: str) -> str:
     return "percent" if si_unit == "1" else COMMON.get(si_unit, si_unit)
 
 
+_USUAL = {
+    ("kPa", "Pa"): 1e3,
+    ("bar", "Pa"): 1e5,
+    ("mm", "m"): 1e-3,
+    ("ms", "s"): 1e-3,
+    ("deg", "rad"): 1.0 / DEG_PER_RAD,
+    ("g", "kg"): 1e-3,
+    ("percent", "1"): 1e-2,
+    ("percent/bar", "1/Pa"): 1.0000000000000001e-07,
+    ("cm^2", "m^2"): 1e-4,
+    ("cm^3", "m^3"): 1.0000000000000002e-06,
+    ("dm^3/(s*bar)", "m^3/(s*Pa)"): 1.0000000000000004e-08,
+    ("kPa/V", "Pa/V"): 1e3,
+    ("N/bar", "N/Pa"): 1e-5,
+}
+"""Factors of usual units as pint computes them: a rig and a command need no others."""
+
+
 @functools.cache
 def _registry() -> Any:
-    # Imported here: pint takes a third of a second, which `pamsim --help` must not pay.
+    # Imported here: pint takes a third of a second, more than most commands run.
     import pint
 
     registry: Any = pint.UnitRegistry()  # pyright: ignore[reportUnknownVariableType]
@@ -62,6 +80,8 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
     Raises:
         InputError: if the unit is unknown or measures another quantity.
     """
+    if unit == si_unit or (unit, si_unit) in _USUAL:
+        return value * _USUAL.get((unit, si_unit), 1.0)
     import pint
 
     try:

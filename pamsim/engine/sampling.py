@@ -162,7 +162,8 @@ def compiled_loop() -> Any:
 
         return steps
 
-    @overload(_copy, jit_options=options)  # numba compiles the assignment of a whole row for seconds
+    # Numba compiles the assignment of a whole row for seconds.
+    @overload(_copy, jit_options=options)
     def _(values: Any, into: Any) -> Any:
         def each(values: Any, into: Any) -> None:
             for i in range(values.size):

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from pamsim.core import units
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, parse_quantity, to_si
 from tests.unit.core.refusals import refused
@@ -99,3 +100,9 @@ def test_a_tower_of_powers_is_refused_at_once():
 def test_a_quantity_of_thousands_of_digits_is_refused_at_once():
     with pytest.raises(InputError, match="--pressure: 5002 characters are not a number"):
         parse_quantity("9" * 5000 + "'b", "kPa", "Pa", where="--pressure")
+
+
+def test_usual_units_are_those_of_pint():
+    for (unit, si_unit), factor in units._USUAL.items():
+        assert factor == units._converted(1.0, unit, si_unit)
+        assert units._converted(0.0, unit, si_unit) == 0.0
