@@ -6,11 +6,12 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
@@ -171,14 +172,16 @@ def recorded_joints(
 def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
     """Numbers of the joints that change the length of a muscle's tendon."""
     wanted = [model.tendon(name).id for name in tendons]
-    arms = np.zeros(model.nv)
+    arms, moments = np.zeros(model.nv), np.zeros((model.ntendon, model.nv))
     for data in posed(model, [[place] for place in _PLACES]):
-        matrix = np.zeros((model.ntendon, model.nv))
-        mujoco.mju_sparse2dense(
-            matrix, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
-        )
-        arms = np.maximum(arms, np.abs(matrix[wanted]).max(axis=0, initial=0.0))
+        mujoco.mju_sparse2dense(moments, *sparse_moments(model, data))
+        arms = np.maximum(arms, np.abs(moments[wanted]).max(axis=0, initial=0.0))
     return [joint for joint in scalar_joints(model) if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+
+
+def sparse_moments(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[NDArray[Any], ...]:
+    """Views of the moment arms of all tendons [m/rad or 1], as ``mju_sparse2dense`` takes them."""
+    return data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
 
 
 def scalar_joints(model: mujoco.MjModel) -> list[int]:
