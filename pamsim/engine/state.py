@@ -27,12 +27,8 @@ from pamsim.recordings.experiment import Experiment
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
-_REST_BLOCK = 0.1
-"""Time between two checks whether a rig has come to rest [s]."""
-
-_REST = 1e-10
-"""Largest relative change of a state over that time in a rig that counts as at rest."""
-
+_REST_BLOCK = 0.1  # time between two checks whether a rig has come to rest [s]
+_REST = 1e-10  # largest relative change of a state over that time in a rig at rest
 _AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
 _AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
@@ -67,16 +63,15 @@ def charge(
     """
     ids = muscle_ids(model)
     try:
-        wanted = np.broadcast_to(np.asarray(pressures, dtype=float), (len(ids),))
+        wanted = np.broadcast_to(np.asarray(pressures, dtype=float), len(ids))
     except ValueError:
         raise InputError(
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
     _measure_tendons(model, data)
     check_lengths(model, data, wanted)
-    for index, pressure, (m, act, length) in zip(
-        ids, wanted.tolist(), _muscles(model, data), strict=True
-    ):
+    muscles = _muscles(model, data)
+    for index, pressure, (m, act, length) in zip(ids, wanted.tolist(), muscles, strict=True):
         states = rest_state.rest(m, len(act), length, pressure)
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
@@ -180,8 +175,9 @@ def settle(
     data.ctrl[:] = pressures
     data.time = -experiment.settle
     left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
-    before = _configuration(data)
+    now = _configuration(data)
     while left > 0:
+        before = now
         advance(model, data, pressures, min(block, left), each_step)
         left -= block
         place(data, on, first)
@@ -190,7 +186,6 @@ def settle(
         still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
         if still.all() and (np.abs(data.qvel) <= _REST).all():
             break
-        before = now
     model.actuator_user[:, _AWAY_MEANWHILE] = kept
     set_command(model, experiment.drives.muscles)
     quieten(model, data, pressures)

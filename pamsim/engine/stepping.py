@@ -153,6 +153,7 @@ def refuse_multistage(integrator: int) -> None:
 
 _lock = threading.Lock()
 _holders = 0
+_silent = str  # does nothing with a warning of the engine
 
 
 @contextlib.contextmanager
@@ -174,11 +175,5 @@ def _hold(more: int) -> None:
     with _lock:
         _holders += more
         handler = mujoco.get_mju_user_warning()
-        if _holders and handler is None:
-            mujoco.set_mju_user_warning(_silent)
-        elif not _holders and handler is _silent:
-            mujoco.set_mju_user_warning(None)
-
-
-def _silent(_: str) -> None:
-    """Do nothing with a warning of the engine."""
+        if handler in (None, _silent):
+            mujoco.set_mju_user_warning(_silent if _holders else None)
