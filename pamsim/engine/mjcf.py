@@ -23,15 +23,11 @@ _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
 _PLANES = (("width", "height"), ("nrow", "ncol"))
 
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "angle", int(mujoco.mjtJoint.mjJNT_SLIDE): "position"}
-_UNLIMITED = {"angle": 0.5, "position": 0.05}
-"""Half of the range that a joint without limits is taken to have [rad, m]."""
-
+_UNLIMITED = {"angle": 0.5, "position": 0.05}  # half the range of a joint without limits [rad, m]
+# Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
+# of a spatial tendon.
 _PLACES = (0.5, 0.31, 0.73)
-"""Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
-of a spatial tendon."""
-
 _LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
-
 _JOINT_LIKE = [getattr(mujoco.mjtObj, f"mjOBJ_{kind}") for kind in ("JOINT", "TENDON", "ACTUATOR")]
 
 
@@ -225,19 +221,19 @@ def contacts(
         addresses: of joints in ``qpos``; the others are where the model begins.
         positions: (n, j) of these joints [rad or m].
     """
+
+    def name(contact: mujoco.MjContact, side: int) -> str:
+        geom, flex = int(contact.geom[side]), int(contact.flex[side])
+        if geom < 0:
+            return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
+        body = model.body(model.geom_bodyid[geom]).name
+        return model.geom(geom).name or f"geom {geom} of {body}"
+
     data = mujoco.MjData(model)
     found: Counter[tuple[str, str]] = Counter()
     for row in positions:
         data.qpos[list(addresses)] = row
         mujoco.mj_fwdPosition(model, data)
         touching = [contact for contact in data.contact if contact.exclude == 0]
-        found.update({(_name(model, one, 0), _name(model, one, 1)) for one in touching})
+        found.update({(name(one, 0), name(one, 1)) for one in touching})
     return dict(found)
-
-
-def _name(model: mujoco.MjModel, contact: mujoco.MjContact, side: int) -> str:
-    geom, flex = int(contact.geom[side]), int(contact.flex[side])
-    if geom < 0:
-        return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
-    body = model.body(model.geom_bodyid[geom]).name
-    return model.geom(geom).name or f"geom {geom} of {body}"

@@ -42,8 +42,6 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
         EngineError: if the model was written as MJCF and read again, which loses digits.
     """
     muscles = [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
-    if len(muscles) == model.nactuator or not model.nplugin:
-        return muscles
     for index in set(range(model.nactuator)) - set(muscles):
         instance = int(model.actuator_plugin[index])
         if instance >= 0 and model.plugin[instance] in plugin.slots():
@@ -125,14 +123,12 @@ def set_integrator(model: mujoco.MjModel, name: str) -> None:
         InputError: if there is no such integrator.
         EngineError: for RK4.
     """
-    known = {
-        kind.name.removeprefix("mjINT_").lower(): kind.value
-        for kind in mujoco.mjtIntegrator.__members__.values()
-    }
-    if name.lower() not in known:
-        raise InputError(f"no integrator {name!r}; {nearest(name.lower(), known)}")
-    refuse_multistage(known[name.lower()])
-    model.opt.integrator = known[name.lower()]
+    members, lower = mujoco.mjtIntegrator.__members__, name.lower()
+    known = {kind.removeprefix("mjINT_").lower(): one.value for kind, one in members.items()}
+    if lower not in known:
+        raise InputError(f"no integrator {name!r}; {nearest(lower, known)}")
+    refuse_multistage(known[lower])
+    model.opt.integrator = known[lower]
 
 
 def refuse_multistage(integrator: int) -> None:
@@ -153,7 +149,10 @@ def refuse_multistage(integrator: int) -> None:
 
 _lock = threading.Lock()
 _holders = 0
-_silent = str  # does nothing with a warning of the engine
+
+
+def _silent(_: str) -> None:
+    """Do nothing with a warning of the engine."""
 
 
 @contextlib.contextmanager
