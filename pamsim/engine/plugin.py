@@ -103,7 +103,7 @@ def register() -> None:
         EngineError: if this version of the engine declares plugins differently.
     """
     check_declaration()
-    _add(NAME, _first_rates, first_forces)
+    _add(NAME, _loading(_RATES, "actuator_act_dot"), _loading(_FORCES, "compute"))
 
 
 def slot() -> int:
@@ -205,25 +205,17 @@ def raise_failure() -> None:
         raise found[0]
 
 
-def _first_rates(model: int, data: int, instance: int) -> None:
-    if not making_a_model() and _loaded(model, data):
-        _RATES(engine_entry(slot()).actuator_act_dot)(model, data, instance)
+def _loading(kind: Any, field: str) -> Callable[..., None]:
+    """What the engine calls until the kernel is loaded: it loads it and calls that instead."""
+
+    def call(model: int, data: int, *more: int) -> None:
+        if not making_a_model() and loaded(model, data):
+            kind(getattr(engine_entry(slot()), field))(model, data, *more)
+
+    return call
 
 
-def first_forces(model: int, data: int, instance: int, capability: int) -> None:
-    """The plugin's ``compute`` until the kernel is loaded, which it does.
-
-    Args:
-        model: address of it.
-        data: address of it.
-        instance: of the plugin.
-        capability: what is computed.
-    """
-    if not making_a_model() and _loaded(model, data):
-        _FORCES(engine_entry(slot()).compute)(model, data, instance, capability)
-
-
-def _loaded(model: int, data: int) -> bool:
+def loaded(model: int, data: int) -> bool:
     """Load the kernel; where that fails, the forces of all outputs are no number.
 
     The engine cannot pass an exception on. It is printed.

@@ -7,6 +7,7 @@ from there to where the whole rig rests; `quieten` ends that under the command t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
@@ -16,19 +17,23 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
-from pamsim.engine.preflight import check_lengths, check_timestep
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import set_command
 from pamsim.engine.stepping import EachStep, advance, muscle_ids
 from pamsim.physics import rest_state
+from pamsim.physics.chain import chain_length
 from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
+from pamsim.physics.static_muscle import muscle_length
 from pamsim.recordings.experiment import Experiment
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
 _REST_BLOCK = 0.1  # time between two checks whether a rig has come to rest [s]
 _REST = 1e-10  # largest relative change of a state over that time in a rig at rest
+_ROUNDING = 1e-9
 _AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
 _AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
@@ -69,9 +74,9 @@ def charge(
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
     _measure_tendons(model, data)
-    check_lengths(model, data, wanted)
     muscles = _muscles(model, data)
     for index, pressure, (m, act, length) in zip(ids, wanted.tolist(), muscles, strict=True):
+        _check_length(model.actuator(index).name, m, length, pressure)
         states = rest_state.rest(m, len(act), length, pressure)
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
@@ -81,6 +86,19 @@ def charge(
                 f" no volume at the tendon's length of {length:g} m"
             )
         act[:] = states
+
+
+def _check_length(name: str, m: Parameters, tendon: float, pressure: float) -> None:
+    """Refuse a muscle that is longer than its fibres, which a gauge pressure may stretch."""
+    length = muscle_length(m, chain_length(m.chain, tendon))
+    stretched = 1.0 + m.braid.extensibility * max(pressure, 0.0)
+    straight = m.braid.nominal_length * stretched / math.cos(m.braid.fibre_angle)
+    if length > (1.0 + _ROUNDING) * straight and not law_pushes(m):
+        raise InputError(
+            f"muscle {name!r} would be {length:.4g} m long where it starts, but its fibres are"
+            f" straight at {straight:.4g} m; give a smaller length_at_zero (of pamsim.attach, or"
+            " mounting.length_at_zero of a rig), a longer braid.nominal_length or another position"
+        )
 
 
 def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:

@@ -42,7 +42,7 @@ def test_a_kernel_that_does_not_load_gives_no_number_and_is_reported(monkeypatch
         raise EngineError("no such engine")
 
     monkeypatch.setattr(plugin, "load_kernel", failing)
-    plugin.first_forces(address(model), address(data), 0, 1)
+    assert not plugin.loaded(address(model), address(data))
     assert np.isnan(data.actuator_force[: model.nactuator]).all()
     assert capsys.readouterr().err == "pamsim: the muscles cannot be evaluated: no such engine\n"
 
