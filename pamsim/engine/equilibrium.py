@@ -16,7 +16,7 @@ import scipy.optimize
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.engine.mjcf import scalar_joints, sparse_moments
+from pamsim.engine.mjcf import measure_tendons, scalar_joints, sparse_moments
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chain import chain_length, chain_ratio
@@ -211,5 +211,5 @@ def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
     """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
     model, data = rig.model, mujoco.MjData(rig.model)
     data.qpos[:] = position
-    mujoco.mj_fwdPosition(model, data)
+    measure_tendons(model, data)
     return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()

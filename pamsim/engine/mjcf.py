@@ -198,10 +198,16 @@ def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
     low, high = np.where(model.jnt_limited[joints], model.jnt_range[joints].T, unlimited)
     for share in np.asarray(shares):
         data.qpos[places] = low + share * (high - low)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
+        measure_tendons(model, data)
         yield data
+
+
+def measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute positions and lengths: this part of the engine evaluates no muscle."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    mujoco.mj_transmission(model, data)
 
 
 def may_collide(model: mujoco.MjModel) -> bool:

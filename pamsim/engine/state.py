@@ -17,6 +17,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
+from pamsim.engine.mjcf import measure_tendons
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import set_command
 from pamsim.engine.stepping import EachStep, advance, muscle_ids
@@ -73,7 +74,7 @@ def charge(
         raise InputError(
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
-    _measure_tendons(model, data)
+    measure_tendons(model, data)
     muscles = _muscles(model, data)
     for index, pressure, (m, act, length) in zip(ids, wanted.tolist(), muscles, strict=True):
         _check_length(model.actuator(index).name, m, length, pressure)
@@ -106,7 +107,7 @@ def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -
 
     The command of the model is already the one to come; pressures (m,) are gauge [Pa].
     """
-    _measure_tendons(model, data)
+    measure_tendons(model, data)
     for pressure, (m, act, length) in zip(pressures.tolist(), _muscles(model, data), strict=True):
         s, z = split_states(act)
         rest_state.quieten(m, s, length, pressure)
@@ -132,14 +133,6 @@ def _muscles(
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
         length = float(data.actuator_length[model.actuator_outadr[index]])
         yield view(model.actuator_user[index]), data.act[first : first + count], length
-
-
-def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    # Positions and tendon lengths only: this part of the engine evaluates no muscle.
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
 
 
 def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:

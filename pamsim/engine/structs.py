@@ -11,7 +11,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -112,7 +112,7 @@ def data_dtype() -> np.dtype[Any]:
     return _record(DATA_FIELDS)
 
 
-def _record(names: list[str]) -> np.dtype[Any]:
+def _record(names: Sequence[str]) -> np.dtype[Any]:
     kinds = {"time": "<f8", "timestep": "<f8"} | dict.fromkeys(OPTION_FIELDS[1:], "<i4")
     offsets = [callback_offsets()[name] for name in names]
     formats = [kinds.get(name, "<i8") for name in names]
