@@ -64,13 +64,10 @@ def read_text(mjcf: Path) -> str:
 
 
 def require_size(mjcf: Path) -> None:
-    """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
+    """Refuse an MJCF that asks, with the files that it includes, for more than the limits allow.
 
     A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
     which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
-
-    Args:
-        mjcf: the file; those that it includes are counted with it.
 
     Raises:
         OSError: if it cannot be read.
@@ -84,9 +81,10 @@ def require_size(mjcf: Path) -> None:
             for key, value in element.items()
             if key in _COUNTED or key.startswith("nuser_")
         ]
-        for one, other in _PLANES:
-            text = f"{element.get(one, '')} {element.get(other, '')}"
-            asked.append((f"{one} times {other}", text, MJCF_PIXELS))
+        asked += [
+            (" times ".join(sides), " ".join(element.get(side, "") for side in sides), MJCF_PIXELS)
+            for sides in _PLANES
+        ]
         for what, text, most in asked:
             if (size := _product(text)) > most:
                 raise InputError(

@@ -276,12 +276,10 @@ def _compiled(
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
-    """Set what the control of the muscles of a rig's model means.
+    """Set what the control of the muscles of a rig's model means, of all or each in order.
 
-    Args:
-        model: changed in place.
-        command: of all muscles, or one per muscle in actuator order: ``valve``, ``pulse``,
-            ``pressure_set``, ``measured``, or ``sealed``, a valve whose control is to stay 0.
+    A command is ``valve``, ``pulse``, ``pressure_set``, ``measured``, or ``sealed``, a valve whose
+    control is to stay 0.
 
     Raises:
         InputError: if a command is unknown.
