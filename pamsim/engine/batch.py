@@ -41,7 +41,6 @@ class _ReusedData(dict[tuple[int, int], mujoco.MjData]):
     """
 
     def of(self, rig: Rig) -> mujoco.MjData:
-        """Data for a rig's models in this thread."""
         key = threading.get_ident(), id(rig.file)
         if key not in self:
             self[key] = mujoco.MjData(rig.model)
@@ -91,9 +90,8 @@ def simulate_batch(
     runs = [
         prepare(rig, experiment, timestep=timestep, data=reused.of(rig)) for rig, experiment in jobs
     ]
-    if not above_supply:
-        for run in runs:
-            refuse_above_supply(run.rig.muscles, run.experiment)
+    for run in () if above_supply else runs:
+        refuse_above_supply(run.rig.muscles, run.experiment)
     recordings: list[Recording] = []
     with _rested(runs, settle_steps, threads, reused) as (pool, begun):
 
@@ -138,9 +136,7 @@ def _rested(
         data.warning.number[:] = warnings
         return data
 
-    first: dict[tuple[object, ...], Run] = {}
-    for run in runs:
-        first.setdefault(_start(run), run)
+    first = {_start(run): run for run in reversed(runs)}
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),

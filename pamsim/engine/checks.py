@@ -49,11 +49,9 @@ _WHAT = {
 
 
 class _Switch:
-    """Whether it is on, and what the engine's plugins then call."""
-
     def __init__(self) -> None:
         self.on = os.environ.get(VARIABLE, "0") not in ("", "0")
-        self.plugins: list[tuple[Any, Any, Callable[[], Any]]] = []
+        self.plugins: list[tuple[Any, Any, Callable[[], Any]]] = []  # as `watch` is given them
 
     def turn(self, on: bool) -> None:
         self.on = on
@@ -118,19 +116,20 @@ def report(model: int, data: int, code: float, actuator: int, value: float, boun
         return
     at, number = callback_offsets(), ctypes.c_double.from_address
     time, timestep = number(data + at["time"]).value, number(model + at["timestep"]).value
+    when, state = f"t = {time:.9g} s", ""
+    if timestep > 0.0 and math.isfinite(time):
+        when += f" (step {round(time / timestep)} of {timestep * 1e3:g} ms)"
     who, what = f"actuator {actuator}", _WHAT[code]
     if actuator < 0:
         who, what = "a joint", "a position or speed is not finite"
     elif known is not None:
         who = f"muscle {known.actuator(actuator).name!r}"
-    if code == PRESSURE and bound == 0.0:
+    if code == FINITE and actuator >= 0:
+        state = state_name(round(bound))
+    elif code == PRESSURE and bound == 0.0:
         what = "the chamber's absolute pressure is {value:g} Pa, not above 0"
-    state = state_name(round(bound)) if code == FINITE and actuator >= 0 else ""
     what = what.format(state=state, value=value, bound=bound, kilo=value / 1e3, most=bound / 1e3)
-    step = ""
-    if timestep > 0.0 and math.isfinite(time):
-        step = f" (step {round(time / timestep)} of {timestep * 1e3:g} ms)"
-    _found[key] = known, f"{who}, t = {time:.9g} s{step}: {what}"
+    _found[key] = known, f"{who}, {when}: {what}"
 
 
 _INT, _FLOAT = ctypes.c_int64, ctypes.c_double
@@ -140,14 +139,7 @@ reporter = ctypes.CFUNCTYPE(None, _INT, _INT, _FLOAT, _INT, _FLOAT, _FLOAT)(repo
 
 @contextmanager
 def raised_at_end(models: Sequence[mujoco.MjModel]) -> Iterator[None]:
-    """Raise at the end of a ``with`` block what is found in some models meanwhile.
-
-    Raises:
-        InvariantError: naming the first.
-
-    Warns:
-        RuntimeWarning: of the first set point above its supply.
-    """
+    """Raise at the end of a ``with`` block what is found in some models, see `raise_found`."""
     block = {int(model._address): model for model in models}
     _blocks.append(block)
     try:
@@ -158,10 +150,7 @@ def raised_at_end(models: Sequence[mujoco.MjModel]) -> Iterator[None]:
 
 
 def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
-    """Raise what has been found since the last call.
-
-    Args:
-        models: only what was found in blocks of these; None for all of the process.
+    """Raise what has been found since the last call, in blocks of some models, or at all.
 
     Raises:
         InvariantError: naming the first.
@@ -169,7 +158,9 @@ def raise_found(models: Sequence[mujoco.MjModel] | None = None) -> None:
     Warns:
         RuntimeWarning: of the first set point above its supply.
     """
-    taken = {key: _found.pop(key)[1] for key in _keys(models)}
+    ids = None if models is None else {id(model) for model in models}
+    keys = [key for key in tuple(_found) if ids is None or key[1] in ids]
+    taken = {key: _found.pop(key)[1] for key in keys}
     broken = [text for (*_, warning), text in taken.items() if not warning]
     if broken:
         raise InvariantError(broken[0])
@@ -182,14 +173,9 @@ def forget(model: mujoco.MjModel, *, above_supply: bool = False) -> None:
 
     These are either its set points above the supply, or all else.
     """
-    for key in _keys([model]):
-        if key[-1] == above_supply:
+    for key in tuple(_found):
+        if key[1:] == (id(model), above_supply):
             del _found[key]
-
-
-def _keys(models: Sequence[mujoco.MjModel] | None) -> list[tuple[int, int, bool]]:
-    ids = None if models is None else {id(model) for model in models}
-    return [key for key in tuple(_found) if ids is None or key[1] in ids]
 
 
 def check_clock(before: float, after: float, expected: float) -> None:

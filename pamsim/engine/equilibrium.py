@@ -16,6 +16,7 @@ import scipy.optimize
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.engine.mjcf import measure_tendons, scalar_joints, sparse_moments
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.chain import chain_length, chain_ratio
@@ -27,16 +28,11 @@ Torques: TypeAlias = Callable[[Sequence[float] | FloatArray, Sequence[float]], l
 # scipy carries no types: what it returns is Any at this file's boundary.
 _root: Any = scipy.optimize.brentq
 
-_STRIDE = 0.1
-"""Longest step of the search for a balance [rad]."""
-
-_FARTHEST = 3.0
-"""Angle beyond which no balance is searched [rad]."""
-
+_STRIDE = 0.1  # longest step of the search for a balance [rad]
+_FARTHEST = 3.0  # angle beyond which no balance is searched [rad]
 _NEAR = 1e-9  # rad
 _TURN = 1e-5  # rad or m, for derivatives
 _MOST_STEPS = 200
-_SCALAR = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 _DOUBLINGS = 5
 _TAUT = 1e-7  # N, of the force in a chain that gives
 
@@ -113,7 +109,7 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
         InputError: if a joint is free or a ball.
     """
     model = rig.model
-    if not np.isin(model.jnt_type, _SCALAR).all():
+    if len(scalar_joints(model)) < model.njnt:
         raise InputError(f"rig {rig.name!r} has a free or ball joint: it has no position at rest")
     torques, held = still_torques(rig, 0.0, mujoco.MjData(model)), pressure.tolist()
 
@@ -160,38 +156,30 @@ def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
         data: of the rig's model, overwritten at every call.
 
     Returns:
-        Function of positions (nq,) [rad or m] and gauge pressures (m,) [Pa].
+        Function of positions (nq,) [rad or m] and gauge pressures (m,) [Pa]; (nv,).
     """
     model = rig.model_for(load=load)
-    tendons = [int(model.actuator_trnid[i, 0]) for i in muscle_ids(model)]
-    rows = [view(model.actuator_user[i]) for i in muscle_ids(model)]
-    places = [_places(model, data, tendon) for tendon in tendons]
+    muscles = [
+        (view(model.actuator_user[i]), int(model.actuator_trnid[i, 0])) for i in muscle_ids(model)
+    ]
     # Views of the engine's arrays: fetching one costs as much as reading it.
-    position, length, moment = data.qpos, data.ten_length, data.ten_J.reshape(-1)
-    passive, bias = data.qfrc_passive, data.qfrc_bias
+    position, length, passive, bias = data.qpos, data.ten_length, data.qfrc_passive, data.qfrc_bias
+    moments, sparse = np.zeros((model.ntendon, model.nv)), sparse_moments(model, data)
 
     def torques(where: Sequence[float] | FloatArray, pressure: Sequence[float]) -> list[float]:
         position[:] = where
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
-        total = (passive - bias).tolist()
-        for m, tendon, own, held in zip(rows, tendons, places, pressure, strict=True):
+        mujoco.mju_sparse2dense(moments, *sparse)
+        total, arms = (passive - bias).tolist(), moments.tolist()
+        for (m, tendon), held in zip(muscles, pressure, strict=True):
             at_tendon = float(length[tendon])
             pull = _tension(m, chain_length(m.chain, at_tendon), held)
             pull *= chain_ratio(m.chain, at_tendon)
-            for joint, place in own:
-                total[joint] -= float(moment[place]) * pull
+            total = [torque - arm * pull for torque, arm in zip(total, arms[tendon], strict=True)]
         return total
 
     return torques
-
-
-def _places(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> list[tuple[int, int]]:
-    """Degrees of freedom that a tendon moves, and where its moment arms on them lie."""
-    if data.ten_J.ndim == 2:  # MuJoCo 3 keeps a full matrix, 4 a sparse one
-        return [(dof, tendon * model.nv + dof) for dof in range(model.nv)]
-    first, count = int(model.ten_J_rowadr[tendon]), int(model.ten_J_rownnz[tendon])
-    return [(int(model.ten_J_colind[k]), k) for k in range(first, first + count)]
 
 
 def _tension(m: Parameters, length: float, pressure: float) -> float:
@@ -212,14 +200,9 @@ def _tension(m: Parameters, length: float, pressure: float) -> float:
 
 
 def moment_arms(rig: Rig, position: FloatArray) -> FloatArray:
-    """Change of each tendon's length with each recorded joint's position.
+    """Change of each tendon's length with each recorded joint's position (m, j) [m/rad or 1].
 
-    Args:
-        rig: the rig.
-        position: (nq,) at which they are taken [rad or m].
-
-    Returns:
-        (m, j) [m/rad or 1].
+    ``position``, (nq,), is where they are taken [rad or m].
     """
     return _slope(lambda where: tendon_lengths(rig, where), position, rig.position_addresses)
 
@@ -228,5 +211,5 @@ def tendon_lengths(rig: Rig, position: FloatArray) -> FloatArray:
     """(m,) lengths of the muscles' tendons [m] at a position (nq,) [rad or m]."""
     model, data = rig.model, mujoco.MjData(rig.model)
     data.qpos[:] = position
-    mujoco.mj_fwdPosition(model, data)
+    measure_tendons(model, data)
     return data.actuator_length[[model.actuator_outadr[i] for i in muscle_ids(model)]].copy()

@@ -26,29 +26,21 @@ from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.signals import IMPOSED, Drive
 
+# Inertia of a joint whose motion is imposed [kg m^2 or kg]. A force of 1 kN displaces it by 3e-13 m
+# in a step of 0.5 ms; rounding leaves 2e-5 N in the force that an acceleration of 100 m/s^2 takes.
 _HELD = 1e9
-"""Inertia of a joint whose motion is imposed [kg m^2 or kg].
-
-A force of 1 kN displaces it by 3e-13 m in a step of 0.5 ms; rounding leaves 2e-5 N in the force
-that an acceleration of 100 m/s^2 takes.
-"""
-
 _ROOM = 1e-9  # beyond a joint's range, for positions written in other units [rad or m]
 
 
 class External(NamedTuple):
-    """Joints that are driven from outside.
+    """Joints that are driven from outside."""
 
-    Attributes:
-        positions: (j,) where each lies in ``qpos``.
-        dofs: (j,) where each lies in ``qvel``.
-        inertia: (j,) added to each [kg m^2 or kg]: that of an imposed motion, 0 under a torque or
-            force.
-    """
+    positions: NDArray[np.int64]  # (j,) where each lies in ``qpos``
+    dofs: NDArray[np.int64]  # (j,) where each lies in ``qvel``
+    inertia: FloatArray  # (j,) of imposed motions, 0 under a torque or force [kg m^2 or kg]
 
-    positions: NDArray[np.int64]
-    dofs: NDArray[np.int64]
-    inertia: FloatArray
+
+NOTHING = External(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
 
 
 def external(model: mujoco.MjModel, drives: Drive) -> External:
@@ -64,10 +56,6 @@ def external(model: mujoco.MjModel, drives: Drive) -> External:
     model.dof_armature[on.dofs] += on.inertia
     model.dof_M0[on.dofs] += on.inertia
     return on
-
-
-NOTHING = External(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))
-"""No joint."""
 
 
 def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:

@@ -13,7 +13,7 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import InputError
@@ -99,7 +99,7 @@ def _compiled(
     try:
         with compile_notice(f"the law {group.law!r}", "about a second"):
             return by_address.compiled(function, key, {"Parameters": record})
-    except NumbaError as error:
+    except (NumbaError, UnsupportedBytecodeError) as error:
         raise InputError(
             f"the law {group.law!r} cannot be compiled: {_reason(error)}; its functions may use"
             " numbers, arrays of them, math, and functions of that kind, or run with"
@@ -107,8 +107,11 @@ def _compiled(
         ) from error
 
 
-def _reason(error: NumbaError) -> str:
-    """The innermost line of a compiler's message that states what it met."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    telling = [line for line in lines if not line.startswith("Failed in")]
-    return next(iter(telling or lines), type(error).__name__).rstrip(".:")
+def _reason(error: Exception) -> str:
+    """What the compiler met in the innermost function that it was handed, as one line."""
+    # Its message goes from callers to callees. Below what we handed over lies its own library.
+    *_, innermost = str(error).split("_giving.<locals>.give")
+    lines = [line.strip().removeprefix("TypingError: ") for line in innermost.splitlines()]
+    around = ("Failed in", "' ", "':", "With argument", "Rejected as")
+    telling = [line for line in lines if line and not line.startswith(around)]
+    return next(iter(telling), type(error).__name__).rstrip(".:")

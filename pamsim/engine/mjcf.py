@@ -6,11 +6,12 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.files import read_bounded
@@ -22,15 +23,11 @@ _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
 _PLANES = (("width", "height"), ("nrow", "ncol"))
 
 _KINDS = {int(mujoco.mjtJoint.mjJNT_HINGE): "angle", int(mujoco.mjtJoint.mjJNT_SLIDE): "position"}
-_UNLIMITED = {"angle": 0.5, "position": 0.05}
-"""Half of the range that a joint without limits is taken to have [rad, m]."""
-
+_UNLIMITED = {"angle": 0.5, "position": 0.05}  # half the range of a joint without limits [rad, m]
+# Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
+# of a spatial tendon.
 _PLACES = (0.5, 0.31, 0.73)
-"""Shares of the joints' ranges at which tendons are measured: one place alone may be a dead centre
-of a spatial tendon."""
-
 _LEAST_ARM = 1e-6  # change of a tendon's length per change of the joint [m/rad or 1]
-
 _JOINT_LIKE = [getattr(mujoco.mjtObj, f"mjOBJ_{kind}") for kind in ("JOINT", "TENDON", "ACTUATOR")]
 
 
@@ -67,13 +64,10 @@ def read_text(mjcf: Path) -> str:
 
 
 def require_size(mjcf: Path) -> None:
-    """Refuse an MJCF that asks for more than `pamsim.core.limits` allow.
+    """Refuse an MJCF that asks, with the files that it includes, for more than the limits allow.
 
     A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
     which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
-
-    Args:
-        mjcf: the file; those that it includes are counted with it.
 
     Raises:
         OSError: if it cannot be read.
@@ -87,9 +81,10 @@ def require_size(mjcf: Path) -> None:
             for key, value in element.items()
             if key in _COUNTED or key.startswith("nuser_")
         ]
-        for one, other in _PLANES:
-            text = f"{element.get(one, '')} {element.get(other, '')}"
-            asked.append((f"{one} times {other}", text, MJCF_PIXELS))
+        asked += [
+            (" times ".join(sides), " ".join(element.get(side, "") for side in sides), MJCF_PIXELS)
+            for sides in _PLANES
+        ]
         for what, text, most in asked:
             if (size := _product(text)) > most:
                 raise InputError(
@@ -171,14 +166,16 @@ def recorded_joints(
 def _moved(model: mujoco.MjModel, tendons: Iterable[str]) -> list[int]:
     """Numbers of the joints that change the length of a muscle's tendon."""
     wanted = [model.tendon(name).id for name in tendons]
-    arms = np.zeros(model.nv)
+    arms, moments = np.zeros(model.nv), np.zeros((model.ntendon, model.nv))
     for data in posed(model, [[place] for place in _PLACES]):
-        matrix = np.zeros((model.ntendon, model.nv))
-        mujoco.mju_sparse2dense(
-            matrix, data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
-        )
-        arms = np.maximum(arms, np.abs(matrix[wanted]).max(axis=0, initial=0.0))
+        mujoco.mju_sparse2dense(moments, *sparse_moments(model, data))
+        arms = np.maximum(arms, np.abs(moments[wanted]).max(axis=0, initial=0.0))
     return [joint for joint in scalar_joints(model) if arms[model.jnt_dofadr[joint]] > _LEAST_ARM]
+
+
+def sparse_moments(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[NDArray[Any], ...]:
+    """Views of the moment arms of all tendons [m/rad or 1], as ``mju_sparse2dense`` takes them."""
+    return data.ten_J, model.ten_J_rownnz, model.ten_J_rowadr, model.ten_J_colind
 
 
 def scalar_joints(model: mujoco.MjModel) -> list[int]:
@@ -199,10 +196,16 @@ def posed(model: mujoco.MjModel, shares: ArrayLike) -> Iterator[mujoco.MjData]:
     low, high = np.where(model.jnt_limited[joints], model.jnt_range[joints].T, unlimited)
     for share in np.asarray(shares):
         data.qpos[places] = low + share * (high - low)
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_tendon(model, data)
+        measure_tendons(model, data)
         yield data
+
+
+def measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute positions and lengths: this part of the engine evaluates no muscle."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_tendon(model, data)
+    mujoco.mj_transmission(model, data)
 
 
 def may_collide(model: mujoco.MjModel) -> bool:
@@ -222,19 +225,19 @@ def contacts(
         addresses: of joints in ``qpos``; the others are where the model begins.
         positions: (n, j) of these joints [rad or m].
     """
+
+    def name(contact: mujoco.MjContact, side: int) -> str:
+        geom, flex = int(contact.geom[side]), int(contact.flex[side])
+        if geom < 0:
+            return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
+        body = model.body(model.geom_bodyid[geom]).name
+        return model.geom(geom).name or f"geom {geom} of {body}"
+
     data = mujoco.MjData(model)
     found: Counter[tuple[str, str]] = Counter()
     for row in positions:
         data.qpos[list(addresses)] = row
         mujoco.mj_fwdPosition(model, data)
         touching = [contact for contact in data.contact if contact.exclude == 0]
-        found.update({(_name(model, one, 0), _name(model, one, 1)) for one in touching})
+        found.update({(name(one, 0), name(one, 1)) for one in touching})
     return dict(found)
-
-
-def _name(model: mujoco.MjModel, contact: mujoco.MjContact, side: int) -> str:
-    geom, flex = int(contact.geom[side]), int(contact.flex[side])
-    if geom < 0:
-        return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, flex) or f"flex {flex}"
-    body = model.body(model.geom_bodyid[geom]).name
-    return model.geom(geom).name or f"geom {geom} of {body}"

@@ -29,43 +29,31 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
 from pamsim.engine.mjcf import may_collide
 
-# Field, array of the model, unit, unit at a joint that slides, range, meaning.
+# Field, array of the model, unit, unit at a joint that slides, greatest value, meaning.
 _TABLE = (
-    ("joint.damping", "dof_damping", "N*m*s/rad", "N*s/m", 0, 1e4, "viscous friction of the joint"),
-    ("joint.frictionloss", "dof_frictionloss", "N*m", "N", 0, 1e4, "dry friction of the joint"),
-    ("joint.friction_speed", "jnt_user", "rad/s", "m/s", 0, 1e3,
+    ("joint.damping", "dof_damping", "N*m*s/rad", "N*s/m", 1e4, "viscous friction of the joint"),
+    ("joint.frictionloss", "dof_frictionloss", "N*m", "N", 1e4, "dry friction of the joint"),
+    ("joint.friction_speed", "jnt_user", "rad/s", "m/s", 1e3,
      "speed below which dry friction is proportional to speed; 0 for friction that sticks"),
-    ("joint.armature", "dof_armature", "kg*m^2", "kg", 0, 1e4, "inertia on the joint's axis"),
-    ("joint.stiffness", "jnt_stiffness", "N*m/rad", "N/m", 0, 1e6, "spring at the joint"),
-    ("body.mass", "body_mass", "kg", "", 0, 1e4, "mass of the body"),
-    ("body.tilt", "body_quat", "rad", "", -math.pi, math.pi, "turn about the x axis"),
-    ("tendon.coef", "wrap_prm", "m", "", 0, 10, "radius of the pulley the tendon runs on"),
-    ("tendon.damping", "tendon_damping", "N*s/m", "", 0, 1e6, "viscous friction along the tendon"),
-    ("tendon.frictionloss", "tendon_frictionloss", "N", "", 0, 1e5,
-     "dry friction along the tendon"),
+    ("joint.armature", "dof_armature", "kg*m^2", "kg", 1e4, "inertia on the joint's axis"),
+    ("joint.stiffness", "jnt_stiffness", "N*m/rad", "N/m", 1e6, "spring at the joint"),
+    ("body.mass", "body_mass", "kg", "", 1e4, "mass of the body"),
+    ("body.tilt", "body_quat", "rad", "", math.pi, "turn about the x axis"),
+    ("tendon.coef", "wrap_prm", "m", "", 10.0, "radius of the pulley the tendon runs on"),
+    ("tendon.damping", "tendon_damping", "N*s/m", "", 1e6, "viscous friction along the tendon"),
+    ("tendon.frictionloss", "tendon_frictionloss", "N", "", 1e5, "dry friction along the tendon"),
 )  # fmt: skip
 _FIELDS = {
-    name: (
-        array,
-        # A tendon on a pulley without radius moves nothing.
-        FieldSpec(
-            unit=unit,
-            low=float(low),
-            high=float(high),
-            low_open=array == "wrap_prm",
-            doc=doc,
-        ),
-        slide_unit,
-    )
-    for name, array, unit, slide_unit, low, high, doc in _TABLE
+    name: (array, FieldSpec(unit=unit, low=low, high=high, low_open=above, doc=doc), sliding)
+    for name, array, unit, sliding, high, doc in _TABLE
+    for low in [-high if array == "body_quat" else 0.0]
+    for above in [array == "wrap_prm"]  # a tendon on a pulley without radius moves nothing
 }
 """``element.field`` -> array, unit and range, unit at a joint that slides or empty."""
 
 _COUNTS = {"joint": "njnt", "body": "nbody", "tendon": "ntendon"}
-
+# Fields from which no constant of a model follows.
 _FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
-"""Fields from which the engine derives no constant of a model."""
-
 _REFERENCE = (1e-3, 1.0)  # the engine raises the time constant to two of its steps
 _IMPEDANCE = (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 _SMOOTH = 0.0  # first number of the reference of friction that does not stick: it has no spring
@@ -110,14 +98,14 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
         element, field = kind.split(".")
         for index in range(getattr(model, _COUNTS[element])):
             own, endings = getattr(model, element)(index).name, [""]
-            if kind == "tendon.coef":
+            if field == "coef":
                 over = radii(model, index)
                 same = len({abs(model.wrap_prm[at]) for at in over.values()}) == 1
                 endings = [""] if same else [f"_{joint}" for joint in over]
             elif element == "body":
-                heavy = model.body_weldid[index] and model.body_mass[index] > 0.0
-                still = index > 0 and not model.body_weldid[index]
-                endings = [""] if (heavy if field == "mass" else still) else []
+                moves = bool(model.body_weldid[index])
+                has_mass, has_tilt = moves and model.body_mass[index] > 0.0, index and not moves
+                endings = [""] * bool(has_mass if field == "mass" else has_tilt)
             yield from (f"{element}.{own}.{field}{ending}" for ending in endings if own)
 
 

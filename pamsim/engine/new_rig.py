@@ -42,17 +42,12 @@ KINDS = {
 }
 """Template -> what it is."""
 
-_WORKING_RANGE = 0.25
-"""Contraction of a muscle where its tendon is shortest; it is 0 where the tendon is longest."""
-
-_SHORTEST_STROKE = 0.5
-"""Stroke of a bellows where its tendon is shortest, over that at which its wall is free."""
-
+_WORKING_RANGE = 0.25  # contraction where the tendon is shortest; 0 where it is longest
+_SHORTEST_STROKE = 0.5  # of a bellows where its tendon is shortest, over the one of its free wall
 _LENGTH_STEP = 0.005  # of an assumed muscle length [m]
+# Time constant of free motion where the MJCF states no damping [s]; 0.03 to 0.2 s in the rigs that
+# ship.
 _STOPS_WITHIN = 0.15
-"""Time constant of free motion where the MJCF states no damping [s]; 0.03 to 0.2 s in the rigs that
-ship."""
-
 _POSES = 400
 _NAME = r"\w[\w-]*"
 
@@ -90,23 +85,20 @@ def new_rig(
         raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`")
     if kind and pushing:
         raise InputError("`pushing` goes with an `mjcf`; a kind that pushes is bellows")
-    folder = Path(out or name)
+    if kind and kind not in KINDS:
+        raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
+    folder, files = Path(out or name), dict[Path, str]()
     if mjcf is None:
-        if kind not in KINDS:
-            raise InputError(f"no kind {kind!r}; {nearest(kind, KINDS)}")
         target, source, what = folder / f"{name}.xml", "assumed", KINDS[kind]
-        text = _template(f"{kind}.xml", NAME=name)
-        files = {
-            target: text,
-            folder / "scene.xml": _template("scene.xml", NAME=name, MJCF=target.name),
-        }
-        model = mujoco.MjModel.from_xml_string(text)
+        files[target] = _template(f"{kind}.xml", NAME=name)
+        files[folder / "scene.xml"] = _template("scene.xml", NAME=name, MJCF=target.name)
+        model = mujoco.MjModel.from_xml_string(files[target])
     else:
         given = Path(mjcf)
         if not given.is_file():
             raise InputError(f"no MJCF at {given}")
         target, source, what = folder / given.name, given.name, f"A rig made from {given.name}"
-        text, files = read_text(given), {}
+        text = read_text(given)
         model = compile_model(read_spec(given))
         _require_names(model, given)
         if not (target.is_file() and target.samefile(given)):
@@ -167,11 +159,9 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
     spans = zip(tendons, *_spans(model), strict=True)
     muscles = "".join(_muscle(model, *span, pushing=pushing) for span in spans)
     idle, force = (MUSCLE_ONLY, EffectiveArea) if pushing else (PUSHING_ONLY, IdealMcKibben)
-    groups = [group for group in PLAIN_GROUPS if group not in idle]
+    groups = [*(group for group in PLAIN_GROUPS if group not in idle), force, BoucWen]
     assumed = tomllib.loads(_template("assumed.toml"))
-    shared = [
-        _section(f"muscle.{group.group}", group, assumed) for group in (*groups, force, BoucWen)
-    ]
+    shared = "".join(_section(f"muscle.{group.group}", group, assumed) for group in groups)
     scene = 'scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else ""
     loads = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load") >= 0
     load = 'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else ""
@@ -187,7 +177,7 @@ mjcf = "{words["MJCF"]}"
 {scene}joints = {json.dumps(list(joints))}  # whose positions are recorded
 {load}{muscles}
 # What all of them share; [muscles.NAME.<group>] holds what differs in one.
-{"".join(shared)}
+{shared}
 [native]  # fields of the MJCF
 {"".join(_natives(model, joints, source))}{_section("sensor", MeasurementChain, {})}"""
 
@@ -196,23 +186,21 @@ def _muscle(
     model: mujoco.MjModel, tendon: str, shortest: float, longest: float, *, pushing: bool
 ) -> str:
     """Sections of a muscle, or a bellows, on a tendon of least and greatest lengths [m]."""
-    middle = 0.5 * (shortest + longest)
+    middle, stroke = 0.5 * (shortest + longest), longest - shortest
     fixed = bool(radii(model, model.tendon(tendon).id))
+    why, size = "the length from pin to pin", "free in the middle of its way"
     if not pushing:
-        wanted = math.ceil((longest - shortest) / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
+        wanted = math.ceil(stroke / _WORKING_RANGE / _LENGTH_STEP) * _LENGTH_STEP
         nominal = max(wanted if fixed else min(wanted, longest), _LENGTH_STEP)
         at_zero = nominal - longest
         why = "so that the muscle has its nominal length where the tendon is longest"
-        contracted = 100 * (longest - shortest) / nominal
-        size = f"{contracted:.0f} % contracted where its tendon is shortest"
+        size = f"{100 * stroke / nominal:.0f} % contracted where its tendon is shortest"
     elif fixed:
-        nominal = max(middle - shortest, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
+        nominal = max(0.5 * stroke, _LENGTH_STEP) / (1.0 - _SHORTEST_STROKE)
         at_zero = nominal - middle
         why = f"{_SHORTEST_STROKE:g} of its free stroke where its tendon is shortest"
-        size = "free in the middle of its way"
     else:
         nominal, at_zero = middle, 0.0
-        why, size = "the length from pin to pin", "free in the middle of its way"
     name = f"muscles.{re.sub(r'_(cable|tendon)$', '', tendon)}"
     return f"""
 [{name}]

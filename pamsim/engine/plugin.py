@@ -21,12 +21,11 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import mujoco
 
 from pamsim.core.errors import EngineError
-from pamsim.engine.library import engine_library
 from pamsim.engine.making_models import making_a_model, not_evaluated
 
 if TYPE_CHECKING:
@@ -43,79 +42,137 @@ _RESET = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _ADDRESS, _INT)
 _RATES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT)
 _FORCES = ctypes.CFUNCTYPE(None, _ADDRESS, _ADDRESS, _INT, _INT)
 
-FIELDS: dict[str, Any] = {
-    "name": ctypes.c_char_p,
-    "nattribute": _INT,
-    "attributes": _ADDRESS,
-    "capabilityflags": _INT,
-    "needstage": _INT,
-    "nstate": _ADDRESS,
-    "nsensordata": _ADDRESS,
-    "init": _ADDRESS,
-    "destroy": _ADDRESS,
-    "copy": _ADDRESS,
-    "reset": _ADDRESS,
-    "compute": _ADDRESS,
-    "advance": _ADDRESS,
-    "visualize": _ADDRESS,
-    "actuator_act_dot": _ADDRESS,
-    "sdf_distance": _ADDRESS,
-    "sdf_gradient": _ADDRESS,
-    "sdf_staticdistance": _ADDRESS,
-    "sdf_attribute": _ADDRESS,
-    "sdf_aabb": _ADDRESS,
-}
-"""Of ``mjpPlugin``, in order."""
+_DECLARED = """
+name nattribute attributes capabilityflags needstage nstate nsensordata init destroy copy reset
+compute advance visualize actuator_act_dot
+sdf_distance sdf_gradient sdf_staticdistance sdf_attribute sdf_aabb
+"""
+FIELDS = _DECLARED.split()
+"""Of ``mjpPlugin``, in order. All are addresses but a text and three integers."""
+_PLAIN: dict[str, Any] = {"name": ctypes.c_char_p} | dict.fromkeys(
+    ("nattribute", "capabilityflags", "needstage"), _INT
+)
 
 
 class _Plugin(ctypes.Structure):
-    _fields_ = list(FIELDS.items())
+    _fields_ = [(name, _PLAIN.get(name, _ADDRESS)) for name in FIELDS]
 
 
-_once = threading.RLock()
+_lock = threading.RLock()
+_numbers: dict[str, int] = {}
+"""Plugin -> number under which the engine has it."""
+_kept: list[Any] = []
+"""Functions that the engine may call until the process ends."""
+failures: list[BaseException] = []
+"""What the muscles have raised in Python: the engine cannot pass an exception on."""
+
+_T = TypeVar("_T")
 
 
+def _once(function: Callable[[], _T]) -> Callable[[], _T]:
+    """Have a function run once in the process, however many threads call it."""
+    cached = functools.cache(function)
+
+    @functools.wraps(function)
+    def call() -> _T:
+        with _lock:
+            return cached()
+
+    return call
+
+
+@functools.cache
+def engine_library() -> ctypes.CDLL:
+    """MuJoCo's own library, as the Python package has loaded it, for what its bindings leave out.
+
+    Raises:
+        EngineError: if it is not beside the Python package.
+    """
+    folder = Path(mujoco.__file__).parent
+    found = [p for p in folder.iterdir() if p.name.startswith(("libmujoco.", "mujoco.dll"))]
+    if not found:
+        raise EngineError(f"the library of MuJoCo is not in {folder}; install mujoco again")
+    return ctypes.CDLL(str(found[0]))
+
+
+@_once
 def register() -> None:
     """Make the plugin known to the engine; once in the process.
 
     Raises:
         EngineError: if this version of the engine declares plugins differently.
     """
-    with _once:
-        _register()
-
-
-@functools.cache
-def _register() -> None:
     check_declaration()
-    _add(NAME, _first_rates, first_forces)
+    _add(NAME, _loading(_RATES, "actuator_act_dot"), _loading(_FORCES, "compute"))
 
 
-def slot(name: str = NAME) -> int:
-    """Number under which the engine has a plugin."""
-    found = ctypes.c_int()
-    library = engine_library()
-    library.mjp_getPlugin.restype = _ADDRESS
-    if not library.mjp_getPlugin(name.encode(), ctypes.byref(found)):
-        raise EngineError(f"the engine does not know the plugin {name!r}")
-    return found.value
+def slot() -> int:
+    """Number under which the engine has the muscles' plugin."""
+    register()
+    return _numbers[NAME]
+
+
+@_once
+def python_slot() -> int:
+    """Number of the plugin that runs the same functions in Python."""
+    from pamsim.engine import checks, muscle_step, structs
+
+    _verify_layout()
+    model_record, data_record = structs.model_dtype(), structs.data_dtype()
+
+    def viewing(step: Callable[..., None], *, addresses: bool = False) -> Callable[..., None]:
+        def call(model: int, data: int, instance: int, *_: int) -> None:
+            places = ((model, data),) if addresses else ()
+            view = structs.struct_at
+            try:
+                step(view(model_record, model), view(data_record, data), instance, *places)
+            except BaseException as error:
+                failures.append(error)
+
+        return call
+
+    _add(PYTHON, viewing(muscle_step.step_rates), viewing(muscle_step.step_forces))
+    usual = _RATES(viewing(muscle_step.step_end))
+    check = viewing(muscle_step.check_step, addresses=True)
+    checking = _RATES(lambda *step: (usual(*step), check(*step))[0])
+    _kept.append((usual, checking))
+    checks.watch(engine_entry(_numbers[PYTHON]), usual, lambda: checking)
+    return _numbers[PYTHON]
 
 
 def slots() -> set[int]:
     """Numbers under which the engine has the muscles' plugins."""
     register()
-    return {slot()} | ({python_slot()} if _python_slot.cache_info().currsize else set())
+    return set(_numbers.values())
 
 
-@functools.cache
-def _verify_layout() -> None:
-    """Check the offsets once per process, on a model made for it.
+def engine_entry(number: int) -> _Plugin:
+    """The engine's own entry of a plugin by its number, whose functions may be exchanged."""
+    library = engine_library()
+    library.mjp_getPluginAtSlot.restype = ctypes.POINTER(_Plugin)
+    return library.mjp_getPluginAtSlot(number).contents
+
+
+@_once
+def load_kernel() -> Natives:
+    """Compile the kernel, or load it, and hand it to the engine; once in the process.
 
     Raises:
-        EngineError: as `verify_offsets`.
+        EngineError: if the engine's structs are not laid out as declared.
     """
-    from pamsim.engine.structs import verify_offsets
+    # Importing numba takes half a second, which making a model does not need.
+    from pamsim.engine import checks, compiled
 
+    _verify_layout()
+    natives, entry = compiled.compiled_kernel(), engine_entry(slot())
+    entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
+    entry.compute = ctypes.cast(natives.compute, _ADDRESS)
+    checks.watch(entry, natives.advance, compiled.checked_end)
+    return natives
+
+
+def probe() -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A model whose fields are not empty and not zero, or any would do in the place of another."""
     register()
     text = (
         f"<mujoco><extension><plugin plugin='{NAME}'><instance name='p'/></plugin>"
@@ -127,110 +184,38 @@ def _verify_layout() -> None:
     with not_evaluated():
         model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
-    # Not zero, or any empty field would do.
     data.time = 0.125
     model.opt.integrator, model.opt.disableactuator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST, 5
     model.opt.disableflags = mujoco.mjtDisableBit.mjDSBL_GRAVITY
-    verify_offsets(model, data)
-
-
-def load_kernel() -> Natives:
-    """Compile the kernel, or load it, and hand it to the engine; once in the process.
-
-    Raises:
-        EngineError: if the engine's structs are not laid out as declared.
-    """
-    register()
-    with _once:
-        return _load()
+    return model, data
 
 
 @functools.cache
-def _load() -> Natives:
-    # Importing numba takes half a second, which making a model does not need.
-    from pamsim.engine import checks, compiled
+def _verify_layout() -> None:
+    from pamsim.engine.structs import verify_offsets
 
-    _verify_layout()
-    natives = compiled.compiled_kernel()
-    entry = engine_entry(slot())
-    entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
-    entry.compute = ctypes.cast(natives.compute, _ADDRESS)
-    checks.watch(entry, natives.advance, compiled.checked_end)
-    return natives
-
-
-def python_slot() -> int:
-    """Slot of the plugin that runs the same functions in Python."""
-    with _once:
-        return _python_slot()
-
-
-@functools.cache
-def _python_slot() -> int:
-    from pamsim.engine import checks, muscle_step, structs
-
-    _verify_layout()
-    model_record, data_record = structs.model_dtype(), structs.data_dtype()
-
-    def viewing(step: Callable[..., None], *more: str) -> Callable[..., None]:
-        def call(model: int, data: int, instance: int, *_: int) -> None:
-            places = ((model, data),) if more else ()
-            view = structs.struct_at
-            step(view(model_record, model), view(data_record, data), instance, *places)
-
-        return _guarded(call)
-
-    _add(PYTHON, viewing(muscle_step.step_rates), viewing(muscle_step.step_forces))
-    usual = _RATES(viewing(muscle_step.step_end))
-    check = viewing(muscle_step.check_step, "addresses")
-    checking = _RATES(lambda *step: (usual(*step), check(*step))[0])
-    _kept.append((usual, checking))
-    found = slot(PYTHON)
-    checks.watch(engine_entry(found), usual, lambda: checking)
-    return found
-
-
-failures: list[BaseException] = []
-"""What the muscles have raised in Python: the engine cannot pass an exception on."""
+    verify_offsets(*probe())
 
 
 def raise_failure() -> None:
-    """Raise the first of what the muscles have raised since the last call."""
+    """Raise the first of what the muscles have raised in Python since the last call."""
     found = list(failures)
     failures.clear()
     if found:
         raise found[0]
 
 
-def _guarded(function: Callable[..., None]) -> Callable[..., None]:
-    def call(*args: int) -> None:
-        try:
-            function(*args)
-        except BaseException as error:
-            failures.append(error)
+def _loading(kind: Any, field: str) -> Callable[..., None]:
+    """What the engine calls until the kernel is loaded: it loads it and calls that instead."""
+
+    def call(model: int, data: int, *more: int) -> None:
+        if not making_a_model() and loaded(model, data):
+            kind(getattr(engine_entry(slot()), field))(model, data, *more)
 
     return call
 
 
-def _first_rates(model: int, data: int, instance: int) -> None:
-    if not making_a_model() and _loaded(model, data):
-        _RATES(engine_entry(slot()).actuator_act_dot)(model, data, instance)
-
-
-def first_forces(model: int, data: int, instance: int, capability: int) -> None:
-    """The plugin's ``compute`` until the kernel is loaded, which it does.
-
-    Args:
-        model: address of it.
-        data: address of it.
-        instance: of the plugin.
-        capability: what is computed.
-    """
-    if not making_a_model() and _loaded(model, data):
-        _FORCES(engine_entry(slot()).compute)(model, data, instance, capability)
-
-
-def _loaded(model: int, data: int) -> bool:
+def loaded(model: int, data: int) -> bool:
     """Load the kernel; where that fails, the forces of all outputs are no number.
 
     The engine cannot pass an exception on. It is printed.
@@ -249,21 +234,6 @@ def _loaded(model: int, data: int) -> bool:
     return True
 
 
-def engine_entry(number: int) -> _Plugin:
-    """The engine's own entry of a plugin, whose functions may be exchanged.
-
-    Args:
-        number: see `slot`.
-    """
-    library = engine_library()
-    library.mjp_getPluginAtSlot.restype = ctypes.POINTER(_Plugin)
-    return library.mjp_getPluginAtSlot(number).contents
-
-
-_kept: list[Any] = []
-"""Functions that the engine may call until the process ends."""
-
-
 def _add(name: str, rates: Callable[..., None], forces: Callable[..., None]) -> None:
     functions = {
         "nstate": _NUMBERS(lambda model, instance: 0),  # all memory is in act
@@ -276,7 +246,7 @@ def _add(name: str, rates: Callable[..., None], forces: Callable[..., None]) -> 
     for field, function in functions.items():
         setattr(plugin, field, ctypes.cast(function, _ADDRESS))
     _kept.append((plugin, functions))
-    engine_library().mjp_registerPlugin(ctypes.byref(plugin))
+    _numbers[name] = engine_library().mjp_registerPlugin(ctypes.byref(plugin))
 
 
 def check_declaration() -> None:
@@ -290,7 +260,7 @@ def check_declaration() -> None:
     found = re.search(r"typedef struct mjpPlugin_ \{(.*?)\} mjpPlugin;", text, re.DOTALL)
     declared = re.findall(r"\(\*(\w+)\)\(|(\w+);", found.group(1)) if found else []
     names = [function or plain for function, plain in declared]
-    if names != list(FIELDS):
+    if names != FIELDS:
         raise EngineError(
             f"MuJoCo {mujoco.__version__} declares plugins in another way than pamsim knows;"
             " install a version in the range of pyproject.toml"

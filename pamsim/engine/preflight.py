@@ -1,8 +1,7 @@
 """What must hold before a muscle is stepped: checks of a model, its muscles and an experiment.
 
 Muscles on one chain or supply state the same chain or supply, the time step is short enough,
-commands ask for no more than the supply has, no muscle is longer than its fibres, and each control
-has a range.
+commands ask for no more than the supply has, and each control has a range.
 """
 
 from __future__ import annotations
@@ -14,15 +13,11 @@ import mujoco
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.chain import chain_length
-from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.friction import stribeck_damping
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.muscle_valves import SENSOR_ERROR
-from pamsim.physics.record import Row, slot, view
-from pamsim.physics.static_muscle import muscle_length
+from pamsim.physics.record import Row, slot
 from pamsim.physics.step_limits import bristle_stiffness, chain_step_limit, regulator_time_constant
 from pamsim.physics.valves import MEASURED, PRESSURE_SET
 from pamsim.recordings.experiment import Experiment
@@ -44,7 +39,6 @@ _SHARED = {
 """What muscles share -> fields with which it matters, fields to be equal, what else they can do."""
 
 _MOST_BENDING = 2.0  # half of where an arm on its bristles becomes unstable
-_ROUNDING = 1e-9
 
 
 def control_range(par: Row) -> tuple[float, float] | None:
@@ -67,31 +61,6 @@ def state_control_ranges(model: mujoco.MjModel) -> None:
         ends, at = control_range(model.actuator_user[index]), model.actuator_ctrladr[index]
         model.actuator_ctrllimited[at] = ends is not None
         model.actuator_ctrlrange[at] = ends or 0.0
-
-
-def check_lengths(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
-    """Check that no muscle is longer than its fibres at a position whose tendons are measured.
-
-    ``pressures``, (m,) gauge [Pa], may stretch the fibres.
-
-    Raises:
-        InputError: naming the first one with both lengths.
-    """
-    for index, pressure in zip(muscle_ids(model), pressures.tolist(), strict=True):
-        m = view(model.actuator_user[index])
-        if law_pushes(m):
-            continue
-        tendon = float(data.actuator_length[model.actuator_outadr[index]])
-        length = muscle_length(m, chain_length(m.chain, tendon))
-        stretched = 1.0 + m.braid.extensibility * max(pressure, 0.0)
-        straight = m.braid.nominal_length * stretched / math.cos(m.braid.fibre_angle)
-        if length > (1.0 + _ROUNDING) * straight:
-            raise InputError(
-                f"muscle {model.actuator(index).name!r} would be {length:.4g} m long where it"
-                f" starts, but its fibres are straight at {straight:.4g} m; give a smaller"
-                " length_at_zero (of pamsim.attach, or mounting.length_at_zero of a rig), a longer"
-                " braid.nominal_length or another position"
-            )
 
 
 def check_shared(model: mujoco.MjModel) -> None:

@@ -17,7 +17,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import compile_model, rig_spec
-from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
+from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.hysteresis.group import Hysteresis
@@ -85,16 +85,6 @@ class Rig:
                 f"this needs a rig with one joint; rig {self.name!r} has {', '.join(self.joints)}"
             )
         return next(iter(self.joints))
-
-    @property
-    def angle_address(self) -> int:
-        """Index of the position of `only_joint` in ``data.qpos``."""
-        return int(self.model.joint(self.only_joint).qposadr[0])
-
-    @property
-    def velocity_address(self) -> int:
-        """Index of the rate of `only_joint` in ``data.qvel``."""
-        return int(self.model.joint(self.only_joint).dofadr[0])
 
     @property
     def takes_load(self) -> bool:
@@ -169,26 +159,22 @@ class Rig:
             plain = {name.without_operator: values[name.text] for name in names}
             return self.with_operator(operators[0]).with_parameters(plain)
         sensing = {name.field: values[name.text] for name in names if name.owner == "sensor"}
-        for field in sensing:
-            sensor_spec(field)
         sensor = self.sensor
         if sensing:
+            for field in sensing:
+                sensor_spec(field)
             sensor = dataclasses.replace(sensor or MeasurementChain(), **sensing)
         if len(sensing) == len(names):  # nothing in the model depends on its sensors
             return dataclasses.replace(self, sensor=sensor)
         model = copy.copy(self.model)
         natives = {name.text: values[name.text] for name in names if name.owner == "native"}
         mjcf_fields.set_natives(model, natives, self.compiled, data=data)
-        rows = model.actuator_user
+        rows = dict(zip(self.muscles, model.actuator_user, strict=True))
         for name in names:
-            if name.owner == "muscle":
-                for index, muscle in muscles_with(name, self.muscles, self.file.native):
-                    rows[index, slot(name.parameter, self.muscles[muscle])] = values[name.text]
+            for muscle in muscles_with(name, self) if name.owner == "muscle" else ():
+                rows[muscle][slot(name.parameter, self.muscles[muscle])] = values[name.text]
         state_control_ranges(model)
-        muscles = {
-            name: with_row(muscle, rows[index])
-            for index, (name, muscle) in enumerate(self.muscles.items())
-        }
+        muscles = {name: with_row(muscle, rows[name]) for name, muscle in self.muscles.items()}
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
 
     def with_operator(self, law: str) -> Rig:
@@ -205,7 +191,7 @@ class Rig:
         known = {name: o.group for name, o in self.file.operators.items() if o.group.usual}
         if law not in known:
             raise InputError(f"no usual numbers of the operator {law!r}; {nearest(law, known)}")
-        group, name_of = known[law], Hysteresis.group
+        group, section = known[law], Hysteresis.group
         if all(isinstance(muscle.hysteresis, group) for muscle in self.muscles.values()):
             return self
         units = {name: spec.unit for name, spec in specs(group)}
@@ -213,16 +199,14 @@ class Rig:
             name: Sourced(value=value, unit=units[name], source="assumed", where=law)
             for name, value in group.usual.items()
         }
-        stated = self.file.muscle.get(name_of, {})
+        stated = self.file.muscle.get(section, {})
         entries |= {name: entry for name, entry in stated.items() if name in units}
-        file = dataclasses.replace(
-            self.file,
-            muscle={**self.file.muscle, name_of: {"law": law, **entries}},
-            overrides={
-                muscle: {key: section for key, section in own.items() if key != name_of}
-                for muscle, own in self.file.overrides.items()
-            },
-        )
+        overrides = {
+            muscle: {name: given for name, given in own.items() if name != section}
+            for muscle, own in self.file.overrides.items()
+        }
+        shared = {**self.file.muscle, section: {"law": law, **entries}}
+        file = dataclasses.replace(self.file, muscle=shared, overrides=overrides)
         numbers = {name: entry.si(units[name]) for name, entry in entries.items()}
         muscles = dict(self.muscles)
         for name, muscle in muscles.items():
@@ -267,9 +251,9 @@ def _compiled(
         for name, entry in file.native.items()
     }
     mjcf_fields.set_natives(model, natives, compiled)
-    wanted = [("joints", mujoco.mjtObj.mjOBJ_JOINT, joint) for joint in file.joints]
-    if file.load_body:
-        wanted.append(("load_body", mujoco.mjtObj.mjOBJ_BODY, file.load_body))
+    kinds = mujoco.mjtObj
+    wanted = [("joints", kinds.mjOBJ_JOINT, joint) for joint in file.joints]
+    wanted += [("load_body", kinds.mjOBJ_BODY, body) for body in [file.load_body] if body]
     for key, kind, name in wanted:
         if mujoco.mj_name2id(model, kind, name) < 0:
             raise InputError(f"{where}: rig.{key} = {name!r} is not in {file.mjcf}")
@@ -292,12 +276,10 @@ def _compiled(
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
-    """Set what the control of the muscles of a rig's model means.
+    """Set what the control of the muscles of a rig's model means, of all or each in order.
 
-    Args:
-        model: changed in place.
-        command: of all muscles, or one per muscle in actuator order: ``valve``, ``pulse``,
-            ``pressure_set``, ``measured``, or ``sealed``, a valve whose control is to stay 0.
+    A command is ``valve``, ``pulse``, ``pressure_set``, ``measured``, or ``sealed``, a valve whose
+    control is to stay 0.
 
     Raises:
         InputError: if a command is unknown.

@@ -25,7 +25,7 @@ from pamsim.engine import command_plan, external, structs
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
 from pamsim.engine.jit import ARRAYS
-from pamsim.engine.library import engine_library
+from pamsim.engine.plugin import engine_library
 from pamsim.engine.stepping import EachStep, advance
 from pamsim.recordings.recording import Outcome
 

@@ -34,11 +34,10 @@ from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 
-_CHECK_EVERY = 512
-"""Samples between two checks for a breakdown."""
+_CHECK_EVERY = 512  # samples between two checks for a breakdown
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Run:
     """An experiment with its model."""
 
@@ -154,8 +153,18 @@ def prepare(
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.
         EngineError: if the rig's integrator cannot carry the muscles' memory.
     """
-    experiment = _in_order(experiment, rig)
-    drives = experiment.drives
+    drives, where = experiment.drives, f"rig {rig.name!r}"
+    rig.names.check_driven(drives.joints, where)
+    order = drives.order(tuple(rig.muscles), where)
+    if order != sorted(order):  # the experiment names the muscles in an order of its own
+        muscles = order[: len(drives.muscles)]
+        experiment = replace(
+            experiment,
+            drive={drives.names[i]: drives.muscles[i] for i in muscles} | dict(drives.joints),
+            command_value=experiment.command_value[:, order],
+            start_pressure=experiment.start_pressure[muscles],
+        )
+        drives = experiment.drives
     model = rig.model_for(
         load=experiment.load,
         command=drives.muscles,
@@ -163,44 +172,19 @@ def prepare(
         integrator=integrator,
         data=data,
     )
-    steps = (experiment.settle + experiment.duration) / model.opt.timestep
+    step, rate = float(model.opt.timestep), experiment.sample_rate
+    steps = (experiment.settle + experiment.duration) / step
     if steps > RUN_STEPS:
         raise InputError(
-            f"{experiment.duration:g} s in steps of {model.opt.timestep * 1e3:g} ms are"
-            f" {steps:,.0f} steps; a run has {RUN_STEPS:,} at most"
+            f"{experiment.duration:g} s in steps of {step * 1e3:g} ms are {steps:,.0f} steps; a run"
+            f" has {RUN_STEPS:,} at most"
         )
     on = external(model, drives)
     check_timestep(as_driven(model, on), rig.muscles)
     check_shared(model)
     check_range(model, drives, experiment.command_value)
-    return Run(
-        rig=rig,
-        experiment=experiment,
-        model=model,
-        external=on,
-        samples=1 + round(experiment.duration * experiment.sample_rate),
-        steps=whole_steps(1.0 / experiment.sample_rate, model.opt.timestep),
-    )
-
-
-def _in_order(experiment: Experiment, rig: Rig) -> Experiment:
-    """An experiment with its muscles in the rig's order.
-
-    Raises:
-        InputError: if it does not drive each of them, or a joint that the rig does not have.
-    """
-    drives, where = experiment.drives, f"rig {rig.name!r}"
-    rig.names.check_driven(drives.joints, where)
-    order = drives.order(tuple(rig.muscles), where)
-    if order == sorted(order):
-        return experiment
-    muscles = order[: len(drives.muscles)]
-    return replace(
-        experiment,
-        drive={drives.names[i]: drives.muscles[i] for i in muscles} | dict(drives.joints),
-        command_value=experiment.command_value[:, order],
-        start_pressure=experiment.start_pressure[muscles],
-    )
+    samples, each = 1 + round(experiment.duration * rate), whole_steps(1.0 / rate, step)
+    return Run(rig, experiment, model, on, samples, each)
 
 
 def whole_steps(period: float, timestep: float) -> int:
@@ -228,13 +212,13 @@ def record(
 ) -> Recording:
     """Record a run from the present state of its model's data on; arguments as of `simulate`."""
     model, experiment, on = run.model, run.experiment, run.external
-    muscles, timestep, times = len(run.rig.muscles), float(model.opt.timestep), run.times
+    muscles, timestep, times = run.rig.muscles, float(model.opt.timestep), run.times
     expected, commands = data.time + times, experiment.command_at(times)
     plan, memory = run.plan(commands), engine_memory(model, data)
     trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
-    pressure, tension = np.empty((2, run.samples, muscles))
+    pressure, tension = np.empty((2, run.samples, len(muscles)))
     # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
-    braked = any(m.friction.acts or m.chain.ripple for m in run.rig.muscles.values())
+    braked = any(m.friction.acts or m.chain.ripple for m in muscles.values())
     gauges = Gauges(model, backend=backend)
 
     def gauge(begin: int, end: int) -> None:
@@ -280,8 +264,8 @@ def record(
         message = f"simulation broke down before t = {times[recorded]:.4g} s: {reason}"
     if each_step is None:
         gauge(0, recorded)
-    keep = slice(0, recorded)
-    given = commands[keep, muscles:]  # what an imposed motion took is measured
+    keep, names = slice(0, recorded), tuple(muscles)
+    given = commands[keep, len(names) :]  # what an imposed motion took is measured
     efforts = np.where(on.inertia > 0.0, trace.effort[keep], given)
     return Recording(
         time=times[keep],
@@ -291,9 +275,9 @@ def record(
         pressure=pressure[keep],
         tension=tension[keep],
         command=commands[keep],
-        drive=experiment.drives.stated(tuple(run.rig.muscles)),
+        drive=experiment.drives.stated(names),
         load=experiment.load,
-        muscles=tuple(run.rig.muscles),
+        muscles=names,
         outcome=outcome,
         message=message,
         final_state=final_state,

@@ -7,6 +7,7 @@ from there to where the whole rig rests; `quieten` ends that under the command t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
@@ -16,23 +17,24 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
-from pamsim.engine.preflight import check_lengths, check_timestep
+from pamsim.engine.mjcf import measure_tendons
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import set_command
 from pamsim.engine.stepping import EachStep, advance, muscle_ids
 from pamsim.physics import rest_state
+from pamsim.physics.chain import chain_length
 from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
+from pamsim.physics.static_muscle import muscle_length
 from pamsim.recordings.experiment import Experiment
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 
-_REST_BLOCK = 0.1
-"""Time between two checks whether a rig has come to rest [s]."""
-
-_REST = 1e-10
-"""Largest relative change of a state over that time in a rig that counts as at rest."""
-
+_REST_BLOCK = 0.1  # time between two checks whether a rig has come to rest [s]
+_REST = 1e-10  # largest relative change of a state over that time in a rig at rest
+_ROUNDING = 1e-9
 _AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
 _AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
@@ -67,16 +69,15 @@ def charge(
     """
     ids = muscle_ids(model)
     try:
-        wanted = np.broadcast_to(np.asarray(pressures, dtype=float), (len(ids),))
+        wanted = np.broadcast_to(np.asarray(pressures, dtype=float), len(ids))
     except ValueError:
         raise InputError(
             f"{np.size(pressures)} pressures for {len(ids)} muscles; give one, or one per muscle"
         ) from None
-    _measure_tendons(model, data)
-    check_lengths(model, data, wanted)
-    for index, pressure, (m, act, length) in zip(
-        ids, wanted.tolist(), _muscles(model, data), strict=True
-    ):
+    measure_tendons(model, data)
+    muscles = _muscles(model, data)
+    for index, pressure, (m, act, length) in zip(ids, wanted.tolist(), muscles, strict=True):
+        _check_length(model.actuator(index).name, m, length, pressure)
         states = rest_state.rest(m, len(act), length, pressure)
         air = states[-1]
         if not (isinstance(air, float) and np.isfinite(air) and air > 0.0):
@@ -88,12 +89,25 @@ def charge(
         act[:] = states
 
 
+def _check_length(name: str, m: Parameters, tendon: float, pressure: float) -> None:
+    """Refuse a muscle that is longer than its fibres, which a gauge pressure may stretch."""
+    length = muscle_length(m, chain_length(m.chain, tendon))
+    stretched = 1.0 + m.braid.extensibility * max(pressure, 0.0)
+    straight = m.braid.nominal_length * stretched / math.cos(m.braid.fibre_angle)
+    if length > (1.0 + _ROUNDING) * straight and not law_pushes(m):
+        raise InputError(
+            f"muscle {name!r} would be {length:.4g} m long where it starts, but its fibres are"
+            f" straight at {straight:.4g} m; give a smaller length_at_zero (of pamsim.attach, or"
+            " mounting.length_at_zero of a rig), a longer braid.nominal_length or another position"
+        )
+
+
 def quieten(model: mujoco.MjModel, data: mujoco.MjData, pressures: FloatArray) -> None:
     """Have creep relaxed and valves shut at the present position; all other memory stays.
 
     The command of the model is already the one to come; pressures (m,) are gauge [Pa].
     """
-    _measure_tendons(model, data)
+    measure_tendons(model, data)
     for pressure, (m, act, length) in zip(pressures.tolist(), _muscles(model, data), strict=True):
         s, z = split_states(act)
         rest_state.quieten(m, s, length, pressure)
@@ -119,14 +133,6 @@ def _muscles(
         first, count = model.actuator_actadr[index], model.actuator_actnum[index]
         length = float(data.actuator_length[model.actuator_outadr[index]])
         yield view(model.actuator_user[index]), data.act[first : first + count], length
-
-
-def _measure_tendons(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    # Positions and tendon lengths only: this part of the engine evaluates no muscle.
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
 
 
 def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
@@ -180,8 +186,9 @@ def settle(
     data.ctrl[:] = pressures
     data.time = -experiment.settle
     left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
-    before = _configuration(data)
+    now = _configuration(data)
     while left > 0:
+        before = now
         advance(model, data, pressures, min(block, left), each_step)
         left -= block
         place(data, on, first)
@@ -190,7 +197,6 @@ def settle(
         still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
         if still.all() and (np.abs(data.qvel) <= _REST).all():
             break
-        before = now
     model.actuator_user[:, _AWAY_MEANWHILE] = kept
     set_command(model, experiment.drives.muscles)
     quieten(model, data, pressures)

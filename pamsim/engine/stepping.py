@@ -42,8 +42,6 @@ def muscle_ids(model: mujoco.MjModel) -> list[int]:
         EngineError: if the model was written as MJCF and read again, which loses digits.
     """
     muscles = [i for i in range(model.nactuator) if is_muscle(model.actuator_user[i])]
-    if len(muscles) == model.nactuator or not model.nplugin:
-        return muscles
     for index in set(range(model.nactuator)) - set(muscles):
         instance = int(model.actuator_plugin[index])
         if instance >= 0 and model.plugin[instance] in plugin.slots():
@@ -124,14 +122,12 @@ def set_integrator(model: mujoco.MjModel, name: str) -> None:
         InputError: if there is no such integrator.
         EngineError: for RK4.
     """
-    known = {
-        kind.name.removeprefix("mjINT_").lower(): kind.value
-        for kind in mujoco.mjtIntegrator.__members__.values()
-    }
-    if name.lower() not in known:
-        raise InputError(f"no integrator {name!r}; {nearest(name.lower(), known)}")
-    refuse_multistage(known[name.lower()])
-    model.opt.integrator = known[name.lower()]
+    members, lower = mujoco.mjtIntegrator.__members__, name.lower()
+    known = {kind.removeprefix("mjINT_").lower(): one.value for kind, one in members.items()}
+    if lower not in known:
+        raise InputError(f"no integrator {name!r}; {nearest(lower, known)}")
+    refuse_multistage(known[lower])
+    model.opt.integrator = known[lower]
 
 
 def refuse_multistage(integrator: int) -> None:
@@ -154,6 +150,10 @@ _lock = threading.Lock()
 _holders = 0
 
 
+def _silent(_: str) -> None:
+    """Do nothing with a warning of the engine."""
+
+
 @contextlib.contextmanager
 def engine_warnings_held() -> Iterator[None]:
     """Let the engine print no warnings, and write no ``MUJOCO_LOG.TXT``, in a ``with`` block.
@@ -173,11 +173,5 @@ def _hold(more: int) -> None:
     with _lock:
         _holders += more
         handler = mujoco.get_mju_user_warning()
-        if _holders and handler is None:
-            mujoco.set_mju_user_warning(_silent)
-        elif not _holders and handler is _silent:
-            mujoco.set_mju_user_warning(None)
-
-
-def _silent(_: str) -> None:
-    """Do nothing with a warning of the engine."""
+        if handler in (None, _silent):
+            mujoco.set_mju_user_warning(_silent if _holders else None)

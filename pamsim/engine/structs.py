@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,22 +21,16 @@ from mujoco.introspect import structs as declarations
 
 from pamsim.core.errors import EngineError
 
-_SCALARS: dict[str, Any] = {
-    "mjtNum": ctypes.c_double,
-    "double": ctypes.c_double,
-    "float": ctypes.c_float,
-    "int": ctypes.c_int,
-    "unsigned int": ctypes.c_uint,
-    "char": ctypes.c_char,
-    "unsigned char": ctypes.c_ubyte,
-    "mjtByte": ctypes.c_ubyte,
-    "mjtBool": ctypes.c_bool,
-    "mjtSize": ctypes.c_int64,
-    "int64_t": ctypes.c_int64,
-    "uint64_t": ctypes.c_uint64,
-    "size_t": ctypes.c_size_t,
-    "uintptr_t": ctypes.c_size_t,
+_SCALARS = {
+    name: kind
+    for kind, names in (
+        (ctypes.c_int64, "mjtNum,double,mjtSize,int64_t,uint64_t,size_t,uintptr_t"),
+        (ctypes.c_int32, "float,int,unsigned int"),
+        (ctypes.c_int8, "char,unsigned char,mjtByte,mjtBool"),
+    )
+    for name in names.split(",")
 }
+"""C type -> a type of its size: offsets need no more."""
 
 
 def _ctype(node: Any) -> Any:
@@ -43,13 +38,9 @@ def _ctype(node: Any) -> Any:
     if kind == "PointerType":
         return ctypes.c_void_p
     if kind == "ArrayType":
-        inner = _ctype(node.inner_type)
-        for extent in reversed(node.extents):
-            inner = inner * extent
-        return inner
+        return math.prod(node.extents) * _ctype(node.inner_type)
     if kind in ("AnonymousStructDecl", "AnonymousUnionDecl", "StructDecl"):
-        base = ctypes.Union if kind == "AnonymousUnionDecl" else ctypes.Structure
-        return _structure(kind, node.fields, base)
+        return _laid_out(node.fields, ctypes.Union if "Union" in kind else ctypes.Structure)
     name = str(node.name)
     if name in _SCALARS:
         return _SCALARS[name]
@@ -63,25 +54,21 @@ def _ctype(node: Any) -> Any:
     )
 
 
-def _structure(name: str, fields: Any, base: Any = ctypes.Structure) -> Any:
-    laid_out = [
+def _laid_out(fields: Any, base: Any = ctypes.Structure) -> Any:
+    own = [
         (getattr(field, "name", f"anonymous{i}"), _ctype(getattr(field, "type", field)))
         for i, field in enumerate(fields)
     ]
-    return type(name, (base,), {"_fields_": laid_out})
+    return type(base.__name__, (base,), {"_fields_": own})
 
 
 @functools.cache
 def _declared(name: str) -> Any:
-    return _structure(name, declarations.STRUCTS[name].fields)
+    return _laid_out(declarations.STRUCTS[name].fields)
 
 
 def offset(struct: str, field: str) -> int:
-    """Byte offset of a field.
-
-    Args:
-        struct: ``mjModel``, ``mjData`` or ``mjOption``.
-        field: name of the field.
+    """Byte offset of a field of ``mjModel``, ``mjData`` or ``mjOption``.
 
     Raises:
         EngineError: if the installed MuJoCo has no such field.
@@ -95,33 +82,14 @@ def offset(struct: str, field: str) -> int:
     return int(layout.offset)
 
 
-MODEL_FIELDS = (
-    "nq",
-    "nv",
-    "nactuator",
-    "nout",
-    "nuser_actuator",
-    "actuator_user",
-    "actuator_actadr",
-    "actuator_actnum",
-    "actuator_ctrladr",
-    "actuator_outadr",
-    "actuator_plugin",
-    "actuator_group",
-)
-DATA_FIELDS = (
-    "time",
-    "plugin_data",
-    "qpos",
-    "qvel",
-    "ctrl",
-    "act",
-    "act_dot",
-    "actuator_length",
-    "actuator_velocity",
-    "actuator_force",
-)
-OPTION_FIELDS = ("timestep", "integrator", "disableflags", "disableactuator")
+_READ = """
+nq nv nactuator nout nuser_actuator actuator_user actuator_actadr actuator_actnum actuator_ctrladr
+actuator_outadr actuator_plugin actuator_group;
+time plugin_data qpos qvel ctrl act act_dot actuator_length actuator_velocity actuator_force;
+timestep integrator disableflags disableactuator
+"""
+MODEL_FIELDS, DATA_FIELDS, OPTION_FIELDS = (fields.split() for fields in _READ.split(";"))
+"""What the plugin reads of ``mjModel``, ``mjData`` and the ``mjOption`` in the model."""
 
 
 @functools.cache
@@ -136,7 +104,7 @@ def callback_offsets() -> Mapping[str, int]:
 
 def model_dtype() -> np.dtype[Any]:
     """Record of the fields of mjModel that the plugin reads; arrays are addresses."""
-    return _record((*MODEL_FIELDS, *OPTION_FIELDS))
+    return _record(MODEL_FIELDS + OPTION_FIELDS)
 
 
 def data_dtype() -> np.dtype[Any]:
@@ -144,7 +112,7 @@ def data_dtype() -> np.dtype[Any]:
     return _record(DATA_FIELDS)
 
 
-def _record(names: tuple[str, ...]) -> np.dtype[Any]:
+def _record(names: Sequence[str]) -> np.dtype[Any]:
     kinds = {"time": "<f8", "timestep": "<f8"} | dict.fromkeys(OPTION_FIELDS[1:], "<i4")
     offsets = [callback_offsets()[name] for name in names]
     formats = [kinds.get(name, "<i8") for name in names]
@@ -154,12 +122,7 @@ def _record(names: tuple[str, ...]) -> np.dtype[Any]:
 
 
 def struct_at(record: np.dtype[Any], address: int) -> Any:
-    """The fields of a struct of the engine as they are now, as attributes.
-
-    Args:
-        record: `model_dtype` or `data_dtype`.
-        address: of the struct.
-    """
+    """The fields of the struct at an address as they are now, as attributes of their names."""
     memory = ctypes.string_at(address, record.itemsize)
     fields = np.frombuffer(memory, dtype=record)[0].tolist()
     return SimpleNamespace(**dict(zip(record.names or (), fields, strict=True)))
@@ -171,21 +134,14 @@ def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Raises:
         EngineError: naming the first field that lies elsewhere.
     """
-    offsets = callback_offsets()
-    seen_fields = [(model, name, getattr(model, name)) for name in MODEL_FIELDS]
-    seen_fields += [(data, name, getattr(data, name)) for name in DATA_FIELDS]
-    seen_fields += [(model, name, getattr(model.opt, name)) for name in OPTION_FIELDS]
-    for owner, name, seen in seen_fields:
-        address = int(owner._address) + offsets[name]
-        if isinstance(seen, float):
-            agrees = ctypes.c_double.from_address(address).value == seen
-        elif isinstance(seen, int):
-            width = ctypes.c_int if name in OPTION_FIELDS else ctypes.c_int64
-            agrees = width.from_address(address).value == seen
-        else:
-            agrees = ctypes.c_void_p.from_address(address).value == seen.ctypes.data
-        if not agrees:
-            raise EngineError(
-                f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
-                " declaration puts it; report it"
-            )
+    for owner, record in ((model, model_dtype()), (data, data_dtype())):
+        found = struct_at(record, int(owner._address))
+        for name in record.names or ():
+            seen = getattr(model.opt if name in OPTION_FIELDS else owner, name)
+            if getattr(found, name) != (
+                seen if isinstance(seen, int | float) else seen.ctypes.data
+            ):
+                raise EngineError(
+                    f"MuJoCo {mujoco.__version__}: {type(owner).__name__}.{name} is not where its"
+                    " declaration puts it; report it"
+                )

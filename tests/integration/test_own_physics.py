@@ -196,6 +196,54 @@ def test_anything_that_can_be_called_is_a_law_in_python(kind, close):
     assert "\n" not in str(error.value)
 
 
+def sorts(pressure, *_):
+    return sorted({pressure: "p"})[0]
+
+
+def rounds(pressure):
+    return math.floor(pressure, 2)
+
+
+def calls(pressure, *_):
+    return rounds(pressure)
+
+
+def says(pressure, *_):
+    return "none" if pressure > 0.0 else pressure
+
+
+def imports(pressure, *_):
+    import statistics
+
+    return statistics.mean((pressure, pressure))
+
+
+def opens(pressure, *_):
+    with open("area.txt") as file:
+        return pressure * float(file.read())
+
+
+@pytest.mark.parametrize(
+    ("law", "reason"),
+    [
+        (sorts, "sorted"),
+        (calls, "floor"),
+        (says, "Cannot unify"),
+        (imports, "IMPORT_NAME"),
+        (opens, "'with "),
+    ],
+)
+def test_a_law_that_cannot_be_compiled_is_named_with_the_innermost_reason(law, reason):
+    name = f"own_{law.__name__}"
+    rig = with_law(pamsim.load_rig("mas20_arm"), name, law)
+    with pytest.raises(InputError) as error, pamsim.live(rig.model):
+        pytest.fail("it was compiled")
+    text = str(error.value)
+    assert text.startswith(f"the law '{name}' cannot be compiled: ")
+    assert reason in text
+    assert "\n" not in text
+
+
 def test_two_functions_of_one_text_are_two_laws():
     rig = pamsim.load_rig("mas20_arm")
     whole, half = (with_law(rig, "scaled", scaled(factor)) for factor in (1.0, 0.5))

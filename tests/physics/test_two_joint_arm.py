@@ -107,7 +107,7 @@ def test_signals_carry_the_names_of_joints_and_muscles(rig):
     with pytest.raises(InputError, match=r"one joint.*shoulder, elbow.*signal\('shoulder.angle'\)"):
         _ = run.angle
     with pytest.raises(InputError, match="needs a rig with one joint"):
-        _ = rig.angle_address
+        _ = rig.only_joint
 
 
 def copied(tmp_path, old, new, xml=()):

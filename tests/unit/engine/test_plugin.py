@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
 from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
 
-TINY = """<mujoco>
-<extension><plugin plugin='pamsim.muscle'><instance name='p'/></plugin></extension>
-<worldbody><body><joint name='j'/><geom size='1'/></body>
-<body><joint name='b' type='ball'/><geom size='1'/></body></worldbody>
-<actuator><general joint='j' dyntype='integrator' user='1 2 3'/><orientation joint='b'/>
-<motor joint='j'/></actuator></mujoco>"""
-
 
 @pytest.mark.parametrize("field", sorted(structs.callback_offsets()))
 def test_any_misplaced_field_is_noticed(monkeypatch, field):
-    plugin.register()
-    model = mujoco.MjModel.from_xml_string(TINY)
-    data = mujoco.MjData(model)
-    data.time = 0.125
-    model.opt.integrator, model.opt.disableactuator = 3, 5
+    model, data = plugin.probe()
     structs.verify_offsets(model, data)
     wrong = {**structs.callback_offsets(), field: structs.callback_offsets()[field] + 8}
     monkeypatch.setattr(structs, "callback_offsets", lambda: wrong)
@@ -48,21 +36,20 @@ def address(of):
 
 
 def test_a_kernel_that_does_not_load_gives_no_number_and_is_reported(monkeypatch, capsys):
-    model = mujoco.MjModel.from_xml_string(TINY)
-    data = mujoco.MjData(model)
+    model, data = plugin.probe()
 
     def failing():
         raise EngineError("no such engine")
 
     monkeypatch.setattr(plugin, "load_kernel", failing)
-    plugin.first_forces(address(model), address(data), 0, 1)
+    assert not plugin.loaded(address(model), address(data))
     assert np.isnan(data.actuator_force[: model.nactuator]).all()
     assert capsys.readouterr().err == "pamsim: the muscles cannot be evaluated: no such engine\n"
 
 
 def test_another_declaration_of_plugins_is_refused(monkeypatch):
     plugin.check_declaration()
-    fewer = {name: kind for name, kind in plugin.FIELDS.items() if name != "advance"}
+    fewer = [name for name in plugin.FIELDS if name != "advance"]
     monkeypatch.setattr(plugin, "FIELDS", fewer)
     with pytest.raises(EngineError, match="declares plugins in another way"):
         plugin.check_declaration()
