@@ -17,16 +17,15 @@ from numpy.typing import NDArray
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
-from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
-from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
+from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig
 from pamsim.envs.sample import new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
-from pamsim.envs.settings import EnvSettings, Episode, check_supply, reset_options
+from pamsim.envs.settings import EnvSettings, check_supply
 from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view
 
@@ -76,33 +75,26 @@ class Rigs:
         top = settings.top_pressure
         self.top_pressure = top = rig.supply_pressure if top is None else top
         check_supply("top_pressure", top, rig)
-        given = settings.start_pressure
-        self._start_pressure = 0.5 * top if given is None else given
-        usual = reset_options(None, rig, self._start_pressure)
-        self._shape, self._joints = (count, len(rig.muscles)), len(rig.joints)
-        self._each = np.arange(len(rig.muscles))
-        half = np.full(len(rig.muscles), 0.5 * top)
-        rest = rest_positions(rig, half, rig.model.qpos0.copy())
-        self._arms = moment_arms(rig, rest)
-        self.reaches = reaches_of(rig, top, rest, self._arms)
+        self.reaches, self._arms = reaches_of(rig, top)
         self.signals = observed_signals(rig, self.reaches, top)
         each = self.kind.quantities
         self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
+        self._joints, self._muscles = len(rig.joints), len(rig.muscles)
         self.observation = np.zeros((count, len(self.signals.names)))
         self.observation_space = gymnasium.spaces.Box(
             -LIMIT, LIMIT, self.observation.shape[1:], np.float64
         )
-        self.action_space = self.kind.space(len(rig.muscles))
+        self.action_space = self.kind.space(self._muscles)
         delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
         timestep = float(rig.model.opt.timestep)
         late = [round(delay / timestep) for delay in delays]
         self._stretches = _stretches(late, settings.frame_skip)
-        self._oldest = max(max(old) for _, old in self._stretches)
-        remembered = count, max(2, 1 + self._oldest)
-        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, top, remembered)
+        span = 0.5 * top if settings.action == "pressure_set" else 1.0
+        remembered = count, 2 + max(late) // settings.frame_skip
+        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, span, remembered)
         self.period = self._sampling.period
-        self._episodes = Episodes(settings, rig, self.reaches, self.period)
-        at_rest, state = self._episodes.rest(usual)
+        self._episodes = Episodes(settings, rig, self.reaches, top, self.period)
+        at_rest, state = self._episodes.rest(self._episodes.asked())
         self.plant: OneRig | ManyRigs | Worlds
         if device is not None:
             self.plant = Worlds(rig, at_rest.model, count, precision=precision, device=device)
@@ -120,7 +112,7 @@ class Rigs:
         self._full = False  # whether a table is at its last row but one
         self._table = np.zeros((count, rows, self._episodes.columns))
         self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
-        self.true = np.zeros((count, self._joints + len(rig.muscles)))
+        self.true = np.zeros((count, self._joints + self._muscles))
 
     def reset(
         self,
@@ -133,7 +125,7 @@ class Rigs:
             InputError: for an unknown option.
             ParameterError: for a number out of range.
         """
-        asked = reset_options(options, self.rig, self._start_pressure)
+        asked = self._episodes.asked(options)
         drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
         self._put(drawn, {})
         new, commands = np.array(list(drawn), dtype=np.int64), self._sampling.commands
@@ -171,7 +163,8 @@ class Rigs:
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
-        command = self.kind.commands(action, self._shape, self.top_pressure)
+        shape = len(self._all), self._muscles
+        command = self.kind.commands(action, shape, self.top_pressure)
         if self.closed:
             raise EngineError("this environment is closed; make a new one")
         rows = self._table.shape[1]
@@ -181,8 +174,10 @@ class Rigs:
         if self.settings.task == "disturbance":
             self.plant.push(self._asked(TORQUE), self._dofs)
         before = self.plant.time.tolist() if checks.is_on() else []
-        for count, arriving in self._late(command):
-            self.plant.step(arriving, count)
+        recent = self._sampling.commands
+        recent[:, 0] = command
+        for count, arriving in self._stretches:
+            self.plant.step(recent[arriving], count)
         if before:
             checks.raise_found()
             for begin, end in zip(before, self.plant.time.tolist(), strict=True):
@@ -215,14 +210,6 @@ class Rigs:
         """(n, j) of a block of the episodes' columns for the present step."""
         columns = slice(block * self._joints, (block + 1) * self._joints)
         return self._table[self._all, self.sample, columns]
-
-    def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
-        """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
-        if not self._oldest:
-            return [(self.settings.frame_skip, command)]
-        recent = self._sampling.commands
-        recent[:, 0] = command
-        return [(count, recent[:, old, self._each]) for count, old in self._stretches]
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
@@ -260,15 +247,18 @@ class Rigs:
         vars(self).update({name: state[name] for name in _STATE})
 
 
-def _stretches(delays: list[int], steps: int) -> list[tuple[int, tuple[int, ...]]]:
+def _stretches(late: list[int], steps: int) -> list[tuple[int, tuple[Any, ...]]]:
     """Which commands reach the valves during a period of some steps, by each muscle's delay.
 
     Returns:
-        For each stretch of the period its time steps, and how many periods old each muscle's
-        command is then.
+        For each stretch of the period its time steps, and where the commands that arrive then lie
+        among those of this and the last periods.
     """
-    ends = sorted({0, steps, *(delay % steps for delay in delays)})
+    if not any(late):
+        return [(steps, (slice(None), 0))]
+    delay, muscles = np.array(late), np.arange(len(late))
+    ends = sorted({0, steps, *(delay % steps).tolist()})
     return [
-        (end - begin, tuple(delay // steps + (begin < delay % steps) for delay in delays))
+        (end - begin, (slice(None), delay // steps + (begin < delay % steps), muscles))
         for begin, end in pairwise(ends)
     ]

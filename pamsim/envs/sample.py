@@ -68,7 +68,7 @@ def new_sampling(
     rig: Rig,
     signals: ObservedSignals,
     reaches: Sequence[Reach],
-    top: float,
+    span: float,
     shape: tuple[int, int],
 ) -> Sampling:
     """Sampling of n rigs which remember the commands of k steps, for a shape (n, k)."""
@@ -81,19 +81,18 @@ def new_sampling(
     # An encoder counts parts of a turn, so it reads joints which slide without rounding.
     steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    return Sampling._make(
-        (
-            signals.centre,
-            signals.scale,
-            np.array([ERROR_SHARE * reach.travel for reach in reaches]),
-            0.5 * top if settings.action == "pressure_set" else 1.0,
-            float(settings.effort),
-            settings.frame_skip * float(rig.model.opt.timestep),
-            np.array(noise, dtype=float),
-            np.array(steps),
-            *np.zeros((7, shape[0], len(steps))),
-            np.zeros((*shape, muscles)),
-        )
+    memory = np.zeros((7, shape[0], len(steps)))
+    return Sampling(
+        signals.centre,
+        signals.scale,
+        np.array([ERROR_SHARE * reach.travel for reach in reaches]),
+        span,
+        float(settings.effort),
+        settings.frame_skip * float(rig.model.opt.timestep),
+        np.array(noise, dtype=float),
+        np.array(steps),
+        *memory,
+        commands=np.zeros((*shape, muscles)),
     )
 
 
