@@ -8,6 +8,7 @@ from types import MappingProxyType
 from typing import Any
 
 import gymnasium
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -55,20 +56,15 @@ class ActionKind:
                 f"actions of shape {given.shape} and type {given.dtype}: this environment takes"
                 f" {wanted[1]} numbers" + (f" for each of {wanted[0]} rigs" * (wanted[0] > 1))
             )
-        valid = (given == 0) | (given == 1) if self.on_off else np.isfinite(given)
-        if not valid.all():
-            wrong = int(np.argmin(valid))
+        command = np.empty(shape)
+        wrong = _fill(given, self.command == "pressure_set", 0.5 * supply, command)
+        if wrong >= 0:
             instead = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
             raise InputError(
                 f"action {given.flat[wrong]} at place {wrong % wanted[1]} is no action:"
                 f" {'an on/off valve takes 0 or 1' if self.on_off else instead}"
             )
-        numbers = given.astype(float)
-        if self.on_off:
-            # An interlock, not a short circuit from supply to exhaust: both on is both shut.
-            return numbers[:, ::2] - numbers[:, 1::2]
-        opening = np.minimum(np.maximum(numbers, -1.0), 1.0)
-        return 0.5 * supply * (opening + 1.0) if self.command == "pressure_set" else opening
+        return command
 
     def action(self, command: Sequence[float], supply: float) -> NDArray[np.generic]:
         """The action of one rig that gives its muscles a command; on/off valves open from `ON`."""
@@ -90,6 +86,29 @@ def as_array(action: Any) -> NDArray[Any]:
         return np.asarray(action)
     except ValueError:
         return np.array(action, dtype=object)
+
+
+@numba.njit(cache=True, nogil=True)
+def _fill(action, pressures, half, command):
+    """Write the commands of actions -> place of the first that is none, -1 if all are."""
+    muscles, columns = command.shape[1], action.shape[1]
+    for place in range(action.size):
+        rig, column = divmod(place, columns)
+        given = np.float64(action[rig, column])
+        if columns > muscles:
+            if given != 0.0 and given != 1.0:
+                return place
+            # An interlock, not a short circuit from supply to exhaust: both on is both shut.
+            if column % 2:
+                command[rig, column // 2] -= given
+            else:
+                command[rig, column // 2] = given
+        else:
+            if not np.isfinite(given):
+                return place
+            opening = min(max(given, -1.0), 1.0)
+            command[rig, column] = half * (opening + 1.0) if pressures else opening
+    return -1
 
 
 KINDS: Mapping[str, ActionKind] = MappingProxyType(

@@ -99,7 +99,7 @@ class Rigs:
         if device is not None:
             self.plant = Worlds(rig, at_rest.model, count, precision=precision, device=device)
         elif threads is None:
-            self.plant = OneRig(at_rest.model, state)
+            self.plant = OneRig((at_rest.model, state))
         else:
             self.plant = ManyRigs(at_rest.model, count, threads)
         self.gauges, self.closed = Gauges(at_rest.model, count), False
