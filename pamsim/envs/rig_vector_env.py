@@ -69,7 +69,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
-        self._over = np.zeros(num_envs, dtype=np.bool_)
+        self._over, self._every = np.zeros(num_envs, dtype=np.bool_), np.ones(num_envs, np.bool_)
 
     def reset(
         self,
@@ -89,8 +89,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         """
         asked = dict(options or {})
         given = asked.pop("reset_mask", None)
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        mask = every if given is None else np.asarray(given, dtype=np.bool_)
+        mask = self._every if given is None else np.asarray(given, dtype=np.bool_)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
@@ -118,8 +117,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             reward[over], broken[over], ended[over] = 0.0, False, False
             self._begin(over, {})
         self._over = broken | ended
-        information = self._information(np.ones(self.num_envs, dtype=np.bool_))
-        return self.rigs.observation, reward, broken, ended, information
+        return self.rigs.observation, reward, broken, ended, self._information(self._every)
 
     def _begin(self, mask: NDArray[np.bool_], options: dict[str, Any]) -> None:
         self.rigs.reset({int(at): self._generators[at] for at in np.flatnonzero(mask)}, options)

@@ -106,8 +106,8 @@ class Rigs:
         self._views: dict[int, list[Parameters]] = {}
         # A slice of columns that lie side by side is several times as quick as their numbers.
         places, self._dofs = rig.position_addresses, rig.velocity_addresses
-        beside = range(places[0], places[0] + len(places))
-        self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
+        beside = slice(places[0], places[0] + len(places))
+        self._positions = beside if (np.diff(places) == 1).all() else places
         self._drawn: dict[int, Episode] = {}
         self._full = False  # whether a table is at its last row but one
         self._table = np.zeros((count, rows, self._episodes.columns))
@@ -131,9 +131,6 @@ class Rigs:
         new, commands = np.array(list(drawn), dtype=np.int64), self._sampling.commands
         commands[new] = self.kind.rest(np.array(asked.start_pressure))
         self.sample[new] = 0
-        # New arrays: the caller may still hold those of the last step.
-        self.true, self.observation = self.true.copy(), self.observation.copy()
-        self.true[new] = self._read()[new]
         self._take(new, True, commands[:, 0].copy())
 
     def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
@@ -183,8 +180,6 @@ class Rigs:
             for begin, end in zip(before, self.plant.time.tolist(), strict=True):
                 checks.check_clock(begin, end, self.period)
         wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
-        # New arrays: the caller may still hold those of the last step.
-        self.true, self.observation = self._read(), np.empty_like(self.observation)
         reward, broken = self._take(self._all, False, command)
         if wanted is not None:
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
@@ -194,17 +189,16 @@ class Rigs:
     def _take(
         self, rigs: NDArray[np.int64], first: bool, command: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Take the next sample of some rigs -> rewards and which have broken down, of all."""
+        plant, joints = self.plant, self._joints
+        # New arrays: the caller may still hold those of the last step.
+        self.true, self.observation = np.empty_like(self.true), self.observation.copy()
+        self.true[:, :joints] = plant.position[:, self._positions]
+        self.true[:, joints:] = self.gauges.pressures(plant.act, plant.length)
         reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
         now = self.true, command, self._table, self.sample, self.observation, reward, broken
         self._full = take_sample(self._sampling, rigs, first, *now)
         return reward, broken
-
-    def _read(self) -> FloatArray:
-        plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
-        self._length = plant.length
-        readings[:, :joints] = plant.position[:, self._positions]
-        readings[:, joints:] = self.gauges.pressures(plant.act, self._length)
-        return readings
 
     def _asked(self, block: int) -> FloatArray:
         """(n, j) of a block of the episodes' columns for the present step."""
@@ -213,11 +207,11 @@ class Rigs:
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        each = zip(self._length, self.true[:, self._joints :], strict=True)
+        signals = zip(self.plant.length.tolist(), self.information()["pressure"], strict=True)
         return np.array(
             [
-                stiffness_of_joints(self._arms, self.muscles(at), length.tolist(), held.tolist())
-                for at, (length, held) in enumerate(each)
+                stiffness_of_joints(self._arms, self.muscles(at), length, pressure.tolist())
+                for at, (length, pressure) in enumerate(signals)
             ]
         )
 
@@ -243,7 +237,6 @@ class Rigs:
         Rigs.__init__(self, *state["made"])
         if state["_drawn"]:
             self._put(state["_drawn"], state["states"])
-            self._read()
         vars(self).update({name: state[name] for name in _STATE})
 
 
