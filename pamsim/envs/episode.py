@@ -28,14 +28,12 @@ from pamsim.envs.settings import RANGES, EnvSettings, check_names, check_supply
 from pamsim.envs.tasks import TASKS, held
 from pamsim.recordings.experiment import Experiment
 
-POSITION, VELOCITY, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
-"""Blocks of an episode's columns, each of the first five one column per joint; the noise is of all
-joints' positions, then of all muscles' pressures."""
+STIFFNESS, TORQUE, NOISE = 3, 4, 5
+"""Blocks of an episode's columns: first those of `TaskSignals`, each one column per joint, then the
+noise of all joints' positions and all muscles' pressures."""
 
 _SEEDS = 2**63
-
-_NORMAL95 = 1.959964
-"""Standard deviations from the centre of a 95 % interval to its ends."""
+_NORMAL95 = 1.959964  # standard deviations from the centre of a 95 % interval to its ends
 
 _STEPS = 16
 """Time steps in one in which a rig whose parameters are drawn comes to rest: its angle is within
@@ -59,6 +57,9 @@ class Episode:
     target: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     seeds: tuple[int, ...] = ()
+
+
+_FIXED = Episode.__dataclass_fields__.keys() - {"seeds"}
 
 
 def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
@@ -121,9 +122,7 @@ class Episodes:
             ParameterError: for a number out of range.
         """
         given, muscles = dict(options or {}), self._rig.muscles
-        check_names(
-            "no option", given, Episode.__dataclass_fields__.keys() - {"seeds"}, " of reset"
-        )
+        check_names("no option", given, _FIXED, " of reset")
         target, load = given.get("target") or {}, given.get("load")
         check_names("target: no joint", target, self._rig.joints)
         for joint, value in target.items():
@@ -133,9 +132,9 @@ class Episodes:
             pressure = dict.fromkeys(muscles, pressure)
         check_names("start_pressure: no muscle", pressure, muscles)
         own = [pressure.get(muscle, self._start_pressure) for muscle in muscles]
-        held = [check_value("start_pressure", value, RANGES["start_pressure"]) for value in own]
+        start = [check_value("start_pressure", one, RANGES["start_pressure"]) for one in own]
         return Episode(
-            start_pressure=tuple(check_supply("start_pressure", one, self._rig) for one in held),
+            start_pressure=tuple(check_supply("start_pressure", one, self._rig) for one in start),
             load=None if load is None else check_value("load", load, RANGES["load"]),
             target=dict(target),
             parameters=dict(given.get("parameters") or {}),
@@ -157,22 +156,22 @@ class Episodes:
         )
 
     def table(self, episode: Episode, rows: int) -> FloatArray:
-        """Rows of an episode.
+        """Rows (rows, columns) of an episode.
 
-        Returns:
-            (rows, columns). Row k holds the references at the end of step k and the torques during
-            it, in SI, and the noise of the readings before it, in standard deviations.
+        Row k holds the references at the end of step k and the torques during it, in SI, and the
+        noise of the readings before it, in standard deviations.
         """
         joints, table = len(self._reaches), np.empty((rows, self.columns))
         time = self._period * np.arange(rows + 1, dtype=np.float64)
         *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
             asked = TASKS[self._settings.task](tasks[joint], time, reach)
-            moved = held(time, episode.target[name]) if name in episode.target else asked
-            references = moved.position, moved.velocity, moved.acceleration, asked.stiffness
+            if name in episode.target:
+                there = held(time, episode.target[name])
+                asked = replace(there, stiffness=asked.stiffness, torque=asked.torque)
             # The references are those of the next sample, the torques those of the present one.
-            for block, signal in enumerate((*(one[1:] for one in references), asked.torque[:-1])):
-                table[:, block * joints + joint] = signal
+            for block, signal in enumerate(vars(asked).values()):
+                table[:, block * joints + joint] = signal[:-1] if block == TORQUE else signal[1:]
         table[:, NOISE * joints :] = noise.standard_normal((rows, self._noises))
         return table
 

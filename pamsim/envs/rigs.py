@@ -73,8 +73,8 @@ class Rigs:
         self.settings, self.kind = settings, KINDS[settings.action]
         self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
         top = settings.top_pressure
-        self.top_pressure = top = rig.supply_pressure if top is None else top
-        check_supply("top_pressure", top, rig)
+        top = check_supply("top_pressure", rig.supply_pressure if top is None else top, rig)
+        self.top_pressure = top
         self.reaches, self._arms = reaches_of(rig, top)
         self.signals = observed_signals(rig, self.reaches, top)
         each = self.kind.quantities
@@ -85,9 +85,8 @@ class Rigs:
             -LIMIT, LIMIT, self.observation.shape[1:], np.float64
         )
         self.action_space = self.kind.space(self._muscles)
-        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
-        timestep = float(rig.model.opt.timestep)
-        late = [round(delay / timestep) for delay in delays]
+        timestep, valves = rig.model.opt.timestep, (one.valve for one in rig.muscles.values())
+        late = [round((valve.delay + settings.delay) / timestep) for valve in valves]
         self._stretches = _stretches(late, settings.frame_skip)
         span = 0.5 * top if settings.action == "pressure_set" else 1.0
         remembered = count, 2 + max(late) // settings.frame_skip
@@ -145,10 +144,7 @@ class Rigs:
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
 
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Advance all rigs by one period.
-
-        Args:
-            action: (n, ...) of the kind's space.
+        """Advance all rigs by one period under actions (n, ...) of the kind's space.
 
         Returns:
             Rewards (n,), and which rigs have broken down (n,).
@@ -241,11 +237,10 @@ class Rigs:
 
 
 def _stretches(late: list[int], steps: int) -> list[tuple[int, tuple[Any, ...]]]:
-    """Which commands reach the valves during a period of some steps, by each muscle's delay.
+    """Stretches of a period of some steps, by each muscle's delay in steps.
 
-    Returns:
-        For each stretch of the period its time steps, and where the commands that arrive then lie
-        among those of this and the last periods.
+    Of each its steps, and where the commands that reach the valves then lie among those of this and
+    the last periods.
     """
     if not any(late):
         return [(steps, (slice(None), 0))]

@@ -15,7 +15,7 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.envs.episode import NOISE
+from pamsim.envs.episode import NOISE, TORQUE
 from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.sensors import MeasurementChain
@@ -147,7 +147,7 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
             reward[rig], velocity[:], shown[:] = BREAKDOWN, 0.0, 0.0
         seen[:joints], seen[joints : 2 * joints] = shown[:joints], velocity
         seen[2 * joints : joints + signals] = shown[joints:]
-        seen[joints + signals :] = following[: 4 * joints]
+        seen[joints + signals :] = following[: TORQUE * joints]
         seen[:] = (seen - s.centre) / s.scale
         observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
     return at.max() + 1 >= table.shape[1]

@@ -20,21 +20,15 @@ from pamsim.physics.static_muscle import static_force
 LIMIT = 10.0
 """Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""
 
-_PACE = math.pi
-"""Of a reference of 0.5 Hz: scales rates and accelerations [rad/s]."""
-
-_SHARE = 0.5
-"""Of the largest travel that tasks ask for: the muscles keep pressure to steer with."""
+_PACE = math.pi  # rad/s, of a reference of 0.5 Hz: scales rates and accelerations
+_SHARE = 0.5  # of the largest travel is asked for: the muscles keep pressure to steer with
+_PUSH = 0.1  # difference of pressures, per top pressure, whose torque disturbs a joint
+_LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
+_LEAST_TRAVEL = 1e-6  # rad or m
 
 _COMMON = np.linspace(0.25, 0.75, 11)
 """Common pressures, as shares of the top pressure, between which stiffness is asked for; from the
 first on at which no joint is slack."""
-
-_PUSH = 0.1
-"""Difference of pressures, as a share of the top pressure, whose torque disturbs a joint."""
-
-_LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
-_LEAST_TRAVEL = 1e-6  # rad or m
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -115,22 +115,14 @@ def env_settings(options: Mapping[str, Any]) -> EnvSettings:
 
 
 def check_names(what: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:
-    """Refuse a name that is not known.
-
-    Raises:
-        InputError: naming it and the nearest one.
-    """
+    """Refuse a name that is not known, with an `InputError` that gives the nearest one."""
     for name in given:
         if name not in known:
             raise InputError(f"{what} {name!r}{where}; {nearest(str(name), known)}")
 
 
 def check_supply(what: str, pressure: float, rig: Rig) -> float:
-    """A gauge pressure [Pa] that a rig's supply can give.
-
-    Raises:
-        InputError: if it is above the supply's, naming both.
-    """
+    """A gauge pressure [Pa]; an `InputError` if it is above that of a rig's supply."""
     top = rig.supply_pressure
     if pressure > top:
         raise InputError(f"{what} {pressure / 1e3:g} kPa is above the supply's {top / 1e3:g} kPa")
