@@ -61,8 +61,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             if given < 1:
                 raise InputError(f"{name} = {given}; give 1 or more")
         self.num_envs, self._steps = num_envs, max_episode_steps
-        settings, rows = env_settings(options), max_episode_steps + 1
-        self.rigs = Rigs(settings, num_envs, threads, rows, device, precision)
+        self.rigs = Rigs(env_settings(options), num_envs, threads, device, precision)
         self.closed, self.dt = False, self.rigs.period
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space
@@ -124,10 +123,8 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
 
     def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """The same as for a single environment, a row per rig; a mask marks the new rows."""
-        shown: dict[str, Any] = {}
-        for name, values in self.rigs.information().items():
-            shown |= {name: values, f"_{name}": mask.copy()}
-        return shown
+        shown = self.rigs.information()
+        return {**shown, **{f"_{name}": mask.copy() for name in shown}}
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the simulations."""

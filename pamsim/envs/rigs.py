@@ -40,7 +40,6 @@ class Rigs:
         settings: of the environment.
         count: how many rigs.
         threads: to step them on, 0 for one per processor; None for a single rig without a pool.
-        rows: of an episode that are made at first; more when it goes on.
         device: of Warp, which steps them in place of threads; None for MuJoCo itself.
         precision: of the muscles there.
 
@@ -65,11 +64,10 @@ class Rigs:
         settings: EnvSettings,
         count: int,
         threads: int | None = None,
-        rows: int = EPISODE + 1,
         device: str | None = None,
         precision: str = "float64",
     ) -> None:
-        self._made = settings, count, threads, rows, device, precision
+        self._made = settings, count, threads, device, precision
         self.settings, self.kind = settings, KINDS[settings.action]
         self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
         top = settings.top_pressure
@@ -109,7 +107,8 @@ class Rigs:
         self._positions = beside if (np.diff(places) == 1).all() else places
         self._drawn: dict[int, Episode] = {}
         self._full = False  # whether a table is at its last row but one
-        self._table = np.zeros((count, rows, self._episodes.columns))
+        # Rows of the episodes; more of them once one goes on.
+        self._table = np.zeros((count, EPISODE + 1, self._episodes.columns))
         self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
         self.true = np.zeros((count, self._joints + self._muscles))
 
