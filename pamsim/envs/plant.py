@@ -24,7 +24,8 @@ from pamsim.engine.stepping import check_steppable
 Start: TypeAlias = tuple[mujoco.MjModel, FloatArray]
 """A model, and a state of it as `pamsim.save_state` returns it."""
 
-_POSITION = int(mujoco.mjtStage.mjSTAGE_POS)
+_STAGE = int(mujoco.mjtStage.mjSTAGE_VEL)
+"""Of a batch after each step, for the tendons' lengths; the next step goes on from there."""
 
 
 class OneRig:
@@ -88,7 +89,8 @@ class ManyRigs:
     def _open(self) -> None:
         """Make the batch and bind what is read and written at each step."""
         self._forked = False
-        self._batch = batch = Batch(self._models[0], len(self._models), self._threads)
+        model, count = self._models[0], len(self._models)
+        self._batch = batch = Batch(model, count, self._threads, persistent=True)
         self._ctrl, self._torque = batch.ctrl, batch.qfrc_applied
         self.position, self.act, self.time = batch.qpos, batch.act, batch.time
         self.length = batch.bind("actuator_length")
@@ -119,7 +121,7 @@ class ManyRigs:
         for model in distinct:
             check_steppable(model)
         batch.set_models(distinct[0] if len(distinct) == 1 else self._models)
-        batch.forward(stage=_POSITION)
+        batch.forward(stage=_STAGE)
 
     def push(self, torque: FloatArray, dofs: list[int]) -> None:
         """Torques or forces (n, j) that act on joints from now on [N m or N]."""
@@ -130,7 +132,7 @@ class ManyRigs:
         """Make some time steps under one command (n, m)."""
         batch = self._pool()
         self._ctrl[:] = command
-        batch.step(nstep=count, stage=_POSITION)
+        batch.step(nstep=count, stage=_STAGE)
 
     def state(self, number: int) -> FloatArray:
         """State of one rig for `put`."""
