@@ -31,9 +31,14 @@ class ActionKind:
     command: str
     quantities: tuple[str, ...]
 
+    @property
+    def on_off(self) -> bool:
+        """Whether the actions open and shut two on/off valves per muscle."""
+        return len(self.quantities) == 2
+
     def space(self, muscles: int) -> gymnasium.Space[Any]:
         """Space of the actions of a rig with a number of muscles."""
-        if len(self.quantities) == 2:
+        if self.on_off:
             return gymnasium.spaces.MultiBinary(2 * muscles)
         return gymnasium.spaces.Box(-1.0, 1.0, (muscles,), np.float32)
 
@@ -54,20 +59,17 @@ class ActionKind:
         command = np.empty(shape)
         wrong = _fill(given, self.command == "pressure_set", 0.5 * supply, command)
         if wrong >= 0:
-            valid = (
-                "give finite numbers; beyond -1 and 1 they count as -1 and 1"
-                if len(self.quantities) == 1
-                else "an on/off valve takes 0 or 1"
-            )
+            instead = "give finite numbers; beyond -1 and 1 they count as -1 and 1"
             raise InputError(
-                f"action {given.ravel()[wrong]} at place {wrong % wanted[1]} is no action: {valid}"
+                f"action {given.flat[wrong]} at place {wrong % wanted[1]} is no action:"
+                f" {'an on/off valve takes 0 or 1' if self.on_off else instead}"
             )
         return command
 
     def action(self, command: Sequence[float], supply: float) -> NDArray[np.generic]:
         """The action of one rig that gives its muscles a command; on/off valves open from `ON`."""
         wanted = np.array(command)
-        if len(self.quantities) == 2:
+        if self.on_off:
             return np.column_stack([wanted > ON, wanted < -ON]).ravel().astype(np.int8)
         if self.command == "pressure_set":
             wanted = wanted / (0.5 * supply) - 1.0
@@ -89,23 +91,23 @@ def as_array(action: Any) -> NDArray[Any]:
 @numba.njit(cache=True, nogil=True)
 def _fill(action, pressures, half, command):
     """Write the commands of actions -> place of the first that is none, -1 if all are."""
-    columns = action.shape[1]
-    on_off = columns > command.shape[1]
-    for rig in range(command.shape[0]):
-        for muscle in range(command.shape[1]):
-            if on_off:
-                for place in range(2 * muscle, 2 * muscle + 2):
-                    if action[rig, place] != 0 and action[rig, place] != 1:
-                        return rig * columns + place
-                # An interlock, not a short circuit from supply to exhaust: both on is both shut.
-                fill, vent = action[rig, 2 * muscle], action[rig, 2 * muscle + 1]
-                command[rig, muscle] = np.float64(fill) - np.float64(vent)
-                continue
-            opening = np.float64(action[rig, muscle])
-            if not np.isfinite(opening):
-                return rig * columns + muscle
-            opening = min(max(opening, -1.0), 1.0)
-            command[rig, muscle] = half * (opening + 1.0) if pressures else opening
+    muscles, columns = command.shape[1], action.shape[1]
+    for place in range(action.size):
+        rig, column = divmod(place, columns)
+        given = np.float64(action[rig, column])
+        if columns > muscles:
+            if given != 0.0 and given != 1.0:
+                return place
+            # An interlock, not a short circuit from supply to exhaust: both on is both shut.
+            if column % 2:
+                command[rig, column // 2] -= given
+            else:
+                command[rig, column // 2] = given
+        else:
+            if not np.isfinite(given):
+                return place
+            opening = min(max(given, -1.0), 1.0)
+            command[rig, column] = half * (opening + 1.0) if pressures else opening
     return -1
 
 

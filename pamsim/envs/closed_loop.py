@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -58,16 +58,15 @@ class EpisodeRun:
 
 def controller_observation(rigs: Rigs, observation: FloatArray, time: float) -> Observation:
     """Observation of an environment as controllers take it."""
-    signals, joints = rigs.signals.si(observation), len(rigs.rig.joints)
-    pressure = slice(2 * joints, -4 * joints)
-    motions: list[list[Any]] = np.delete(signals, pressure).reshape(6, joints).T.tolist()
-    names = JointObservation.__dataclass_fields__
-    for motion in motions:
-        motion[-1] = motion[-1] or None  # a stiffness of 0 is a free one
+    joints, names = len(rigs.rig.joints), JointObservation.__dataclass_fields__
+    measured, pressure, wanted = np.split(rigs.signals.si(observation), [2 * joints, -4 * joints])
+    motions: list[list[float]] = np.concatenate([measured, wanted]).reshape(6, -1).T.tolist()
+    # A stiffness of 0 is a free one.
+    each: list[Any] = [(*motion, stiffness or None) for *motion, stiffness in motions]
     return Observation(
         time=time,
-        joints=tuple(JointObservation(**dict(zip(names, one, strict=True))) for one in motions),
-        pressure=tuple(signals[pressure].tolist()),
+        joints=tuple(JointObservation(**dict(zip(names, one, strict=True))) for one in each),
+        pressure=tuple(pressure.tolist()),
     )
 
 
@@ -100,13 +99,8 @@ def run_episode(
     rig, air = rigs.rig, rigs.gauges.air
     observation, _ = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
-    muscles = rigs.muscles(0)
-    atmosphere, index, temperature = (
-        np.array([getattr(muscle.chamber, name) for muscle in muscles])
-        for name in ("atmosphere", "polytropic_index", "temperature")
-    )
-    rows: list[dict[str, Any]] = []
-    total, over, before = 0.0, False, rigs.plant.act[0, air]
+    rows: list[tuple[Any, ...]] = []
+    total, over, states = 0.0, False, [rigs.plant.act[0, air]]
     while not over:
         observed = controller_observation(rigs, observation, len(rows) * rigs.period)
         command, memory = controller.step(observed, memory)
@@ -118,28 +112,33 @@ def run_episode(
         action = rigs.kind.action(command, rigs.top_pressure)
         observation, reward, broken, ended, info = env.step(action)
         over, total = broken or ended, total + float(reward)
-        after, pressure = rigs.plant.act[0, air], info["pressure"]
-        openings = zip(muscles, command, pressure.tolist(), strict=True)
-        # The chamber's own equation: dm = P^(1 - 1/n) dy / (R T).
-        mass = np.maximum(pressure + atmosphere, 0.0) ** (1.0 - 1.0 / index)
-        mass /= GAS_CONSTANT * temperature
-        row = {
-            "position": info["position"],
-            "reference": [joint.reference for joint in observed.joints],
-            "pressure": pressure,
-            "command": command,
-            "opening": [valve_opening(m, opening, at, 0.0) for m, opening, at in openings],
-            "air": np.maximum(after - before, 0.0) * mass,
-            "stiffness": rigs.stiffness()[0],
-            "wanted_stiffness": [joint.stiffness or 0.0 for joint in observed.joints],
-        }
-        rows.append(row)
-        before = after
+        wanted = [(joint.reference, joint.stiffness or 0.0) for joint in observed.joints]
+        rows.append((info["position"], wanted, info["pressure"], command, rigs.stiffness()[0]))
+        states.append(rigs.plant.act[0, air])
+    position, asked, pressure, commands, stiffness = map(np.array, zip(*rows, strict=True))
+    muscles = rigs.muscles(0)
+    opening = [
+        [valve_opening(*one, 0.0) for one in zip(muscles, *now, strict=True)]
+        for now in zip(commands.tolist(), pressure.tolist(), strict=True)
+    ]
+    atmosphere, index, temperature = (
+        np.array([getattr(muscle.chamber, name) for muscle in muscles])
+        for name in ("atmosphere", "polytropic_index", "temperature")
+    )
+    # The chamber's own equation: dm = P^(1 - 1/n) dy / (R T).
+    mass = np.maximum(pressure + atmosphere, 0.0) ** (1.0 - 1.0 / index)
     return EpisodeRun(
         joints=tuple(rig.joints),
         period=rigs.period,
+        position=position,
+        reference=asked[..., 0],
+        pressure=pressure,
+        command=commands,
+        opening=np.array(opening),
+        air=np.maximum(np.diff(states, axis=0), 0.0) * (mass / (GAS_CONSTANT * temperature)),
+        stiffness=stiffness,
+        wanted_stiffness=asked[..., 1],
         reward=total,
-        **{field: np.array([row[field] for row in rows]) for field in rows[0]},
     )
 
 
@@ -203,10 +202,10 @@ def score(run: EpisodeRun, joint: str | None = None) -> Score:
 
 def mean_score(scores: Sequence[Score]) -> Score:
     """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
-    columns = {name: [getattr(one, name) for one in scores] for name in vars(scores[0])}
-    means = {name: float(np.mean(values)) for name, values in columns.items()}
-    means["rmse"] = math.sqrt(float(np.mean([value**2 for value in columns["rmse"]])))
-    return Score(**{**means, "worst": max(columns["worst"])})
+    columns = {name: np.array([getattr(one, name) for one in scores]) for name in vars(scores[0])}
+    means = Score(**{name: float(values.mean()) for name, values in columns.items()})
+    root, worst = np.sqrt(np.mean(columns["rmse"] ** 2)), columns["worst"].max()
+    return replace(means, rmse=float(root), worst=float(worst))
 
 
 def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[tuple[float, float]]:

@@ -7,12 +7,15 @@ samples: more of them continue the fewer.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from pamsim.core.parameters import check_value
 from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
@@ -21,22 +24,42 @@ from pamsim.engine.state import save_state, settle_quickly
 from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach
-from pamsim.envs.settings import EnvSettings, Episode
+from pamsim.envs.settings import RANGES, EnvSettings, check_names, check_supply
 from pamsim.envs.tasks import TASKS, held
 from pamsim.recordings.experiment import Experiment
 
-POSITION, VELOCITY, ACCELERATION, STIFFNESS, TORQUE, NOISE = range(6)
-"""Blocks of an episode's columns, each of the first five one column per joint; the noise is of all
-joints' positions, then of all muscles' pressures."""
+STIFFNESS, TORQUE, NOISE = 3, 4, 5
+"""Blocks of an episode's columns: first those of `TaskSignals`, each one column per joint, then the
+noise of all joints' positions and all muscles' pressures."""
 
 _SEEDS = 2**63
-
-_NORMAL95 = 1.959964
-"""Standard deviations from the centre of a 95 % interval to its ends."""
+_NORMAL95 = 1.959964  # standard deviations from the centre of a 95 % interval to its ends
 
 _STEPS = 16
 """Time steps in one in which a rig whose parameters are drawn comes to rest: its angle is within
 0.02 deg of that in single steps, far below what the draw changes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Episode:
+    """What an episode is made from: fixed by ``options`` of `reset`, the rest drawn.
+
+    Attributes:
+        start_pressure: (m,) of the muscles, at rest [Pa].
+        load: [kg]; None before it is drawn.
+        target: joint -> position asked for all the time [rad or m]; other joints have the task's.
+        parameters: of the rig, as `Rig.with_parameters` takes them [SI].
+        seeds: of each joint's task, and of the noise; empty before they are drawn.
+    """
+
+    start_pressure: tuple[float, ...]
+    load: float | None = None
+    target: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    seeds: tuple[int, ...] = ()
+
+
+_FIXED = Episode.__dataclass_fields__.keys() - {"seeds"}
 
 
 def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
@@ -71,60 +94,84 @@ class Episodes:
     """Draws the episodes of an environment, and brings its rig to rest for them."""
 
     def __init__(
-        self, settings: EnvSettings, rig: Rig, reaches: tuple[Reach, ...], period: float
+        self,
+        settings: EnvSettings,
+        rig: Rig,
+        reaches: tuple[Reach, ...],
+        top: float,
+        period: float,
     ) -> None:
-        self._rig, self._period, self._kind = rig, period, KINDS[settings.action]
-        self._load_range, self._task = settings.load_range, TASKS[settings.task]
+        self._settings, self._rig, self._period = settings, rig, period
+        given = settings.start_pressure
+        self._start_pressure = 0.5 * top if given is None else given
         self._reaches = dict(zip(rig.joints, reaches, strict=True))
         self._noises = len(rig.joints) + len(rig.muscles)
         self.columns = NOISE * len(rig.joints) + self._noises
         self._random = random_parameters(rig) if settings.randomize else {}
-        self._numbers = np.array(list(self._random.values())).reshape(-1, 4).T
-        # The load sets the mass of its body after all other parameters.
-        own = f"body.{rig.file.load_body}."
-        self._apart = {name for name in self._random if not name.startswith(own)}
         self._data = mujoco.MjData(rig.model)
-        # What one episode after the other needs again.
-        self._loaded = functools.lru_cache(1)(lambda load: self._with_load(rig, load))
-        self._start = functools.lru_cache(1)(self._experiment)
+        # Many episodes have the same one.
         self._usual = functools.lru_cache(1)(
-            lambda load, pressure: self._settled(self._loaded(load), pressure, 1)
+            lambda load, pressure: self._settled(self._rig, load, pressure, 1)
+        )
+
+    def asked(self, options: Mapping[str, Any] | None = None) -> Episode:
+        """What the options of `reset` fix of an episode.
+
+        Raises:
+            InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
+            ParameterError: for a number out of range.
+        """
+        given, muscles = dict(options or {}), self._rig.muscles
+        check_names("no option", given, _FIXED, " of reset")
+        target, load = given.get("target") or {}, given.get("load")
+        check_names("target: no joint", target, self._rig.joints)
+        for joint, value in target.items():
+            check_value(f"target {joint}", value, RANGES["target"])
+        pressure: Any = given.get("start_pressure", self._start_pressure)
+        if not isinstance(pressure, Mapping):
+            pressure = dict.fromkeys(muscles, pressure)
+        check_names("start_pressure: no muscle", pressure, muscles)
+        own = [pressure.get(muscle, self._start_pressure) for muscle in muscles]
+        start = [check_value("start_pressure", one, RANGES["start_pressure"]) for one in own]
+        return Episode(
+            start_pressure=tuple(check_supply("start_pressure", one, self._rig) for one in start),
+            load=None if load is None else check_value("load", load, RANGES["load"]),
+            target=dict(target),
+            parameters=dict(given.get("parameters") or {}),
         )
 
     def draw(self, rng: np.random.Generator, asked: Episode) -> Episode:
         """One episode; what `reset` was asked for takes the place of what is drawn."""
-        values = {}
-        if self._random:
-            centre, sd, least, most = self._numbers
-            drawn = np.minimum(np.maximum(rng.normal(centre, sd), least), most)
-            values = dict(zip(self._random, drawn.tolist(), strict=True))
-        low, high = self._load_range
+        drawn = {
+            name: min(max(float(rng.normal(centre, sd)), least), most)
+            for name, (centre, sd, least, most) in self._random.items()
+        }
+        low, high = self._settings.load_range
         load = float(rng.uniform(low, high)) if high > low else low
-        return Episode(
-            start_pressure=asked.start_pressure,
+        return replace(
+            asked,
             load=load if asked.load is None else asked.load,
-            target=asked.target,
-            parameters={**values, **asked.parameters},
+            parameters={**drawn, **asked.parameters},
             seeds=tuple(rng.integers(_SEEDS, size=len(self._reaches) + 1).tolist()),
         )
 
     def table(self, episode: Episode, rows: int) -> FloatArray:
-        """Rows of an episode.
+        """Rows (rows, columns) of an episode.
 
-        Returns:
-            (rows, columns). Row k holds the references at the end of step k and the torques during
-            it, in SI, and the noise of the readings before it, in standard deviations.
+        Row k holds the references at the end of step k and the torques during it, in SI, and the
+        noise of the readings before it, in standard deviations.
         """
         joints, table = len(self._reaches), np.empty((rows, self.columns))
         time = self._period * np.arange(rows + 1, dtype=np.float64)
         *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
-            asked = self._task(tasks[joint], time, reach)
-            moved = held(time, episode.target[name]) if name in episode.target else asked
-            references = moved.position, moved.velocity, moved.acceleration, asked.stiffness
+            asked = TASKS[self._settings.task](tasks[joint], time, reach)
+            if name in episode.target:
+                there = held(time, episode.target[name])
+                asked = replace(there, stiffness=asked.stiffness, torque=asked.torque)
             # The references are those of the next sample, the torques those of the present one.
-            for block, signal in enumerate((*(one[1:] for one in references), asked.torque[:-1])):
-                table[:, block * joints + joint] = signal
+            for block, signal in enumerate(vars(asked).values()):
+                table[:, block * joints + joint] = signal[:-1] if block == TORQUE else signal[1:]
         table[:, NOISE * joints :] = noise.standard_normal((rows, self._noises))
         return table
 
@@ -137,31 +184,25 @@ class Episodes:
         load, values = float(episode.load or 0.0), episode.parameters
         if not values:
             return self._usual(load, episode.start_pressure)
-        if values.keys() <= self._apart:
-            rig = self._loaded(load).with_parameters(values, data=self._data)
-        else:
-            rig = self._with_load(self._rig.with_parameters(values, data=self._data), load)
-        return self._settled(rig, episode.start_pressure, _STEPS)
+        # The load sets the mass of its body after all other parameters.
+        rig = self._rig.with_parameters(values, data=self._data)
+        return self._settled(rig, load, episode.start_pressure, _STEPS)
 
-    def _settled(self, rig: Rig, pressure: tuple[float, ...], steps: int) -> tuple[Rig, FloatArray]:
-        start = self._start(pressure)
-        check_timestep(rig.model, rig.muscles)
-        with live(rig.model):
-            settle_quickly(rig.model, self._data, start, rig.muscles, steps)
-        self._data.ctrl[:] = start.command_value[0]
-        return rig, save_state(rig.model, self._data)
-
-    def _with_load(self, rig: Rig, load: float) -> Rig:
-        model = rig.model_for(load=load, command=self._kind.command, data=self._data)
-        return dataclasses.replace(rig, model=model)
-
-    def _experiment(self, pressure: tuple[float, ...]) -> Experiment:
-        start_pressure = np.array(pressure)
-        return Experiment(
-            drive=self._kind.command,
+    def _settled(
+        self, rig: Rig, load: float, pressure: tuple[float, ...], steps: int
+    ) -> tuple[Rig, FloatArray]:
+        kind, start = KINDS[self._settings.action], np.array(pressure)
+        model = rig.model_for(load=load, command=kind.command, data=self._data)
+        check_timestep(model, rig.muscles)
+        at_rest = Experiment(
+            drive=kind.command,
             command_time=np.zeros(1),
-            command_value=self._kind.rest(start_pressure)[np.newaxis],
-            start_pressure=start_pressure,
+            command_value=kind.rest(start)[np.newaxis],
+            start_pressure=start,
             duration=self._period,
             sample_rate=1.0 / self._period,
         )
+        with live(model):
+            settle_quickly(model, self._data, at_rest, rig.muscles, steps)
+        self._data.ctrl[:] = at_rest.command_value[0]
+        return replace(rig, model=model), save_state(model, self._data)

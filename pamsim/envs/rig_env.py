@@ -182,8 +182,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         return seen, float(reward[0]), bool(broken[0]), False, self._information()
 
     def _information(self) -> dict[str, Any]:
-        seen = self.rigs.information()
-        return {"position": seen["position"][0], "pressure": seen["pressure"][0]}
+        return {name: rows[0] for name, rows in self.rigs.information().items()}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig, quickly: without shadows and fine parts.
@@ -202,7 +201,14 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         rig, seen = self.rigs.rig, self._information()
         if self._picture is None:
             model = load_rig(rig.file.folder, scene=True).model
-            self._picture = model, mujoco.MjData(model), self._opened(model)
+            if self.render_mode == "human":
+                from pamsim.scene.viewer import ArmViewer
+
+                shown = ArmViewer(model)
+            else:
+                show_whole(model, **self._size)
+                shown = open_renderer(model, **self._size, quick=True)  # OpenGL starts here
+            self._picture = model, mujoco.MjData(model), shown
         model, data, shown = self._picture
         pose(model, data, rig.position_addresses, seen["position"].tolist())
         drawn: dict[str, Any] = {
@@ -214,15 +220,6 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
             return render_arm(model, data, **drawn, renderer=shown, fine=False)
         shown.show(model, data, **drawn)
         return None
-
-    def _opened(self, model: mujoco.MjModel) -> Any:
-        """What shows the pictures; OpenGL starts with it."""
-        if self.render_mode == "human":
-            from pamsim.scene.viewer import ArmViewer
-
-            return ArmViewer(model)
-        show_whole(model, **self._size)
-        return open_renderer(model, **self._size, quick=True)
 
     def close(self) -> None:
         """Close window and simulation."""

@@ -61,15 +61,14 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             if given < 1:
                 raise InputError(f"{name} = {given}; give 1 or more")
         self.num_envs, self._steps = num_envs, max_episode_steps
-        settings, rows = env_settings(options), max_episode_steps + 1
-        self.rigs = Rigs(settings, num_envs, threads, rows, device, precision)
+        self.rigs = Rigs(env_settings(options), num_envs, threads, device, precision)
         self.closed, self.dt = False, self.rigs.period
         self.single_observation_space = self.rigs.observation_space
         self.single_action_space = self.rigs.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
-        self._over = np.zeros(num_envs, dtype=np.bool_)
+        self._over, self._every = np.zeros(num_envs, dtype=np.bool_), np.ones(num_envs, np.bool_)
 
     def reset(
         self,
@@ -89,8 +88,7 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
         """
         asked = dict(options or {})
         given = asked.pop("reset_mask", None)
-        every = np.ones(self.num_envs, dtype=np.bool_)
-        mask = every if given is None else np.asarray(given, dtype=np.bool_)
+        mask = self._every if given is None else np.asarray(given, dtype=np.bool_)
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
         for name, each in (("seeds", seeds), ("reset_mask", mask)):
             if each is not None and len(each) != self.num_envs:
@@ -118,18 +116,15 @@ class RigVectorEnv(VectorEnv[FloatArray, NDArray[Any], NDArray[Any]]):
             reward[over], broken[over], ended[over] = 0.0, False, False
             self._begin(over, {})
         self._over = broken | ended
-        information = self._information(np.ones(self.num_envs, dtype=np.bool_))
-        return self.rigs.observation, reward, broken, ended, information
+        return self.rigs.observation, reward, broken, ended, self._information(self._every)
 
     def _begin(self, mask: NDArray[np.bool_], options: dict[str, Any]) -> None:
         self.rigs.reset({int(at): self._generators[at] for at in np.flatnonzero(mask)}, options)
 
     def _information(self, mask: NDArray[np.bool_]) -> dict[str, Any]:
         """The same as for a single environment, a row per rig; a mask marks the new rows."""
-        shown: dict[str, Any] = {}
-        for name, values in self.rigs.information().items():
-            shown |= {name: values, f"_{name}": mask.copy()}
-        return shown
+        shown = self.rigs.information()
+        return {**shown, **{f"_{name}": mask.copy() for name in shown}}
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the simulations."""

@@ -17,16 +17,15 @@ from numpy.typing import NDArray
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine import checks
-from pamsim.engine.equilibrium import moment_arms, rest_positions
 from pamsim.engine.gauges import Gauges
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
-from pamsim.envs.episode import STIFFNESS, TORQUE, Episodes
+from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig
 from pamsim.envs.sample import new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
-from pamsim.envs.settings import EnvSettings, Episode, check_supply, reset_options
+from pamsim.envs.settings import EnvSettings, check_supply
 from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view
 
@@ -41,7 +40,6 @@ class Rigs:
         settings: of the environment.
         count: how many rigs.
         threads: to step them on, 0 for one per processor; None for a single rig without a pool.
-        rows: of an episode that are made at first; more when it goes on.
         device: of Warp, which steps them in place of threads; None for MuJoCo itself.
         precision: of the muscles there.
 
@@ -66,61 +64,53 @@ class Rigs:
         settings: EnvSettings,
         count: int,
         threads: int | None = None,
-        rows: int = EPISODE + 1,
         device: str | None = None,
         precision: str = "float64",
     ) -> None:
-        self._made = settings, count, threads, rows, device, precision
+        self._made = settings, count, threads, device, precision
         self.settings, self.kind = settings, KINDS[settings.action]
         self.rig = rig = settings.rig if isinstance(settings.rig, Rig) else load_rig(settings.rig)
         top = settings.top_pressure
-        self.top_pressure = top = rig.supply_pressure if top is None else top
-        check_supply("top_pressure", top, rig)
-        given = settings.start_pressure
-        self._start_pressure = 0.5 * top if given is None else given
-        usual = reset_options(None, rig, self._start_pressure)
-        self._shape, self._joints = (count, len(rig.muscles)), len(rig.joints)
-        self._each = np.arange(len(rig.muscles))
-        half = np.full(len(rig.muscles), 0.5 * top)
-        rest = rest_positions(rig, half, rig.model.qpos0.copy())
-        self._arms = moment_arms(rig, rest)
-        self.reaches = reaches_of(rig, top, rest, self._arms)
+        top = check_supply("top_pressure", rig.supply_pressure if top is None else top, rig)
+        self.top_pressure = top
+        self.reaches, self._arms = reaches_of(rig, top)
         self.signals = observed_signals(rig, self.reaches, top)
         each = self.kind.quantities
         self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
+        self._joints, self._muscles = len(rig.joints), len(rig.muscles)
         self.observation = np.zeros((count, len(self.signals.names)))
         self.observation_space = gymnasium.spaces.Box(
             -LIMIT, LIMIT, self.observation.shape[1:], np.float64
         )
-        self.action_space = self.kind.space(len(rig.muscles))
-        delays = [muscle.valve.delay + settings.delay for muscle in rig.muscles.values()]
-        timestep = float(rig.model.opt.timestep)
-        late = [round(delay / timestep) for delay in delays]
+        self.action_space = self.kind.space(self._muscles)
+        timestep, valves = rig.model.opt.timestep, (one.valve for one in rig.muscles.values())
+        late = [round((valve.delay + settings.delay) / timestep) for valve in valves]
         self._stretches = _stretches(late, settings.frame_skip)
-        self._oldest = max(max(old) for _, old in self._stretches)
-        remembered = count, max(2, 1 + self._oldest)
-        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, top, remembered)
+        span = 0.5 * top if settings.action == "pressure_set" else 1.0
+        remembered = count, 2 + max(late) // settings.frame_skip
+        self._sampling = new_sampling(settings, rig, self.signals, self.reaches, span, remembered)
         self.period = self._sampling.period
-        self._episodes = Episodes(settings, rig, self.reaches, self.period)
-        at_rest, state = self._episodes.rest(usual)
+        self._episodes = Episodes(settings, rig, self.reaches, top, self.period)
+        at_rest, state = self._episodes.rest(self._episodes.asked())
         self.plant: OneRig | ManyRigs | Worlds
         if device is not None:
             self.plant = Worlds(rig, at_rest.model, count, precision=precision, device=device)
         elif threads is None:
-            self.plant = OneRig(at_rest.model, state)
+            self.plant = OneRig((at_rest.model, state))
         else:
             self.plant = ManyRigs(at_rest.model, count, threads)
         self.gauges, self.closed = Gauges(at_rest.model, count), False
         self._views: dict[int, list[Parameters]] = {}
         # A slice of columns that lie side by side is several times as quick as their numbers.
         places, self._dofs = rig.position_addresses, rig.velocity_addresses
-        beside = range(places[0], places[0] + len(places))
-        self._positions = slice(beside.start, beside.stop) if places == [*beside] else places
+        beside = slice(places[0], places[0] + len(places))
+        self._positions = beside if (np.diff(places) == 1).all() else places
         self._drawn: dict[int, Episode] = {}
         self._full = False  # whether a table is at its last row but one
-        self._table = np.zeros((count, rows, self._episodes.columns))
+        # Rows of the episodes; more of them once one goes on.
+        self._table = np.zeros((count, EPISODE + 1, self._episodes.columns))
         self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
-        self.true = np.zeros((count, self._joints + len(rig.muscles)))
+        self.true = np.zeros((count, self._joints + self._muscles))
 
     def reset(
         self,
@@ -133,15 +123,12 @@ class Rigs:
             InputError: for an unknown option.
             ParameterError: for a number out of range.
         """
-        asked = reset_options(options, self.rig, self._start_pressure)
+        asked = self._episodes.asked(options)
         drawn = {at: self._episodes.draw(rng, asked) for at, rng in generators.items()}
         self._put(drawn, {})
         new, commands = np.array(list(drawn), dtype=np.int64), self._sampling.commands
         commands[new] = self.kind.rest(np.array(asked.start_pressure))
         self.sample[new] = 0
-        # New arrays: the caller may still hold those of the last step.
-        self.true, self.observation = self.true.copy(), self.observation.copy()
-        self.true[new] = self._read()[new]
         self._take(new, True, commands[:, 0].copy())
 
     def _put(self, drawn: Mapping[int, Episode], states: Mapping[int, FloatArray]) -> None:
@@ -156,10 +143,7 @@ class Rigs:
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
 
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Advance all rigs by one period.
-
-        Args:
-            action: (n, ...) of the kind's space.
+        """Advance all rigs by one period under actions (n, ...) of the kind's space.
 
         Returns:
             Rewards (n,), and which rigs have broken down (n,).
@@ -171,7 +155,8 @@ class Rigs:
         """
         if len(self._drawn) < len(self._all):
             raise InputError("step before reset: call reset() first, it begins an episode")
-        command = self.kind.commands(action, self._shape, self.top_pressure)
+        shape = len(self._all), self._muscles
+        command = self.kind.commands(action, shape, self.top_pressure)
         if self.closed:
             raise EngineError("this environment is closed; make a new one")
         rows = self._table.shape[1]
@@ -181,15 +166,15 @@ class Rigs:
         if self.settings.task == "disturbance":
             self.plant.push(self._asked(TORQUE), self._dofs)
         before = self.plant.time.tolist() if checks.is_on() else []
-        for count, arriving in self._late(command):
-            self.plant.step(arriving, count)
+        recent = self._sampling.commands
+        recent[:, 0] = command
+        for count, arriving in self._stretches:
+            self.plant.step(recent[arriving], count)
         if before:
             checks.raise_found()
             for begin, end in zip(before, self.plant.time.tolist(), strict=True):
                 checks.check_clock(begin, end, self.period)
         wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
-        # New arrays: the caller may still hold those of the last step.
-        self.true, self.observation = self._read(), np.empty_like(self.observation)
         reward, broken = self._take(self._all, False, command)
         if wanted is not None:
             missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
@@ -199,38 +184,29 @@ class Rigs:
     def _take(
         self, rigs: NDArray[np.int64], first: bool, command: FloatArray
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Take the next sample of some rigs -> rewards and which have broken down, of all."""
+        plant, joints = self.plant, self._joints
+        # New arrays: the caller may still hold those of the last step.
+        self.true, self.observation = np.empty_like(self.true), self.observation.copy()
+        self.true[:, :joints] = plant.position[:, self._positions]
+        self.true[:, joints:] = self.gauges.pressures(plant.act, plant.length)
         reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
         now = self.true, command, self._table, self.sample, self.observation, reward, broken
         self._full = take_sample(self._sampling, rigs, first, *now)
         return reward, broken
-
-    def _read(self) -> FloatArray:
-        plant, joints, readings = self.plant, self._joints, np.empty_like(self.true)
-        self._length = plant.length
-        readings[:, :joints] = plant.position[:, self._positions]
-        readings[:, joints:] = self.gauges.pressures(plant.act, self._length)
-        return readings
 
     def _asked(self, block: int) -> FloatArray:
         """(n, j) of a block of the episodes' columns for the present step."""
         columns = slice(block * self._joints, (block + 1) * self._joints)
         return self._table[self._all, self.sample, columns]
 
-    def _late(self, command: FloatArray) -> list[tuple[int, FloatArray]]:
-        """Commands that reach the valves in a period: time steps and (n, m) of each stretch."""
-        if not self._oldest:
-            return [(self.settings.frame_skip, command)]
-        recent = self._sampling.commands
-        recent[:, 0] = command
-        return [(count, recent[:, old, self._each]) for count, old in self._stretches]
-
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        each = zip(self._length, self.true[:, self._joints :], strict=True)
+        signals = zip(self.plant.length.tolist(), self.information()["pressure"], strict=True)
         return np.array(
             [
-                stiffness_of_joints(self._arms, self.muscles(at), length.tolist(), held.tolist())
-                for at, (length, held) in enumerate(each)
+                stiffness_of_joints(self._arms, self.muscles(at), length, pressure.tolist())
+                for at, (length, pressure) in enumerate(signals)
             ]
         )
 
@@ -256,19 +232,20 @@ class Rigs:
         Rigs.__init__(self, *state["made"])
         if state["_drawn"]:
             self._put(state["_drawn"], state["states"])
-            self._read()
         vars(self).update({name: state[name] for name in _STATE})
 
 
-def _stretches(delays: list[int], steps: int) -> list[tuple[int, tuple[int, ...]]]:
-    """Which commands reach the valves during a period of some steps, by each muscle's delay.
+def _stretches(late: list[int], steps: int) -> list[tuple[int, tuple[Any, ...]]]:
+    """Stretches of a period of some steps, by each muscle's delay in steps.
 
-    Returns:
-        For each stretch of the period its time steps, and how many periods old each muscle's
-        command is then.
+    Of each its steps, and where the commands that reach the valves then lie among those of this and
+    the last periods.
     """
-    ends = sorted({0, steps, *(delay % steps for delay in delays)})
+    if not any(late):
+        return [(steps, (slice(None), 0))]
+    delay, muscles = np.array(late), np.arange(len(late))
+    ends = sorted({0, steps, *(delay % steps).tolist()})
     return [
-        (end - begin, tuple(delay // steps + (begin < delay % steps) for delay in delays))
+        (end - begin, (slice(None), delay // steps + (begin < delay % steps), muscles))
         for begin, end in pairwise(ends)
     ]

@@ -15,7 +15,7 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.envs.episode import NOISE
+from pamsim.envs.episode import NOISE, TORQUE
 from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
 from pamsim.recordings.sensors import MeasurementChain
@@ -68,7 +68,7 @@ def new_sampling(
     rig: Rig,
     signals: ObservedSignals,
     reaches: Sequence[Reach],
-    top: float,
+    span: float,
     shape: tuple[int, int],
 ) -> Sampling:
     """Sampling of n rigs which remember the commands of k steps, for a shape (n, k)."""
@@ -81,49 +81,40 @@ def new_sampling(
     # An encoder counts parts of a turn, so it reads joints which slide without rounding.
     steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    return Sampling._make(
-        (
-            signals.centre,
-            signals.scale,
-            np.array([ERROR_SHARE * reach.travel for reach in reaches]),
-            0.5 * top if settings.action == "pressure_set" else 1.0,
-            float(settings.effort),
-            settings.frame_skip * float(rig.model.opt.timestep),
-            np.array(noise, dtype=float),
-            np.array(steps),
-            *np.zeros((7, shape[0], len(steps))),
-            np.zeros((*shape, muscles)),
-        )
+    memory = np.zeros((7, shape[0], len(steps)))
+    return Sampling(
+        signals.centre,
+        signals.scale,
+        np.array([ERROR_SHARE * reach.travel for reach in reaches]),
+        span,
+        float(settings.effort),
+        settings.frame_skip * float(rig.model.opt.timestep),
+        np.array(noise, dtype=float),
+        np.array(steps),
+        *memory,
+        commands=np.zeros((*shape, muscles)),
     )
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def take_sample(s, rigs, first, true, command, table, at, observation, reward, broken):
-    """Observations of some rigs, and their rewards for the period that has passed.
+    """Observations (n, o) of some rigs, their rewards (n,), and whether they have broken down (n,).
 
-    Args:
-        s: `Sampling`; its memory is updated.
-        rigs: (k,) their numbers.
-        first: whether their episodes begin: they are at rest, and nothing has passed.
-        true: (n, s) signals [SI].
-        command: (n, m) of the step; at first, that which leaves the muscles at rest.
-        table: (n, rows, columns) of the episodes.
-        at: (n,) number of the last sample, one more afterwards unless it is the first.
-        observation: (n, o) written.
-        reward: (n,) written.
-        broken: (n,) written: whether the simulation of a rig has broken down.
+    From true signals (n, s), commands (n, m) of the step, the episodes' tables and the numbers (n,)
+    of the last samples, which are counted on; the memory of the `Sampling` is updated. At first the
+    rigs are at rest, the commands are those that leave them there, and nothing has passed.
 
     Returns:
         Whether a table is at its last row.
     """
-    joints, signals, muscles = s.unit.size, true.shape[1], command.shape[1]
-    velocity = np.zeros(joints)
+    joints, signals = s.unit.size, true.shape[1]
+    velocity, seen = np.zeros(joints), np.empty(s.centre.size)
     for rig in rigs:
         asked = table[rig, at[rig]]
         if not first:
             at[rig] += 1
-        following = table[rig, at[rig]]
-        error, effort, fine = 0.0, 0.0, True
+        following, shown = table[rig, at[rig]], s.measured[rig]
+        error, fine = 0.0, True
         for column in range(signals):
             now = held = true[rig, column]
             if not first and s.done[rig, column] < 1.0:
@@ -132,41 +123,31 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
                 held += s.done[rig, column] * (then - held)
                 held += s.along[rig, column] * (now - then)
             s.held[rig, column], s.before[rig, column] = held, now
-            shown = s.gain[rig, column] * held + s.bias[rig, column]
-            shown += s.noise[column] * following[NOISE * joints + column]
+            reading = s.gain[rig, column] * held + s.bias[rig, column]
+            reading += s.noise[column] * following[NOISE * joints + column]
             step = s.step[column]
             if step > 0.0:
                 # An encoder counts whole increments, a converter rounds.
-                steps = shown / step
-                shown = (np.floor(steps) if column < joints else np.rint(steps)) * step
+                steps = reading / step
+                reading = (np.floor(steps) if column < joints else np.rint(steps)) * step
             if column < joints:
                 fine &= abs(now) < RUNAWAY  # false for NaN
                 error += abs(now - asked[column]) / s.unit[column]
-                velocity[column] = (shown - s.measured[rig, column]) / s.period
+                velocity[column] = 0.0 if first else (reading - shown[column]) / s.period
             else:
                 fine &= np.isfinite(now)
-            s.measured[rig, column] = shown
-        for muscle in range(muscles):
-            change = (command[rig, muscle] - s.commands[rig, 1, muscle]) / s.span
-            effort += change * change
-            s.commands[rig, 0, muscle] = command[rig, muscle]
-            for old in range(s.commands.shape[1] - 1, 0, -1):
-                s.commands[rig, old, muscle] = s.commands[rig, old - 1, muscle]
-        reward[rig] = -error / joints - s.effort * effort / muscles
+            shown[column] = reading
+        change = (command[rig] - s.commands[rig, 1]) / s.span
+        s.commands[rig, 0] = command[rig]
+        for old in range(s.commands.shape[1] - 1, 0, -1):
+            s.commands[rig, old] = s.commands[rig, old - 1]
+        reward[rig] = -error / joints - s.effort * (change * change).sum() / change.size
         broken[rig] = not fine
-        if first:
-            velocity[:] = 0.0
-        elif not fine:
-            reward[rig], velocity[:], s.measured[rig, :] = BREAKDOWN, 0.0, 0.0
-        for place in range(s.centre.size):
-            if place < joints:
-                seen = s.measured[rig, place]
-            elif place < 2 * joints:
-                seen = velocity[place - joints]
-            elif place < joints + signals:
-                seen = s.measured[rig, place - joints]
-            else:
-                seen = following[place - joints - signals]
-            seen = (seen - s.centre[place]) / s.scale[place]
-            observation[rig, place] = min(max(seen, -LIMIT), LIMIT)
+        if not fine and not first:
+            reward[rig], velocity[:], shown[:] = BREAKDOWN, 0.0, 0.0
+        seen[:joints], seen[joints : 2 * joints] = shown[:joints], velocity
+        seen[2 * joints : joints + signals] = shown[joints:]
+        seen[joints + signals :] = following[: TORQUE * joints]
+        seen[:] = (seen - s.centre) / s.scale
+        observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
     return at.max() + 1 >= table.shape[1]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.engine.equilibrium import rest_positions, tendon_lengths
+from pamsim.engine.equilibrium import moment_arms, rest_positions, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.antagonist import joint_stiffness, muscle_stiffness
 from pamsim.physics.record import Parameters, view
@@ -20,21 +20,15 @@ from pamsim.physics.static_muscle import static_force
 LIMIT = 10.0
 """Observations are clipped to +-LIMIT; those of a rig that works stay far inside."""
 
-_PACE = math.pi
-"""Of a reference of 0.5 Hz: scales rates and accelerations [rad/s]."""
-
-_SHARE = 0.5
-"""Of the largest travel that tasks ask for: the muscles keep pressure to steer with."""
+_PACE = math.pi  # rad/s, of a reference of 0.5 Hz: scales rates and accelerations
+_SHARE = 0.5  # of the largest travel is asked for: the muscles keep pressure to steer with
+_PUSH = 0.1  # difference of pressures, per top pressure, whose torque disturbs a joint
+_LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
+_LEAST_TRAVEL = 1e-6  # rad or m
 
 _COMMON = np.linspace(0.25, 0.75, 11)
 """Common pressures, as shares of the top pressure, between which stiffness is asked for; from the
 first on at which no joint is slack."""
-
-_PUSH = 0.1
-"""Difference of pressures, as a share of the top pressure, whose torque disturbs a joint."""
-
-_LEAST_ARM = 1e-6  # m/rad or 1: a muscle with less does not move the joint
-_LEAST_TRAVEL = 1e-6  # rad or m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,18 +56,10 @@ def stiffness_of_joints(
     length: Sequence[float],
     pressure: Sequence[float],
 ) -> list[float]:
-    """Stiffness of each joint with its valves and the other joints shut.
+    """Stiffness (j,) [N m/rad or N/m] of each joint with its valves and the other joints shut.
 
-    Sum of r^2 k over the muscles (Matiskova 2021, equation (5)).
-
-    Args:
-        arms: (m, j) moment arms, see `pamsim.engine.equilibrium`.
-        muscles: (m,) see `pamsim.physics.record.view`.
-        length: (m,) of their tendons [m].
-        pressure: (m,) gauge [Pa].
-
-    Returns:
-        (j,) [N m/rad or N/m].
+    Sum of r^2 k over the muscles (Matiskova 2021, equation (5)), by moment arms (m, j), see
+    `pamsim.engine.equilibrium`, lengths of tendons (m,) [m] and gauge pressures (m,) [Pa].
     """
     shut = [
         muscle_stiffness(muscle, at, max(held, 0.0))
@@ -82,19 +68,18 @@ def stiffness_of_joints(
     return [joint_stiffness(shut, own).total for own in arms.T.tolist()]
 
 
-def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tuple[Reach, ...]:
-    """What each recorded joint can do.
+def reaches_of(rig: Rig, top: float) -> tuple[tuple[Reach, ...], FloatArray]:
+    """What each recorded joint can do, with set points up to ``top``, gauge [Pa].
 
-    Args:
-        rig: the rig.
-        top: largest set point of its muscles, gauge [Pa].
-        rest: (nq,) its position at rest at equal pressures [rad or m].
-        arms: (m, j) moment arms there.
+    Returns:
+        The joints' reaches, and the moment arms (m, j) of the muscles at rest at equal pressures.
 
     Raises:
         InputError: if a joint finds no rest or does not move; if a joint is free or a ball.
     """
-    muscles, length = [*map(view, rig.model.actuator_user)], tendon_lengths(rig, rest).tolist()
+    muscles = [*map(view, rig.model.actuator_user)]
+    rest = rest_positions(rig, np.full(len(muscles), 0.5 * top), rig.model.qpos0.copy())
+    arms, length = moment_arms(rig, rest), tendon_lengths(rig, rest).tolist()
     each = np.array(
         [stiffness_of_joints(arms, muscles, length, [p * top] * len(muscles)) for p in _COMMON]
     )
@@ -130,7 +115,7 @@ def reaches_of(rig: Rig, top: float, rest: FloatArray, arms: FloatArray) -> tupl
                 torque=0.5 * float(np.abs(arms[:, joint]) @ np.abs(change)),
             )
         )
-    return tuple(found)
+    return tuple(found), arms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,28 +145,19 @@ class ObservedSignals:
 
 def observed_signals(rig: Rig, reaches: Sequence[Reach], top: float) -> ObservedSignals:
     """Signals of a rig in the order of observations; a pressure ``top`` [Pa] is observed as 1."""
-    joints = [
-        (name, kind, "rad" if kind == "angle" else "m", reach)
-        for (name, kind), reach in zip(rig.joints.items(), reaches, strict=True)
-    ]
 
-    def motion(suffix: str, *powers: int) -> Iterator[tuple[str, str, float, float]]:
-        for power in powers:
-            for name, kind, unit, reach in joints:
-                signal = (kind, "velocity", "acceleration")[power] + suffix
-                centre = 0.0 if power else reach.centre
-                per = ("", "/s", "/s^2")[power]
-                yield f"{name}.{signal}", unit + per, centre, reach.travel * _PACE**power
+    def motion(order: int, suffix: str = "") -> Iterator[tuple[str, str, float, float]]:
+        for (name, kind), reach in zip(rig.joints.items(), reaches, strict=True):
+            unit, stiffness = ("rad", "N m/rad") if kind == "angle" else ("m", "N/m")
+            signal, unit, centre, scale = (
+                (kind, unit, reach.centre, reach.travel),
+                ("velocity", f"{unit}/s", 0.0, reach.travel * _PACE),
+                ("acceleration", f"{unit}/s^2", 0.0, reach.travel * _PACE**2),
+                ("stiffness", stiffness, 0.0, reach.stiffness[1]),
+            )[order]
+            yield f"{name}.{signal}{suffix}", unit, centre, scale
 
-    stiffness_units = {"rad": "N m/rad", "m": "N/m"}
-    rows = [
-        *motion("", 0, 1),
-        *((f"{muscle}.pressure", "Pa", 0.5 * top, 0.5 * top) for muscle in rig.muscles),
-        *motion("_set", 0, 1, 2),
-        *(
-            (f"{name}.stiffness_set", stiffness_units[unit], 0.0, reach.stiffness[1])
-            for name, _, unit, reach in joints
-        ),
-    ]
-    names, units, centre, scale = zip(*rows, strict=True)
+    pressures = [(f"{muscle}.pressure", "Pa", 0.5 * top, 0.5 * top) for muscle in rig.muscles]
+    wanted = (row for order in range(4) for row in motion(order, "_set"))
+    names, units, centre, scale = zip(*motion(0), *motion(1), *pressures, *wanted, strict=True)
     return ObservedSignals(names=names, units=units, centre=np.array(centre), scale=np.array(scale))

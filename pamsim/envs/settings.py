@@ -1,11 +1,13 @@
-"""Options of the environments, and those of `reset` for one episode, checked."""
+"""Options of the environments, checked."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
@@ -13,7 +15,7 @@ from pamsim.engine.rig import Rig
 from pamsim.envs.actions import KINDS
 from pamsim.envs.tasks import TASKS
 
-_RANGES = {
+RANGES = {
     name: FieldSpec(unit=unit, low=low, high=high, low_open=name == "top_pressure", doc=doc)
     for name, unit, low, high, doc in (
         ("frame_skip", "1", 1.0, 1e4, "time steps per action"),
@@ -27,6 +29,7 @@ _RANGES = {
         ("target", "rad or m", -1e3, 1e3, "of a joint"),
     )
 }
+"""Of the options of an environment, and of `reset`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,14 +75,13 @@ class EnvSettings:
     effort: float = 0.02
 
     def __post_init__(self) -> None:
-        for what, name, known in (("action", self.action, KINDS), ("task", self.task, TASKS)):
-            if name not in known:
-                raise InputError(f"no {what} {name!r}; {nearest(str(name), known)}")
+        check_names("no action", [self.action], KINDS)
+        check_names("no task", [self.task], TASKS)
         low, high = self.load_range
         for name, value in {**vars(self), "load": low}.items():
-            if name in _RANGES and value is not None:
-                check_value(name, value, _RANGES[name])
-        check_value("load", high, _RANGES["load"])
+            if name in RANGES and value is not None:
+                check_value(name, value, RANGES[name])
+        check_value("load", high, RANGES["load"])
         if int(self.frame_skip) != self.frame_skip:
             raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
         if low > high:
@@ -92,12 +94,13 @@ class EnvSettings:
         Raises:
             InputError: if the load is neither a number nor two.
         """
-        given: Any = self.load
         try:
-            low, high = (given, given) if isinstance(given, int | float) else given
-            return float(low), float(high)
+            low, high = np.broadcast_to(np.asarray(self.load, dtype=float), 2).tolist()
         except (TypeError, ValueError):
-            raise InputError(f"load {given!r}: give a mass in kg, or the ends of a range") from None
+            raise InputError(
+                f"load {self.load!r}: give a mass in kg, or the ends of a range"
+            ) from None
+        return low, high
 
 
 def env_settings(options: Mapping[str, Any]) -> EnvSettings:
@@ -107,74 +110,20 @@ def env_settings(options: Mapping[str, Any]) -> EnvSettings:
         InputError: for an unknown one, with the nearest name.
         ParameterError: for a number out of range.
     """
-    _check_names("no option", options, EnvSettings.__dataclass_fields__, " of the environment")
+    check_names("no option", options, EnvSettings.__dataclass_fields__, " of the environment")
     return EnvSettings(**options)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Episode:
-    """What an episode is made from: fixed by ``options`` of `reset`, the rest drawn.
-
-    Attributes:
-        start_pressure: (m,) of the muscles, at rest [Pa].
-        load: [kg]; None before it is drawn.
-        target: joint -> position asked for all the time [rad or m]; other joints have the task's.
-        parameters: of the rig, as `Rig.with_parameters` takes them [SI].
-        seeds: of each joint's task, and of the noise; empty before they are drawn.
-    """
-
-    start_pressure: tuple[float, ...]
-    load: float | None = None
-    target: Mapping[str, float] = field(default_factory=dict)
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    seeds: tuple[int, ...] = ()
+def check_names(what: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:
+    """Refuse a name that is not known, with an `InputError` that gives the nearest one."""
+    for name in given:
+        if name not in known:
+            raise InputError(f"{what} {name!r}{where}; {nearest(str(name), known)}")
 
 
-def reset_options(given: Mapping[str, Any] | None, rig: Rig, usual: float) -> Episode:
-    """Options of `reset`, checked.
-
-    Args:
-        given: ``start_pressure``, ``load``, ``target`` and ``parameters``; None for none.
-        rig: of the environment.
-        usual: start pressure of muscles for which none is given [Pa].
-
-    Raises:
-        InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
-        ParameterError: for a number out of range.
-    """
-    asked: dict[str, Any] = {"start_pressure": usual, "load": None, "target": {}, "parameters": {}}
-    _check_names("no option", given or {}, asked, " of reset")
-    asked |= given or {}
-    load, target, pressure = asked["load"], asked["target"] or {}, asked["start_pressure"]
-    _check_names("target: no joint", target, rig.joints)
-    for joint, value in target.items():
-        check_value(f"target {joint}", value, _RANGES["target"])
-    own: dict[str, Any] = dict.fromkeys(rig.muscles, usual)
-    own |= pressure if isinstance(pressure, Mapping) else dict.fromkeys(rig.muscles, pressure)
-    _check_names("start_pressure: no muscle", own, rig.muscles)
-    for value in own.values():
-        check_value("start_pressure", value, _RANGES["start_pressure"])
-        check_supply("start_pressure", value, rig)
-    return Episode(
-        start_pressure=tuple(float(own[name]) for name in rig.muscles),
-        load=None if load is None else check_value("load", load, _RANGES["load"]),
-        target=dict(target),
-        parameters=dict(asked["parameters"] or {}),
-    )
-
-
-def check_supply(what: str, pressure: float, rig: Rig) -> None:
-    """Refuse a gauge pressure [Pa] above that of a rig's supply.
-
-    Raises:
-        InputError: naming both.
-    """
+def check_supply(what: str, pressure: float, rig: Rig) -> float:
+    """A gauge pressure [Pa]; an `InputError` if it is above that of a rig's supply."""
     top = rig.supply_pressure
     if pressure > top:
         raise InputError(f"{what} {pressure / 1e3:g} kPa is above the supply's {top / 1e3:g} kPa")
-
-
-def _check_names(what: str, given: Iterable[str], known: Iterable[str], where: str = "") -> None:
-    for name in given:
-        if name not in known:
-            raise InputError(f"{what} {name!r}{where}; {nearest(name, known)}")
+    return pressure

@@ -33,12 +33,9 @@ PPO: dict[str, Any] = {
 }
 """Settings of the learner."""
 
-_RATE = 1e-3
-"""Learning rate at first; it falls to 0, so that the last policy is about the best one."""
-
-_TRIED = 1000
-_NEAR = 1e-4
-"""Observations at which the policy's numbers are compared with PyTorch's, and how near they are."""
+_RATE = 1e-3  # at first; it falls to 0, so that the last policy is about the best one
+_TRIED = 1000  # observations at which the policy's numbers are compared with PyTorch's
+_NEAR = 1e-4  # how near they are
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -91,12 +88,12 @@ class Training:
         Raises:
             InputError: if a file is there already and ``force`` is not given.
         """
-        files = policy_files(path)
+        numbers, record = files = policy_files(path)
         for file in files:
             refuse_existing(file, force)
-        with complete_file(files[0]) as part:
+        with complete_file(numbers) as part:
             write_policy(part, self.policy)
-        write_json(files[1], self.to_dict())
+        write_json(record, self.to_dict())
         return files
 
 
@@ -179,11 +176,7 @@ def train(
 
 
 def _largest_difference(policy: PolicyFile, theirs: Any) -> float:
-    """Between the actions by the exported numbers and PyTorch's.
-
-    Raises:
-        EngineError: if they differ.
-    """
+    """Between the actions by the exported numbers and PyTorch's; an error if they differ."""
     tried = np.random.default_rng(0).normal(size=(_TRIED, len(policy.centre))).astype(np.float32)
     value = linear = tried.astype(float)
     for weight, bias in zip(policy.weights, policy.biases, strict=True):

@@ -17,8 +17,8 @@ import pamsim
 from pamsim.core.errors import EngineError, InputError, ParameterError
 from pamsim.envs import ENVIRONMENT
 from pamsim.envs.actions import KINDS
+from pamsim.envs.episode import Episode, random_parameters
 from pamsim.envs.rig_env import RigEnv
-from pamsim.envs.settings import Episode
 from pamsim.envs.tasks import TASKS
 from pamsim.recordings.experiment import Experiment
 
@@ -220,8 +220,6 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
-    from pamsim.envs.episode import random_parameters
-
     known = random_parameters(pamsim.load_rig("mas20_arm"))
     centre, sd, *_ = known["joint.shaft.damping"]
     assert centre == pytest.approx(0.3247)
