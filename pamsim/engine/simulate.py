@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -37,6 +37,22 @@ from pamsim.recordings.recording import Outcome, Recording
 _CHECK_EVERY = 512  # samples between two checks for a breakdown
 
 
+class Signals(NamedTuple):
+    """What a recording is made of: at n samples, or of n worlds at one instant.
+
+    Attributes:
+        position: (n, nq) [rad or m].
+        velocity: (n, nv) [rad/s or m/s].
+        pressure: (n, m) gauge pressures as sensors at the valves see them [Pa].
+        tension: (n, m) of the muscles [N].
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    pressure: FloatArray
+    tension: FloatArray
+
+
 @dataclass(frozen=True)
 class Run:
     """An experiment with its model."""
@@ -63,16 +79,49 @@ class Run:
         imposed, timestep = self.external.inertia > 0.0, float(self.model.opt.timestep)
         return command_plan(self.experiment, commands, self.delays, imposed, timestep, self.steps)
 
-    @property
-    def meta(self) -> dict[str, Any]:
-        """What a recording states of where it came from."""
-        return {
-            "rig": self.rig.name,
-            "experiment": self.experiment.name,
-            "timestep_s": float(self.model.opt.timestep),
-            "sample_hz": self.experiment.sample_rate,
-            "mujoco": mujoco.__version__,
-        }
+    def recording(
+        self,
+        signals: Signals,
+        commands: FloatArray,
+        final_state: FloatArray,
+        broken: tuple[int, Outcome, str] | None = None,
+        effort: FloatArray | None = None,
+    ) -> Recording:
+        """What was recorded, up to the sample at which the run broke down, as an outcome, why.
+
+        The signals and commands (n, m + j) are of all samples, the efforts (n, j) on driven joints.
+        """
+        names, recorded, outcome = tuple(self.rig.muscles), self.samples, Outcome.COMPLETED
+        message = "ran to the end"
+        if broken is not None:
+            recorded, outcome, reason = broken
+            end = self.times[recorded]
+            message = f"simulation broke down before t = {end:.4g} s: {reason}"
+        keep, driven = slice(0, recorded), self.experiment.drives.joints
+        efforts = np.empty((recorded, 0)) if effort is None else effort[keep]
+        return Recording(
+            time=self.times[keep],
+            joints=self.rig.joints,
+            positions=signals.position[keep, self.rig.position_addresses],
+            velocities=signals.velocity[keep, self.rig.velocity_addresses],
+            pressure=signals.pressure[keep],
+            tension=signals.tension[keep],
+            command=commands[keep],
+            drive=self.experiment.drives.stated(names),
+            load=self.experiment.load,
+            muscles=names,
+            outcome=outcome,
+            message=message,
+            final_state=final_state,
+            meta={
+                "rig": self.rig.name,
+                "experiment": self.experiment.name,
+                "timestep_s": float(self.model.opt.timestep),
+                "sample_hz": self.experiment.sample_rate,
+                "mujoco": mujoco.__version__,
+            },
+            effort=dict(zip(driven, efforts.T, strict=True)),
+        )
 
 
 def simulate(
@@ -233,7 +282,7 @@ def record(
     gauge_each = None if each_step is None else lambda sample: gauge(sample, sample + 1)
     native = backend == "compiled" and each_step is None and not may_collide(model)
     addresses = int(model._address), int(data._address)
-    last, recorded, broken = run.samples - 1, run.samples, None
+    last, broken = run.samples - 1, None
     # A model that cannot be stepped raises an error at the first sample, in the engine's binding.
     for begin, end in pairwise((0, *range(1, run.samples, _CHECK_EVERY), run.samples)):
         fields = memory, plan, on, trace, begin, min(end, last)
@@ -258,29 +307,9 @@ def record(
         if broken is not None:
             break
     model.opt.timestep = timestep
-    outcome, message = Outcome.COMPLETED, "ran to the end"
-    if broken is not None:
-        recorded, outcome, reason = broken
-        message = f"simulation broke down before t = {times[recorded]:.4g} s: {reason}"
     if each_step is None:
-        gauge(0, recorded)
-    keep, names = slice(0, recorded), tuple(muscles)
-    given = commands[keep, len(names) :]  # what an imposed motion took is measured
-    efforts = np.where(on.inertia > 0.0, trace.effort[keep], given)
-    return Recording(
-        time=times[keep],
-        joints=run.rig.joints,
-        positions=trace.position[keep, run.rig.position_addresses],
-        velocities=trace.velocity[keep, run.rig.velocity_addresses],
-        pressure=pressure[keep],
-        tension=tension[keep],
-        command=commands[keep],
-        drive=experiment.drives.stated(names),
-        load=experiment.load,
-        muscles=names,
-        outcome=outcome,
-        message=message,
-        final_state=final_state,
-        meta=run.meta,
-        effort=dict(zip(experiment.drives.joints, efforts.T, strict=True)),
-    )
+        gauge(0, run.samples if broken is None else broken[0])
+    given = commands[:, len(muscles) :]  # what an imposed motion took is measured
+    effort = np.where(on.inertia > 0.0, trace.effort, given)
+    signals = Signals(trace.position, trace.velocity, pressure, tension)
+    return run.recording(signals, commands, final_state, broken, effort)

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray
 from pamsim.engine.batch import rest_states
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.preflight import refuse_above_supply
 from pamsim.engine.rig import Rig
-from pamsim.engine.simulate import Run, prepare
-from pamsim.gpu.worlds import Readings, Worlds
+from pamsim.engine.simulate import Run, Signals, prepare
+from pamsim.gpu.worlds import Worlds
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 
@@ -67,11 +66,14 @@ def simulate_worlds(
             )
     states = rest_states(runs, threads=threads)
     worlds.put({i: (run.model, states[i]) for i, run in enumerate(runs)})
-    trace = _trace(worlds, plans)
-    return [
-        _recording(run, Readings(*(signal[:, i] for signal in trace)), sent, worlds.state(i))
-        for i, (run, sent) in enumerate(zip(runs, commands, strict=True))
-    ]
+    trace, recordings = _trace(worlds, plans), []
+    for i, (run, sent) in enumerate(zip(runs, commands, strict=True)):
+        signals, broken = Signals(*(signal[:, i] for signal in trace)), None
+        healthy = np.isfinite(np.hstack(signals)).all(axis=1)
+        if not healthy.all():
+            broken = int(np.argmin(healthy)), Outcome.NOT_FINITE, "a state is not finite"
+        recordings.append(run.recording(signals, sent, worlds.state(i), broken))
+    return recordings
 
 
 def _shared(run: Run, plan: Plan) -> dict[str, Any]:
@@ -93,8 +95,8 @@ def _shared(run: Run, plan: Plan) -> dict[str, Any]:
     }
 
 
-def _trace(worlds: Worlds, plans: Sequence[Plan]) -> Readings:
-    """Readings at every sample, as arrays (samples, n, ...)."""
+def _trace(worlds: Worlds, plans: Sequence[Plan]) -> Signals:
+    """Signals at every sample, as arrays (samples, n, ...)."""
     first, count = plans[0].first, plans[0].steps
     command = np.stack([plan.command for plan in plans], axis=1)
     read = [worlds.read()]
@@ -102,30 +104,4 @@ def _trace(worlds: Worlds, plans: Sequence[Plan]) -> Readings:
         for stretch in range(begin, end):
             worlds.step(command[stretch], int(count[stretch]))
         read.append(worlds.read())
-    return Readings(*map(np.array, zip(*read, strict=True)))
-
-
-def _recording(run: Run, trace: Readings, sent: FloatArray, final_state: FloatArray) -> Recording:
-    """The recording of one world, up to where its state is no number."""
-    healthy = np.isfinite(np.hstack(trace)).all(axis=1)
-    keep, outcome, message = slice(run.samples), Outcome.COMPLETED, "ran to the end"
-    if not healthy.all():
-        keep, outcome = slice(int(np.argmin(healthy))), Outcome.NOT_FINITE
-        end = run.times[keep.stop]
-        message = f"simulation broke down before t = {end:.4g} s: a state is not finite"
-    return Recording(
-        time=run.times[keep],
-        joints=run.rig.joints,
-        positions=trace.position[keep, run.rig.position_addresses],
-        velocities=trace.velocity[keep, run.rig.velocity_addresses],
-        pressure=trace.pressure[keep],
-        tension=trace.tension[keep],
-        command=sent[keep],
-        drive=run.experiment.drives.stated(tuple(run.rig.muscles)),
-        load=run.experiment.load,
-        muscles=tuple(run.rig.muscles),
-        outcome=outcome,
-        message=message,
-        final_state=final_state,
-        meta=run.meta,
-    )
+    return Signals(*map(np.array, zip(*read, strict=True)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import Signals
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
 from pamsim.gpu.engine_model import engine_model
@@ -52,22 +53,6 @@ _OWN = (
 _STATE = ("qpos", "qvel", "qacc_warmstart", "ctrl", "qfrc_applied")
 _SHARED = ("wrap_prm", "qpos0", "tendon_length0", "body_pos")
 """Fields that all worlds share."""
-
-
-class Readings(NamedTuple):
-    """Signals of n worlds at one instant.
-
-    Attributes:
-        position: (n, nq) [rad or m].
-        velocity: (n, nv) [rad/s or m/s].
-        pressure: (n, m) gauge pressures as sensors at the valves see them [Pa].
-        tension: (n, m) of the muscles [N].
-    """
-
-    position: FloatArray
-    velocity: FloatArray
-    pressure: FloatArray
-    tension: FloatArray
 
 
 class Worlds:
@@ -216,11 +201,11 @@ class Worlds:
         for _ in range(count):
             self._replay(self._one_step)
 
-    def read(self) -> Readings:
+    def read(self) -> Signals:
         """Signals at the present state."""
         self._replay(self._measure)
         arrays = self._data.qpos, self._data.qvel, self._arrays["pressure"], self._arrays["pull"]
-        return Readings(*map(_numbers, arrays))
+        return Signals(*map(_numbers, arrays))
 
     @property
     def position(self) -> FloatArray:
