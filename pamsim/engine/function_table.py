@@ -50,9 +50,15 @@ _load: Any = types.ExternalFunction("pamsim_load", types.int64(types.int64))
 
 
 @register_jitable(**OPTIONS)
+def _first_place(key: Any) -> Any:
+    """Where a key is looked for first: kinds, whose codes all begin at 1, lie 64 places apart."""
+    return (key ^ (key >> 50)) & (_PLACES - 1)
+
+
+@register_jitable(**OPTIONS)
 def address(key: Any) -> Any:
     """Address of a function in the table; else the answer of `_ask`."""
-    place = key & (_PLACES - 1)
+    place = _first_place(key)
     while True:
         entry = _where() + 16 * place
         found = word_at(entry + 8)
@@ -119,7 +125,7 @@ def _add(key: int) -> None:
     if len(_loaded) >= _PLACES // 2:
         raise EngineError(f"more than {_PLACES // 2} compiled functions in one process")
     made = _makers[key // KIND](key % KIND)
-    place = key & (_PLACES - 1)
+    place = _first_place(key)
     while _table[place, 1] != 0:
         place = (place + 1) & (_PLACES - 1)
     # The address last: it marks the entry as complete for other threads.
