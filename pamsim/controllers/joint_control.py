@@ -7,17 +7,17 @@ there: its force laws and moment arms decide which muscles take part.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 import scipy.optimize
+from numpy.typing import ArrayLike
 
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.controller import Command, Observation
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import Command, Observation, PressureSplit
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -34,8 +34,7 @@ _nearest: Any = scipy.optimize.lsq_linear
 _STEP = 100.0  # Pa, for derivatives
 _TURN = 1e-5  # rad or m, for derivatives
 _ROUNDS = 3  # the laws are linear in pressure, but for kinks
-_LOOSE = 1e-3
-"""Weight of staying near the common pressure against giving the torques, relative."""
+_LOOSE = 1e-3  # weight of staying near the common pressure against giving the torques
 _LEAST_STIFFNESS = 1e-3  # of what full pressure gives a joint per rad or m
 
 
@@ -60,22 +59,22 @@ class InverseStatics:
         self._still = still_torques(rig, load, mujoco.MjData(rig.model))
         self._start, self._places = rig.model.qpos0.copy(), rig.position_addresses
 
-    def torques(self, position: Sequence[float] | FloatArray, pressure: FloatArray) -> FloatArray:
+    def torques(self, position: ArrayLike, pressure: FloatArray) -> FloatArray:
         """(j,) torques on the recorded joints [N m or N] at rest at positions and pressures."""
         where = self._start.copy()
         where[self._places] = position
         return np.array(self._still(where, pressure.tolist()))[self._places]
 
-    def per_pressure(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
+    def per_pressure(self, position: ArrayLike, pressure: FloatArray) -> FloatArray:
         """(j, m) derivatives of the torques by the pressures [N m/Pa or N/Pa]."""
         return _jacobian(lambda pressure: self.torques(position, pressure), pressure, _STEP)
 
-    def stiffness(self, position: Sequence[float]) -> FloatArray:
+    def stiffness(self, position: ArrayLike) -> FloatArray:
         """(j,) fall of each joint's torque with its position at the common pressure."""
-        at = np.array(position)
-        return -np.diag(_jacobian(lambda at: self.torques(at, self.common), at, _TURN))
+        turned = _jacobian(lambda at: self.torques(at, self.common), np.array(position), _TURN)
+        return -np.diag(turned)
 
-    def pressures(self, position: Sequence[float], torque: FloatArray) -> FloatArray:
+    def pressures(self, position: ArrayLike, torque: FloatArray) -> FloatArray:
         """(m,) pressures [Pa] at which the rig at a position has torques (j,) left over."""
         pressure = self.common.copy()
         tie = _LOOSE * np.eye(len(pressure))
@@ -149,9 +148,8 @@ class JointControl:
         muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
         lag = max(regulated_lag(m, 0.0, max(common, 1.0)) for m in muscles)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
-        own = rig.velocity_addresses
+        own, laws = rig.velocity_addresses, []
         columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]
-        laws = []
         for joint, *numbers in zip(rig.joints, *columns, strict=True):
             stiff, able, damping, mass = map(float, numbers)
             if not stiff > _LEAST_STIFFNESS * able:
@@ -159,9 +157,8 @@ class JointControl:
                     f"joint {joint!r} has no stiffness at {common / 1e3:g} kPa in all muscles:"
                     " choose another `common_pressure`"
                 )
-            g2 = SecondOrderModel(
-                gain=1.0 / stiff, a1=damping / stiff + lag, a2=(mass + lag * damping) / stiff
-            )
+            a1, a2 = damping / stiff + lag, (mass + lag * damping) / stiff
+            g2 = SecondOrderModel(gain=1.0 / stiff, a1=a1, a2=a2)
             gains = imc_gains(g2, closed_loop_time=closed_loop_time)
             laws.append(PidLaw.tuned(gains, period=period))
         return cls(statics=statics, laws=tuple(laws))

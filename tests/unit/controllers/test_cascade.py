@@ -10,8 +10,8 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from pamsim.physics.record import parameters

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.arm import balanced_pressures, shut_stiffness
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.feed_forward import FeedForward, balanced_pressures, shut_stiffness
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
