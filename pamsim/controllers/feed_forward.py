@@ -102,14 +102,13 @@ class Arm:
             lengths[k] = data.ten_length[[model.actuator_trnid[i, 0] for i in muscles]]
         mujoco.mj_fullM(model, data, inertia)
         radius = float((lengths[-1, 1] - lengths[0, 1]) / (_ANGLES[-1] - _ANGLES[0]))
+        sprocket = radius * np.outer(_ANGLES, (-1.0, 1.0))
         rest = np.linalg.lstsq(_SHAPES, torques, rcond=None)[0]
-        for found, law, least, what in (
-            (lengths, radius * np.outer(_ANGLES, (-1.0, 1.0)), 0.0,
-             "its tendons are not -/+ r beta long, as over a sprocket"),
-            (torques, _SHAPES @ rest, _EXACT,
-             "what loads its hinge at rest is not gravity and a linear spring"),
-        ):  # fmt: skip
-            if not np.max(np.abs(found - law)) <= _EXACT * max(np.max(np.abs(found)), least):
+        for what, found, law in (
+            ("its tendons are not -/+ r beta long, as over a sprocket", lengths, sprocket),
+            ("what loads its hinge is not gravity and a linear spring", torques, _SHAPES @ rest),
+        ):
+            if not np.max(np.abs(found - law)) <= _EXACT * max(np.max(np.abs(found)), _EXACT):
                 raise InputError(f"rig {rig.name!r}: {what}")
         first, second = (view(model.actuator_user[i]) for i in muscles)
         return cls(
@@ -124,13 +123,9 @@ class Arm:
 
 
 def balanced_pressures(arm: Arm, angle: float, torque: float, common: float) -> Command:
-    """Pressures at which the pair gives a torque; if it is out of reach, those that come nearest.
+    """Pressures at which the pair gives a torque [N m] at an angle [rad], or comes nearest to it.
 
-    Args:
-        arm: the arm.
-        angle: of it [rad].
-        torque: wanted of both muscles, towards positive angles [N m].
-        common: mean of both pressures where neither is limited, gauge [Pa].
+    Their mean is the common one, gauge [Pa], where neither is limited.
 
     Raises:
         InputError: if the common pressure is not between 0 and the supply.

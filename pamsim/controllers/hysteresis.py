@@ -44,13 +44,10 @@ class PlaySumFit(NamedTuple):
 
 
 def identify_play_sum(input: ArrayLike, output: ArrayLike, *, plays: int = 12) -> PlaySumFit:
-    """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop.
+    """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop of input v and output, (n,).
 
-    Args:
-        input: v, shape ``(n,)``, from a state in which every play is at 0; a decaying triangle
-            shows every threshold [input unit].
-        output: shape ``(n,)`` [output unit].
-        plays: number of thresholds, evenly over the largest input.
+    The loop begins where every play is at 0; a decaying triangle shows every threshold. They, as
+    many as there are plays, lie evenly over the largest input.
 
     Raises:
         InputError: shapes differ, an input that never moves, or an output that no operator with
@@ -90,15 +87,10 @@ def decaying_triangle(
     periods: int = 5,
     shrink: float = 0.7,
 ) -> Experiment:
-    """A triangle of the pressure difference around equal pressures.
+    """A triangle of the pressure difference around equal pressures, for an arm with a load [kg].
 
-    Args:
-        split: makes pressures of the difference.
-        amplitude: of the difference in the first period [Pa].
-        load: mass on the arm [kg].
-        period: long against the arm's own, so that damping does not pass for hysteresis [s].
-        periods: their number.
-        shrink: factor on the amplitude from one period to the next.
+    Its amplitude [Pa] shrinks by a factor from period to period. The period [s] is long against the
+    arm's own, so that damping does not pass for hysteresis.
     """
     time = np.arange(round(period * periods * _RATE) + 1) / _RATE
     return split.experiment(
@@ -112,11 +104,9 @@ def decaying_triangle(
 
 
 def loop_operator(rig: Rig, recording: Recording) -> PlaySumFit:
-    """Fit the operator from the angle the force law predicts to the angle reached.
+    """Fit the operator from the angle the rig's force law predicts to the angle reached.
 
-    Args:
-        rig: its law, gravity and springs predict; its hysteresis is not used.
-        recording: of an arm that started at rest near angle 0, run slowly.
+    The recording is of an arm that started at rest near angle 0, run slowly.
 
     Raises:
         InputError: as `rest_angles` and `identify_play_sum`.

@@ -39,12 +39,7 @@ _LEAST_STIFFNESS = 1e-3  # of what full pressure gives a joint per rad or m
 
 
 class InverseStatics:
-    """Pressures at which a rig at rest gives wanted torques.
-
-    Args:
-        rig: the rig, whose joints all turn about one axis or slide along one.
-        load: mass on it [kg].
-        common: pressure that the muscles keep near to, gauge [Pa].
+    """Pressures near a common gauge one [Pa] at which a rig with a load [kg] at rest gives torques.
 
     Raises:
         InputError: if a joint is free or a ball; if the supply does not reach the common pressure.
@@ -122,17 +117,11 @@ class JointControl:
         load: float = 0.0,
         common_pressure: float | None = None,
     ) -> JointControl:
-        """Design the PIDs by internal model control.
+        """Design PIDs by internal model control for a rig with a load [kg].
 
         Each joint is taken for its inertia, damping and stiffness at the initial position, behind
-        the lag of the regulated pressures.
-
-        Args:
-            rig: the rig.
-            closed_loop_time: time constant that each joint is to have [s].
-            period: between two samples [s].
-            load: mass on the rig [kg].
-            common_pressure: half the supply pressure if left out [Pa].
+        the lag of the regulated pressures. It is to have the closed loop's time constant [s] at a
+        sampling period [s]; the common pressure [Pa] is half the supply's if left out.
 
         Raises:
             InputError: as `InverseStatics`; if the muscles leave a joint without stiffness.

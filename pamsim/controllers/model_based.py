@@ -88,14 +88,9 @@ def linearise_arm(
     load: float = 0.0,
     hold: float = 1.5,
 ) -> LinearisedArm:
-    """Simulate steps about a pressure difference and fit G2.
+    """Simulate steps of 20 kPa about a pressure difference [Pa] and fit G2.
 
-    Args:
-        rig: the rig.
-        split: makes pressures of the difference.
-        difference: p1 - p2 at the operating point [Pa].
-        load: mass on the arm [kg].
-        hold: time between two steps, long enough to come to rest [s].
+    The arm has a load [kg] and comes to rest while each step is held [s].
 
     Raises:
         InputError: if the fitted G2 is unstable or its gain is not positive.

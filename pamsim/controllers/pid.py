@@ -166,16 +166,11 @@ class GainSchedule:
         by: str = "difference",
         at: Sequence[float] | None = None,
     ) -> GainSchedule:
-        """Tune every local model by internal model control.
+        """Tune local models from p1 - p2 to the angle by internal model control.
 
-        Models at one point, such as of rising and falling steps, are averaged.
-
-        Args:
-            models: from p1 - p2 to the angle; those whose fit cannot be trusted are left out.
-            pid: split, period, filter and tracking time.
-            closed_loop_time: time constant that the closed loop is to have everywhere [s].
-            by: one of `SCHEDULES`.
-            at: where each model holds [Pa or rad]; its point's pressure if left out.
+        The closed loop is to have one time constant [s] everywhere. Models at one place, such as of
+        rising and falling steps, are averaged; those whose fit cannot be trusted are left out. A
+        model's place [Pa or rad] is ``at`` or its point's pressure.
 
         Raises:
             InputError: for no trusted model, or one that is not of G1's or G2's structure.

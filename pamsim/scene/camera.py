@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from pamsim.scene.solids import Vector
 
-_FILLED = 0.94
-"""Share of the window beside the plots that the arm fills, in width or in height."""
+_FILLED = 0.94  # share of the window beside the plots that the arm fills, in width or in height
 _ROUNDS = 30
 _CORNERS = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
 
