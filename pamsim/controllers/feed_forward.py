@@ -42,8 +42,7 @@ _ANGLES = np.linspace(-1.0, 1.0, 9)  # rad
 _SHAPES = np.column_stack([np.ones(_ANGLES.size), np.cos(_ANGLES), np.sin(_ANGLES), _ANGLES])
 _EXACT = 1e-9  # of the largest torque or length: rounding lies far below
 _NEAR = 1e-4  # Pa, far below what turns the arm by 1e-6 rad
-_SLOW = 0.02
-"""Rate at which dry friction has reached three quarters of its size [rad/s]."""
+_SLOW = 0.02  # rate at which dry friction has reached three quarters of its size [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -218,7 +217,7 @@ class FeedForward:
         arm = Arm.for_rig(rig, load=load)
         common = PressureSplit(common=common_pressure, supply=arm.supply).common
         if lead is None:
-            lead = regulated_lag(arm.pair[0], 0.0, common)
+            lead = regulated_lag(arm.pair[0], common)
         return cls(arm=arm, common_pressure=common, lead=lead, **parts)
 
     def start(self, first: Observation) -> FeedForwardMemory:

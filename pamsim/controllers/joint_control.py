@@ -135,7 +135,7 @@ class JointControl:
         mujoco.mj_fullM(model, data, inertia)
         at = model.qpos0[rig.position_addresses].tolist()
         muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
-        lag = max(regulated_lag(m, 0.0, max(common, 1.0)) for m in muscles)
+        lag = max(regulated_lag(m, max(common, 1.0)) for m in muscles)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
         own, laws = rig.velocity_addresses, []
         columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]

@@ -37,8 +37,7 @@ from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)
 """Pressure differences of the local models, as shares of twice the common pressure."""
-_ROOM = 0.8
-"""Share of the possible difference that the triangle uses."""
+_ROOM = 0.8  # share of the possible difference that the triangle uses
 _PHASE_MARGIN = math.radians(50.0)
 _WORST_ERROR, _WORST_INPUT = math.radians(2.0), 3e4
 """As bad as each other for the LQG regulator [rad, Pa]."""

@@ -20,7 +20,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
-from pamsim.scene.camera import seen_from
+from pamsim.scene.camera import seen_by
 from pamsim.scene.picture import open_renderer, render_arm, require_camera
 from pamsim.scene.pose import has_site, pose, site_pose
 
@@ -182,9 +182,7 @@ def _pixel(
     scene: mujoco.MjvScene, point: FloatArray, width: int, height: int
 ) -> tuple[float, float]:
     """Column and row [px] at which the last update's camera of a scene shows a point (3,) [m]."""
-    left, right = scene.camera[0], scene.camera[1]
-    eye = (np.array(left.pos) + np.array(right.pos)) / 2.0
-    ((across, up),) = seen_from(point[None], eye, np.array(left.forward), np.array(left.up))
+    ((across, up),), camera = seen_by(scene, point[None]).tolist(), scene.camera[0]
     # The frustum's heights are given at its near plane; pixels are square.
-    scale = height * left.frustum_near / (left.frustum_top - left.frustum_bottom)
+    scale = height * camera.frustum_near / (camera.frustum_top - camera.frustum_bottom)
     return width / 2.0 + scale * across, height / 2.0 - scale * up

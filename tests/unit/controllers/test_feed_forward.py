@@ -48,7 +48,7 @@ def forward(rig):
 
 
 def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
-    assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
+    assert forward.lead == regulated_lag(forward.arm.pair[0], LEVEL)
     lead = forward.lead
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
     leading, _ = forward.step(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))
