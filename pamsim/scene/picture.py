@@ -9,6 +9,7 @@ named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprock
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 import sys
@@ -149,20 +150,16 @@ def open_renderer(
         EngineError: OpenGL cannot start.
     """
     _draw_without_screen()
+    model = copy.copy(model)
     view, quality = model.vis.global_, model.vis.quality
-    asked = view.offwidth, view.offheight
-    finest = quality.offsamples, quality.numslices
-    view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
+    view.offwidth, view.offheight = max(width, view.offwidth), max(height, view.offheight)
     if quick:
-        quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, finest[1])
+        quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, quality.numslices)
     try:
         renderer = mujoco.Renderer(model, height=height, width=width)
     except Exception as error:  # each OpenGL backend fails in its own way, from ImportError on
         reason = next(iter(str(error).splitlines()), repr(error))
         raise EngineError(f"{_NO_GL} ({reason})") from error
-    finally:
-        view.offwidth, view.offheight = asked
-        quality.offsamples, quality.numslices = finest
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
     return renderer
 

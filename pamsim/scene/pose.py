@@ -22,11 +22,7 @@ def pose(
     callback, because no force is computed.
     """
     data.qpos[addresses] = positions
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_camlight(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
+    mujoco.mj_fwdPosition(model, data)
 
 
 def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:
