@@ -29,13 +29,13 @@ from pamsim.physics.supply import sags, supply_sag
 from pamsim.physics.valves import clamped_opening
 
 
-def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[float, float]:
+def full_rates(m: Parameters, pressure: float) -> tuple[float, float]:
     """Rates of gauge pressure [Pa/s] with the fill and with the exhaust valve fully open.
 
-    The tendon length [m] is held, and the supply sags by the flow to this muscle alone.
+    The tendon is held at length 0, and the supply sags by the flow to this muscle alone.
     """
     absolute = pressure + m.chamber.atmosphere
-    inside = static_volume(m, tendon_length, pressure)
+    inside = static_volume(m, 0.0, pressure)
     scale = m.chamber.polytropic_index * GAS_CONSTANT * m.chamber.temperature / inside
     sag = 0.0
     if sags(m):
@@ -50,12 +50,9 @@ def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[fl
     return scale * fill, scale * exhaust
 
 
-def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:
-    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting.
-
-    The tendon length [m] is held.
-    """
-    fill, exhaust = full_rates(m, tendon_length, pressure)
+def regulated_lag(m: Parameters, pressure: float) -> float:
+    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting."""
+    fill, exhaust = full_rates(m, pressure)
     return 0.5 * m.valve.regulator_band * (1.0 / fill - 1.0 / exhaust)
 
 
@@ -87,7 +84,7 @@ class PressureLoop(PidLaw):
                 f" {closed_loop_time * 5e2:g} ms at least; got {period * 1e3:g} ms"
             )
         muscle = next(iter(rig.muscles.values()))
-        fill, exhaust = full_rates(parameters(muscle), 0.0, common_pressure)
+        fill, exhaust = full_rates(parameters(muscle), common_pressure)
         slow = 8.0 * closed_loop_time
         gain = 1.0 / (closed_loop_time * max(fill, -exhaust))
         return cls(period=period, gain=gain, integral_time=slow, tracking_time=slow)

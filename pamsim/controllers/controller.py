@@ -9,7 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
+import numpy as np
+
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.recordings.experiment import Experiment
 
 Memory: TypeAlias = Any
 """What one controller keeps from sample to sample; of its own kind, never changed in place."""
@@ -83,6 +87,52 @@ class Controller(Protocol):
     def step(self, observation: Observation, memory: Memory) -> tuple[Command, Memory]:
         """Command from now on, and the memory for the next sample."""
         ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressureSplit:
+    """Makes pressures of a difference.
+
+    Attributes:
+        common: p0, mean of both pressures where neither is limited, gauge [Pa].
+        supply: highest pressure there is, gauge [Pa].
+
+    Raises:
+        InputError: if the common pressure is not between 0 and the supply.
+    """
+
+    common: float
+    supply: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.common <= self.supply:
+            raise InputError(
+                f"common pressure {self.common / 1e3:g} kPa is not between 0 and the supply's"
+                f" {self.supply / 1e3:g} kPa; choose one that is"
+            )
+
+    def pressures(self, difference: float) -> Command:
+        """Pressures of muscles 1 and 2 for a wanted difference p1 - p2, gauge [Pa]."""
+        wanted = self.common + 0.5 * difference, self.common - 0.5 * difference
+        return tuple(min(max(pressure, 0.0), self.supply) for pressure in wanted)
+
+    def given(self, difference: float) -> float:
+        """Difference [Pa] that remains of a wanted one after the limits."""
+        first, second = self.pressures(difference)
+        return first - second
+
+    def experiment(self, time: FloatArray, differences: FloatArray, **more: Any) -> Experiment:
+        """Run that starts at the first of some differences (n,) [Pa], each set at a time (n,) [s].
+
+        ``more`` are other attributes of `Experiment`, such as its duration.
+        """
+        command = np.array([self.pressures(each) for each in differences.tolist()])
+        own = {"command_time": time, "command_value": command, "start_pressure": command[0]}
+        return Experiment(drive="pressure_set", **own, **more)
+
+    def beyond(self, difference: float) -> bool:
+        """Whether the limits reduce a wanted difference [Pa]."""
+        return 0.5 * abs(difference) > min(self.common, self.supply - self.common)
 
 
 def present_reference(joint: JointObservation, period: float) -> tuple[float, float]:

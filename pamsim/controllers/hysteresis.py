@@ -18,7 +18,7 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import ArrayLike
 
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
@@ -44,13 +44,10 @@ class PlaySumFit(NamedTuple):
 
 
 def identify_play_sum(input: ArrayLike, output: ArrayLike, *, plays: int = 12) -> PlaySumFit:
-    """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop.
+    """Fit the operator ``w_0 v + sum of w_k play(v; r_k)`` to a loop of input v and output, (n,).
 
-    Args:
-        input: v, shape ``(n,)``, from a state in which every play is at 0; a decaying triangle
-            shows every threshold [input unit].
-        output: shape ``(n,)`` [output unit].
-        plays: number of thresholds, evenly over the largest input.
+    The loop begins where every play is at 0; a decaying triangle shows every threshold. They, as
+    many as there are plays, lie evenly over the largest input.
 
     Raises:
         InputError: shapes differ, an input that never moves, or an output that no operator with
@@ -59,26 +56,24 @@ def identify_play_sum(input: ArrayLike, output: ArrayLike, *, plays: int = 12) -
     v, y = finite_samples(input, "input"), finite_samples(output, "output")
     if v.shape != y.shape:
         raise InputError(f"input has {v.size} samples, output {y.size}; give one for each")
-    largest = float(np.max(np.abs(v)))
-    if not largest > 0.0:
+    thresholds = np.max(np.abs(v)) * (np.arange(plays) + 0.5) / plays
+    if not thresholds[0] > 0.0:
         raise InputError("the input stays at 0; give a loop, such as a decaying triangle")
-    thresholds = [largest * (k + 0.5) / plays for k in range(plays)]
     played = (
         list(accumulate(v.tolist(), lambda held, x, r=r: play(x, held, r), initial=0.0))[1:]
-        for r in thresholds
+        for r in thresholds.tolist()
     )
-    (linear, *weights), miss = _nnls(np.column_stack([v, *played]), y)
-    least = _NOTHING * (linear + sum(weights))
-    if not linear > least:
+    weights, miss = _nnls(np.column_stack([v, *played]), y)
+    felt = weights > _NOTHING * weights.sum()
+    if not felt[0]:
         raise InputError(
             "the loop has no part that follows its input at once, so that its operator has no"
             " inverse; give fewer plays or a loop that reaches farther"
         )
-    kept = [(r, float(w)) for r, w in zip(thresholds, weights, strict=True) if w > least]
     operator = PlaySum(
-        linear=float(linear),
-        thresholds=tuple(r for r, _ in kept),
-        weights=tuple(w for _, w in kept),
+        linear=float(weights[0]),
+        thresholds=tuple(thresholds[felt[1:]].tolist()),
+        weights=tuple(weights[1:][felt[1:]].tolist()),
     )
     return PlaySumFit(operator, float(miss / np.sqrt(v.size)))
 
@@ -92,28 +87,26 @@ def decaying_triangle(
     periods: int = 5,
     shrink: float = 0.7,
 ) -> Experiment:
-    """A triangle of the pressure difference around equal pressures.
+    """A triangle of the pressure difference around equal pressures, for an arm with a load [kg].
 
-    Args:
-        split: makes pressures of the difference.
-        amplitude: of the difference in the first period [Pa].
-        load: mass on the arm [kg].
-        period: long against the arm's own, so that damping does not pass for hysteresis [s].
-        periods: their number.
-        shrink: factor on the amplitude from one period to the next.
+    Its amplitude [Pa] shrinks by a factor from period to period. The period [s] is long against the
+    arm's own, so that damping does not pass for hysteresis.
     """
     time = np.arange(round(period * periods * _RATE) + 1) / _RATE
-    differences = amplitude * triangle(time, period, shrink)
-    named = {"load": load, "name": "decaying triangle"}
-    return split.experiment(time, differences, sample_rate=_RATE, **named)
+    return split.experiment(
+        time,
+        amplitude * triangle(time, period, shrink),
+        duration=float(time[-1]),
+        sample_rate=_RATE,
+        load=load,
+        name="decaying triangle",
+    )
 
 
 def loop_operator(rig: Rig, recording: Recording) -> PlaySumFit:
-    """Fit the operator from the angle the force law predicts to the angle reached.
+    """Fit the operator from the angle the rig's force law predicts to the angle reached.
 
-    Args:
-        rig: its law, gravity and springs predict; its hysteresis is not used.
-        recording: of an arm that started at rest near angle 0, run slowly.
+    The recording is of an arm that started at rest near angle 0, run slowly.
 
     Raises:
         InputError: as `rest_angles` and `identify_play_sum`.

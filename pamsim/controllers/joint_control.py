@@ -7,17 +7,17 @@ there: its force laws and moment arms decide which muscles take part.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 import scipy.optimize
+from numpy.typing import ArrayLike
 
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.controller import Command, Observation
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import Command, Observation, PressureSplit
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -34,18 +34,12 @@ _nearest: Any = scipy.optimize.lsq_linear
 _STEP = 100.0  # Pa, for derivatives
 _TURN = 1e-5  # rad or m, for derivatives
 _ROUNDS = 3  # the laws are linear in pressure, but for kinks
-_LOOSE = 1e-3
-"""Weight of staying near the common pressure against giving the torques, relative."""
+_LOOSE = 1e-3  # weight of staying near the common pressure against giving the torques
 _LEAST_STIFFNESS = 1e-3  # of what full pressure gives a joint per rad or m
 
 
 class InverseStatics:
-    """Pressures at which a rig at rest gives wanted torques.
-
-    Args:
-        rig: the rig, whose joints all turn about one axis or slide along one.
-        load: mass on it [kg].
-        common: pressure that the muscles keep near to, gauge [Pa].
+    """Pressures near a common gauge one [Pa] at which a rig with a load [kg] at rest gives torques.
 
     Raises:
         InputError: if a joint is free or a ball; if the supply does not reach the common pressure.
@@ -60,22 +54,22 @@ class InverseStatics:
         self._still = still_torques(rig, load, mujoco.MjData(rig.model))
         self._start, self._places = rig.model.qpos0.copy(), rig.position_addresses
 
-    def torques(self, position: Sequence[float] | FloatArray, pressure: FloatArray) -> FloatArray:
+    def torques(self, position: ArrayLike, pressure: FloatArray) -> FloatArray:
         """(j,) torques on the recorded joints [N m or N] at rest at positions and pressures."""
         where = self._start.copy()
         where[self._places] = position
         return np.array(self._still(where, pressure.tolist()))[self._places]
 
-    def per_pressure(self, position: Sequence[float], pressure: FloatArray) -> FloatArray:
+    def per_pressure(self, position: ArrayLike, pressure: FloatArray) -> FloatArray:
         """(j, m) derivatives of the torques by the pressures [N m/Pa or N/Pa]."""
         return _jacobian(lambda pressure: self.torques(position, pressure), pressure, _STEP)
 
-    def stiffness(self, position: Sequence[float]) -> FloatArray:
+    def stiffness(self, position: ArrayLike) -> FloatArray:
         """(j,) fall of each joint's torque with its position at the common pressure."""
-        at = np.array(position)
-        return -np.diag(_jacobian(lambda at: self.torques(at, self.common), at, _TURN))
+        turned = _jacobian(lambda at: self.torques(at, self.common), np.array(position), _TURN)
+        return -np.diag(turned)
 
-    def pressures(self, position: Sequence[float], torque: FloatArray) -> FloatArray:
+    def pressures(self, position: ArrayLike, torque: FloatArray) -> FloatArray:
         """(m,) pressures [Pa] at which the rig at a position has torques (j,) left over."""
         pressure = self.common.copy()
         tie = _LOOSE * np.eye(len(pressure))
@@ -123,17 +117,11 @@ class JointControl:
         load: float = 0.0,
         common_pressure: float | None = None,
     ) -> JointControl:
-        """Design the PIDs by internal model control.
+        """Design PIDs by internal model control for a rig with a load [kg].
 
         Each joint is taken for its inertia, damping and stiffness at the initial position, behind
-        the lag of the regulated pressures.
-
-        Args:
-            rig: the rig.
-            closed_loop_time: time constant that each joint is to have [s].
-            period: between two samples [s].
-            load: mass on the rig [kg].
-            common_pressure: half the supply pressure if left out [Pa].
+        the lag of the regulated pressures. It is to have the closed loop's time constant [s] at a
+        sampling period [s]; the common pressure [Pa] is half the supply's if left out.
 
         Raises:
             InputError: as `InverseStatics`; if the muscles leave a joint without stiffness.
@@ -147,11 +135,10 @@ class JointControl:
         mujoco.mj_fullM(model, data, inertia)
         at = model.qpos0[rig.position_addresses].tolist()
         muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
-        lag = max(regulated_lag(m, 0.0, max(common, 1.0)) for m in muscles)
+        lag = max(regulated_lag(m, max(common, 1.0)) for m in muscles)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
-        own = rig.velocity_addresses
+        own, laws = rig.velocity_addresses, []
         columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]
-        laws = []
         for joint, *numbers in zip(rig.joints, *columns, strict=True):
             stiff, able, damping, mass = map(float, numbers)
             if not stiff > _LEAST_STIFFNESS * able:
@@ -159,9 +146,8 @@ class JointControl:
                     f"joint {joint!r} has no stiffness at {common / 1e3:g} kPa in all muscles:"
                     " choose another `common_pressure`"
                 )
-            g2 = SecondOrderModel(
-                gain=1.0 / stiff, a1=damping / stiff + lag, a2=(mass + lag * damping) / stiff
-            )
+            a1, a2 = damping / stiff + lag, (mass + lag * damping) / stiff
+            g2 = SecondOrderModel(gain=1.0 / stiff, a1=a1, a2=a2)
             gains = imc_gains(g2, closed_loop_time=closed_loop_time)
             laws.append(PidLaw.tuned(gains, period=period))
         return cls(statics=statics, laws=tuple(laws))

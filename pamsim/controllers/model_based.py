@@ -12,12 +12,112 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from pamsim.controllers.controller import Command, Observation, present_reference
-from pamsim.controllers.operating_point import LinearisationPoint
+import numpy as np
+
+from pamsim.controllers.controller import (
+    Command,
+    JointObservation,
+    Observation,
+    PressureSplit,
+    present_reference,
+)
+from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import simulate
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.lead_lag_design import LeadLagDesign
 from pamsim.linear.regulator_design import RegulatorDesign
 from pamsim.linear.sampled_controller import SampledController
 from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.linear.signal_record import SignalRecord
+
+_STEPS = 2e4 * np.array([0.0, 1.0, 0.0, -1.0, 0.0])  # Pa
+_RATE = 50.0  # Hz
+_NAME = "steps about an operating point"
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearisationPoint:
+    """A pressure difference and the angle that it holds; linear models are deviations from it.
+
+    Attributes:
+        split: makes pressures of the difference.
+        difference: p1 - p2 [Pa].
+        angle: at rest there [rad].
+    """
+
+    split: PressureSplit
+    difference: float = 0.0
+    angle: float = 0.0
+
+    def held(self, first: Observation, model: SecondOrderModel | None) -> float:
+        """Departure [Pa] of pressures at rest, beyond what a model needs to hold the angle."""
+        departure = first.pressure[0] - first.pressure[1] - self.difference
+        if model is None:
+            return departure
+        return departure - model.input_for(first.joint.position - self.angle, 0.0, 0.0)
+
+    def input_for(self, model: SecondOrderModel, joint: JointObservation) -> float:
+        """Departure [Pa] under which a model of this point moves as the reference."""
+        return model.input_for(
+            joint.reference - self.angle, joint.reference_rate, joint.reference_acceleration
+        )
+
+    def given(self, departure: float) -> float:
+        """Departure [Pa] that remains of a wanted one after the limits."""
+        return self.split.given(self.difference + departure) - self.difference
+
+    def pressures(self, departure: float) -> Command:
+        """Pressures for a departure from the point's difference, gauge [Pa]."""
+        return self.split.pressures(self.difference + departure)
+
+
+class LinearisedArm(NamedTuple):
+    """An operating point; G2 there from p1 - p2 [Pa] to the angle [rad]; the fit that found it."""
+
+    point: LinearisationPoint
+    model: SecondOrderModel
+    fit: IdentifiedModel
+
+
+def linearise_arm(
+    rig: Rig,
+    split: PressureSplit,
+    *,
+    difference: float = 0.0,
+    load: float = 0.0,
+    hold: float = 1.5,
+) -> LinearisedArm:
+    """Simulate steps of 20 kPa about a pressure difference [Pa] and fit G2.
+
+    The arm has a load [kg] and comes to rest while each step is held [s].
+
+    Raises:
+        InputError: if the fitted G2 is unstable or its gain is not positive.
+        SimulationError: if the run broke down.
+    """
+    # The first level is short: it only shows the angle at rest.
+    time = np.array([0.0, *(0.1 + hold * np.arange(len(_STEPS) - 1))])
+    steps = split.experiment(
+        time,
+        difference + _STEPS,
+        duration=float(time[-1]) + hold,
+        sample_rate=_RATE,
+        load=load,
+        name=_NAME,
+    )
+    run = simulate(rig, steps).completed()
+    record = SignalRecord(
+        name=_NAME,
+        time=run.time,
+        inputs=run.command[:, 0] - run.command[:, 1],
+        output=run.angle,
+        units_input=("Pa",),
+        unit_output="rad",
+    )
+    fit = fit_continuous([record], order=2, real_lags=False)
+    point = LinearisationPoint(split=split, difference=difference, angle=float(run.angle[0]))
+    return LinearisedArm(point, SecondOrderModel.of_fit(fit), fit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,31 +153,23 @@ class Lqg(LinearisedController):
 
     def start(self, first: Observation) -> LqgMemory:
         """Memory that keeps the pressures at rest."""
+        departure = self.point.held(first, self.design.model)
         away = first.joint.position - self.point.angle
-        departure = self.point.measured_departure(first) - away / self.design.model.gain
         return LqgMemory((away, 0.0), departure / self.design.integral_gain)
 
     def step(self, observation: Observation, memory: LqgMemory) -> tuple[Command, LqgMemory]:
         """Pressures from now on, and the memory for the next sample."""
         joint, design, point = observation.joint, self.design, self.point
         innovation = joint.position - point.angle - memory.expected[0]
-        state = tuple(
-            x + gain * innovation
-            for x, gain in zip(memory.expected, design.correction, strict=True)
-        )
-        now, rate = present_reference(joint, design.period)
-        missed = now - point.angle - state[0], rate - state[1]
-        wanted = point.input_for(design.model, joint) + _dot(design.feedback, missed)
-        wanted += design.integral_gain * memory.integral
+        angle, rate = _moved(memory.expected, design.correction, innovation)
+        goal, goal_rate = present_reference(joint, design.period)
+        wanted = point.input_for(design.model, joint) + design.integral_gain * memory.integral
+        wanted += _dot(design.feedback, (goal - point.angle - angle, goal_rate - rate))
         given = point.given(wanted)
-        grown = now - joint.position
-        grown += (given - wanted) / (design.integral_gain * self.tracking_time)
-        expected = tuple(
-            _dot(row, state) + into * given
-            for row, into in zip(design.transition, design.input, strict=True)
-        )
-        integral = memory.integral + design.period * grown
-        return point.pressures(wanted), LqgMemory(expected, integral)
+        missed = (given - wanted) / (design.integral_gain * self.tracking_time)
+        integral = memory.integral + design.period * (goal - joint.position + missed)
+        turned = [_dot(row, (angle, rate)) for row in design.transition]
+        return point.pressures(wanted), LqgMemory(_moved(turned, design.input, given), integral)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,9 +234,7 @@ class Lti(LinearisedController):
 
     def start(self, first: Observation) -> tuple[float, ...]:
         """State that keeps the pressures at rest, if the controller integrates; else zeros."""
-        departure = self.point.measured_departure(first)
-        if self.model is not None:
-            departure -= self.model.input_for(first.joint.position - self.point.angle, 0.0, 0.0)
+        departure = self.point.held(first, self.model)
         return tuple(departure * x for x in self.design.rest)
 
     def step(
@@ -159,12 +249,10 @@ class Lti(LinearisedController):
         if self.model is not None:
             # Limited first: feedback must not compensate a reference that is out of reach.
             wanted += point.given(point.input_for(self.model, joint))
+        rows = zip(design.transition, design.input, strict=True)
+        state = [_dot(a, memory) + _dot(b, seen) for a, b in rows]
         missed = point.given(wanted) - wanted
-        state = tuple(
-            _dot(a, memory) + _dot(b, seen) + k * missed
-            for a, b, k in zip(design.transition, design.input, design.correction, strict=True)
-        )
-        return point.pressures(wanted), state
+        return point.pressures(wanted), _moved(state, design.correction, missed)
 
 
 def lead_lag(design: LeadLagDesign, model: SecondOrderModel, point: LinearisationPoint) -> Lti:
@@ -173,20 +261,25 @@ def lead_lag(design: LeadLagDesign, model: SecondOrderModel, point: Linearisatio
     At limits its state becomes what it had been under the error that gives the limited output. It
     starts as if it had always given what the pressures at rest need.
     """
-    (first, *numerator), (_, *denominator) = design.numerator, design.denominator
-    order = range(len(denominator))
-    into = tuple(b - a * first for b, a in zip(numerator, denominator, strict=True))
+    numerator, poles = np.array(design.numerator), np.array(design.denominator[1:])
+    first, into = design.numerator[0], numerator[1:] - poles * numerator[0]
+    transition = np.eye(len(poles), k=1)
+    transition[:, 0] = -poles
     filtered = SampledController(
         period=design.period,
-        transition=tuple((-denominator[k], *(float(j == k + 1) for j in order[1:])) for k in order),
-        input=tuple((b,) for b in into),
-        output=tuple(float(k == 0) for k in order),
+        transition=tuple(map(tuple, transition.tolist())),
+        input=tuple((b,) for b in into.tolist()),
+        output=(1.0, *[0.0] * (len(poles) - 1)),
         direct=(first,),
-        rest=tuple(-sum(denominator[k:]) for k in order),
-        correction=tuple(b / first for b in into),
+        rest=tuple((-np.cumsum(poles[::-1])[::-1]).tolist()),
+        correction=tuple((into / first).tolist()),
     )
     return Lti(design=filtered, model=model, point=point)
 
 
 def _dot(a: Sequence[float], b: Sequence[float]) -> float:
     return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _moved(state: Sequence[float], along: Sequence[float], by: float) -> tuple[float, ...]:
+    return tuple(x + way * by for x, way in zip(state, along, strict=True))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pamsim.controllers.controller import Command, Observation
+from pamsim.controllers.controller import Command, JointObservation, Observation
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.recordings.policy_file import PolicyFile, read_policy
@@ -33,13 +33,8 @@ class NeuralPolicy:
     def read(cls, path: str | os.PathLike[str], rig: Rig) -> NeuralPolicy:
         """Read a policy from the ``.npz`` that ``pamsim train`` writes.
 
-        Args:
-            path: of the file.
-            rig: that it is to drive; its joints and muscles must have the names of those that it
-                was trained on.
-
         Raises:
-            InputError: if it is missing, no policy, or one for another rig.
+            InputError: if it is missing, no policy, or for a rig of other joints and muscles.
         """
         policy = read_policy(Path(path))
         own, needed = (*rig.joints, *rig.muscles), (*policy.joints, *policy.muscles)
@@ -55,13 +50,9 @@ class NeuralPolicy:
 
     def step(self, observation: Observation, memory: None) -> tuple[Command, None]:
         """See `Controller.step`."""
-
-        def of_joints(*names: str) -> list[float]:
-            return [getattr(joint, name) or 0.0 for name in names for joint in observation.joints]
-
-        moved = of_joints("position", "velocity")
-        wanted = of_joints("reference", "reference_rate", "reference_acceleration", "stiffness")
-        value = np.array([*moved, *observation.pressure, *wanted])
+        fields = JointObservation.__dataclass_fields__
+        signals = [[getattr(each, name) or 0.0 for each in observation.joints] for name in fields]
+        value = np.concatenate([*signals[:2], observation.pressure, *signals[2:]])
         value = (value - self.policy.centre) / self.policy.scale
         *hidden, (weight, bias) = zip(self.policy.weights, self.policy.biases, strict=True)
         for inner, offset in hidden:

@@ -11,15 +11,21 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from statistics import fmean
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pamsim.controllers.controller import Command, JointObservation, Observation, present_reference
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import (
+    Command,
+    JointObservation,
+    Observation,
+    PressureSplit,
+    present_reference,
+)
 from pamsim.core.errors import InputError, nearest
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.imc_tuning import PidGains, imc_gains_of_fit
@@ -30,10 +36,7 @@ SCHEDULES = ("difference", "angle")
 
 
 class PidMemory(NamedTuple):
-    """What a PID keeps: the integral part of its command, and the lagged rate [per s].
-
-    The rate is that of the position, less c of the wanted one.
-    """
+    """Integral part of the command, and lagged rate of position less c wanted position [per s]."""
 
     integral: float = 0.0
     rate: float = 0.0
@@ -79,16 +82,13 @@ class PidLaw:
 
     @classmethod
     def tuned(cls, gains: PidGains, *, period: float, **more: Any) -> Self:
-        """PID of some gains beside a feed-forward or for smooth references.
+        """PID of some gains, beside a feed-forward or for smooth references.
 
-        Args:
-            gains: such as those of `pamsim.linear.imc_tuning.imc_gains`.
-            period: between two samples, which is also the filter's time [s].
-            more: other attributes.
+        The period [s] is also the filter's time; ``more`` are other attributes.
         """
         tracking = max(gains.derivative_time, 2.0 * period)
-        own = {"period": period, "filter_time": period, "tracking_time": tracking, **more}
-        return cls(rate_weight=1.0, **own, **dataclasses.asdict(gains))
+        times = {"period": period, "filter_time": period, "tracking_time": tracking}
+        return cls(rate_weight=1.0, **times, **dataclasses.asdict(gains), **more)
 
     def wanted(self, joint: JointObservation, memory: PidMemory) -> tuple[float, PidMemory]:
         """What is commanded before the limits, and the memory if they take nothing."""
@@ -166,16 +166,11 @@ class GainSchedule:
         by: str = "difference",
         at: Sequence[float] | None = None,
     ) -> GainSchedule:
-        """Tune every local model by internal model control.
+        """Tune local models from p1 - p2 to the angle by internal model control.
 
-        Models at one point, such as of rising and falling steps, are averaged.
-
-        Args:
-            models: from p1 - p2 to the angle; those whose fit cannot be trusted are left out.
-            pid: split, period, filter and tracking time.
-            closed_loop_time: time constant that the closed loop is to have everywhere [s].
-            by: one of `SCHEDULES`.
-            at: where each model holds [Pa or rad]; its point's pressure if left out.
+        The closed loop is to have one time constant [s] everywhere. Models at one place, such as of
+        rising and falling steps, are averaged; those whose fit cannot be trusted are left out. A
+        model's place [Pa or rad] is ``at`` or its point's pressure.
 
         Raises:
             InputError: for no trusted model, or one that is not of G1's or G2's structure.
@@ -183,19 +178,18 @@ class GainSchedule:
         places = [item.point.pressure for item in models.models] if at is None else list(at)
         if len(places) != len(models.models):
             raise InputError(f"{len(places)} places for {len(models.models)} local models")
-        tuned: dict[float, list[tuple[float, ...]]] = {}
+        tuned: dict[float, list[PidGains]] = {}
         for place, item in zip(places, models.models, strict=True):
             if item.fit.status is FitStatus.CONVERGED:
                 gains = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
-                tuned.setdefault(place, []).append(dataclasses.astuple(gains))
+                tuned.setdefault(place, []).append(gains)
         points = tuple(sorted(tuned))
-        means = (np.mean(tuned[place], axis=0).tolist() for place in points)
-        return cls(pid=pid, by=by, points=points, gains=tuple(map(_gains, means)))
+        means = tuple(_combined(fmean, tuned[place]) for place in points)
+        return cls(pid=pid, by=by, points=points, gains=means)
 
     def at(self, place: float) -> PidGains:
         """Gains at an operating point [Pa or rad]."""
-        columns = zip(*map(dataclasses.astuple, self.gains), strict=True)
-        return _gains([float(np.interp(place, self.points, column)) for column in columns])
+        return _combined(lambda each: float(np.interp(place, self.points, each)), self.gains)
 
     def start(self, first: Observation) -> PidMemory:
         """Memory that keeps the pressures at rest."""
@@ -209,6 +203,7 @@ class GainSchedule:
         return here.step(observation, memory)
 
 
-def _gains(values: Sequence[float]) -> PidGains:
-    gain, integral_time, derivative_time = values
-    return PidGains(gain=gain, integral_time=integral_time, derivative_time=derivative_time)
+def _combined(rule: Callable[[list[float]], float], gains: Sequence[PidGains]) -> PidGains:
+    """One set of gains of several, each by itself."""
+    names = PidGains.__dataclass_fields__
+    return PidGains(**{name: rule([getattr(one, name) for one in gains]) for name in names})

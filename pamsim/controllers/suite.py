@@ -11,13 +11,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import NamedTuple
 
 from pamsim.controllers.cascade import Cascade, PressureLoop
-from pamsim.controllers.controller import Controller
+from pamsim.controllers.controller import Controller, PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
-from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
-from pamsim.controllers.operating_point import LinearisedArm, PressureSplit, linearise_arm
+from pamsim.controllers.model_based import (
+    LinearisedArm,
+    Lqg,
+    Lti,
+    SlidingMode,
+    lead_lag,
+    linearise_arm,
+)
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
@@ -30,8 +37,7 @@ from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)
 """Pressure differences of the local models, as shares of twice the common pressure."""
-_ROOM = 0.8
-"""Share of the possible difference that the triangle uses."""
+_ROOM = 0.8  # share of the possible difference that the triangle uses
 _PHASE_MARGIN = math.radians(50.0)
 _WORST_ERROR, _WORST_INPUT = math.radians(2.0), 3e4
 """As bad as each other for the LQG regulator [rad, Pa]."""
@@ -78,18 +84,12 @@ class Suite:
     @cached_property
     def local_models(self) -> LocalModelMap:
         """G2 about several pressure differences."""
-        arms = (
-            linearise_arm(
-                self.rig, self.split, difference=2.0 * share * self.split.common, load=self.load
-            )
-            for share in _SCHEDULED
-        )
-        return local_model_map(
-            [
-                LocalModel(OperatingPoint(pressure=arm.point.difference, load=self.load), arm.fit)
-                for arm in arms
-            ]
-        )
+        models = []
+        for share in _SCHEDULED:
+            difference = 2.0 * share * self.split.common
+            arm = linearise_arm(self.rig, self.split, difference=difference, load=self.load)
+            models.append(LocalModel(OperatingPoint(arm.point.difference, self.load), arm.fit))
+        return local_model_map(models)
 
     @cached_property
     def inverse(self) -> PlaySum:
@@ -111,16 +111,17 @@ class Suite:
 
     def lead_lag(self, crossover: float) -> Lti:
         """Lead-lag of a crossover [rad/s]: 50 deg of phase margin with a period of delay."""
-        model = self.linearised.model
+        point, model, _ = self.linearised
         design = design_lead_lag(
             model, period=self.period, crossover=crossover, phase_margin=_PHASE_MARGIN, delay=1
         )
-        return lead_lag(design, model, self.linearised.point)
+        return lead_lag(design, model, point)
 
     def lqg(self, integral_time: float) -> Lqg:
         """LQG with integral action over a time [s]."""
+        point, model, _ = self.linearised
         design = design_regulator(
-            self.linearised.model,
+            model,
             period=self.period,
             largest_error=_WORST_ERROR,
             largest_input=_WORST_INPUT,
@@ -128,13 +129,14 @@ class Suite:
             input_noise=_PRESSURE_NOISE,
             output_noise=_ENCODER_NOISE,
         )
-        return Lqg(design=design, point=self.linearised.point, tracking_time=integral_time)
+        return Lqg(design=design, point=point, tracking_time=integral_time)
 
     def sliding_mode(self, bandwidth: float) -> SlidingMode:
         """Sliding mode of a bandwidth [rad/s]; its layer is crossed in about five samples."""
+        point, model, _ = self.linearised
         return SlidingMode(
-            model=self.linearised.model,
-            point=self.linearised.point,
+            model=model,
+            point=point,
             period=self.period,
             bandwidth=bandwidth,
             reach=bandwidth,
@@ -164,14 +166,8 @@ class Suite:
         return Cascade(outer=self.feed_forward(closed_loop_time, compensated=True), inner=inner)
 
 
-@dataclass(frozen=True)
-class Family:
-    """A kind of controller and the values of the number that is left to choose.
-
-    Attributes:
-        make: controller of a suite for a value.
-        tried: values of it; a single unused 0 if there is nothing to choose.
-    """
+class Family(NamedTuple):
+    """A kind of controller of a suite for a number left to choose; values of it, an unused 0."""
 
     make: Callable[[Suite, float], Controller]
     tried: tuple[float, ...] = (0.05, 0.1, 0.2, 0.4)

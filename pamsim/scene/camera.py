@@ -7,34 +7,19 @@ import math
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.scene.solids import Vector
 
-_FILLED = 0.94
-"""Share of the window beside the plots that the arm fills, in width or in height."""
+_FILLED = 0.94  # share of the window beside the plots that the arm fills, in width or in height
 _ROUNDS = 30
 _CORNERS = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, 8).T
 
 
-def seen_from(
-    points: Vector, eye: Vector, ahead: NDArray[np.floating], up: NDArray[np.floating]
-) -> Vector:
-    """Tangents (n, 2), to the right and up, of points (n, 3) [m] seen from an eye (3,) [m].
-
-    Ahead (3,) and up (3,) are unit vectors at right angles.
-    """
-    away = points - eye
-    return away @ np.column_stack([np.cross(ahead, up), up]) / (away @ ahead)[:, None]
-
-
-def window_places(camera: mujoco.MjvCamera, points: Vector, half: Vector) -> Vector:
-    """Where a free camera shows points (n, 3) [m]: (n, 2), -1 to 1 rightwards and upwards.
-
-    ``half`` (2,) are the tangents of half the width and half the height seen.
-    """
-    ahead, _, up = _axes(camera)
-    return seen_from(points, camera.lookat - camera.distance * ahead, ahead, up) / half
+def seen_by(scene: mujoco.MjvScene, points: Vector) -> Vector:
+    """Tangents (n, 2), to the right and up, at which a scene's camera sees points (n, 3) [m]."""
+    left, right = scene.camera[0], scene.camera[1]
+    away = points - (np.array(left.pos) + np.array(right.pos)) / 2.0
+    return away @ _across(scene).T / (away @ np.array(left.forward))[:, None]
 
 
 def fit_camera(
@@ -57,26 +42,24 @@ def fit_camera(
         ahead = -data.cam_xmat[fixed].reshape(3, 3)[:, 2]
         camera.azimuth = math.degrees(math.atan2(ahead[1], ahead[0]))
         camera.elevation = math.degrees(math.asin(ahead[2]))
-    points = _reach(model, data)
+    scene, points = mujoco.MjvScene(model, maxgeom=1), _reach(model, data)
     camera.lookat = points.mean(axis=0)
     camera.distance = 3.0 * float(np.ptp(points, axis=0).max())
     low, high = np.array([2.0 * column - 1.0, -1.0]), np.ones(2)
     half = math.tan(math.radians(model.vis.global_.fovy) / 2.0) * np.array([aspect, 1.0])
     for _ in range(_ROUNDS):
-        placed = window_places(camera, points, half)
+        mujoco.mjv_updateCamera(model, data, camera, scene)
+        placed = seen_by(scene, points) / half
         least, most = placed.min(axis=0), placed.max(axis=0)
         move = ((least + most) - (low + high)) / 2.0 * half * camera.distance
-        camera.lookat = camera.lookat + move @ _axes(camera)[1:]
+        camera.lookat = camera.lookat + move @ _across(scene)
         camera.distance *= float(((most - least) / (high - low)).max()) / _FILLED
 
 
-def _axes(camera: mujoco.MjvCamera) -> Vector:
-    """Ahead, right and up of a free camera, (3, 3)."""
-    turn, lift = math.radians(camera.azimuth), math.radians(camera.elevation)
-    flat = np.array([math.cos(turn), math.sin(turn), 0.0])
-    up = np.array([0.0, 0.0, 1.0])
-    ahead = math.cos(lift) * flat + math.sin(lift) * up
-    return np.array([ahead, np.cross(flat, up), math.cos(lift) * up - math.sin(lift) * flat])
+def _across(scene: mujoco.MjvScene) -> Vector:
+    """(2, 3) unit vectors to the right and up of a scene's camera."""
+    ahead, up = np.array(scene.camera[0].forward), np.array(scene.camera[0].up)
+    return np.array([np.cross(ahead, up), up])
 
 
 def _reach(model: mujoco.MjModel, data: mujoco.MjData) -> Vector:

@@ -12,26 +12,18 @@ from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import KINDS, SignalNames
 from pamsim.scene.series_colours import INK, Rgb, rgb, series_rgb
 
-COLUMN = 0.3
-"""Share of the window's width that the plots take."""
-SPAN = 10.0
-"""Length of the curves over time [s]."""
+COLUMN = 0.3  # share of the window's width that the plots take
+SPAN = 10.0  # length of the curves over time [s]
 _WHITE, _INK, _GRID = (1.0, 1.0, 1.0, 0.92), (0.12, 0.14, 0.17), (0.84, 0.86, 0.88)
 _LOOP = rgb(INK)
 _DARK = (0.1, 0.11, 0.13, 0.8)  # the engine gives the legend's letters a dark rim
 _LINE = 0.15  # of the legend, as a share of the curves' height
-_KEPT = 1000
-"""Samples kept, which is also the most that the window's curves can hold."""
-_INTERVAL = 0.03
-"""Least time between two samples [s]: the loop shows the last 30 s or more."""
+_KEPT = 1000  # samples, which is also the most that the window's curves can hold
+_INTERVAL = 0.03  # least time between two samples [s]: the loop shows the last 30 s or more
 
 
 class LivePlots:
-    """Keeps the last samples of a moving rig and plots them.
-
-    Args:
-        names: of the rig's joints and muscles.
-    """
+    """Keeps the last samples of a moving rig, of the names of its joints and muscles, to plot."""
 
     def __init__(self, names: SignalNames) -> None:
         self._names = names

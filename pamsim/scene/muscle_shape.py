@@ -28,8 +28,7 @@ FULL_PRESSURE = 600e3
 
 _VENTED = (0.12, 0.14, 0.18)
 _WHITE = (1.0, 1.0, 1.0)
-_FIBRE_LIGHT = 0.35
-"""How much lighter than the tube its fibres are, as a share of the way to white."""
+_FIBRE_LIGHT = 0.35  # how much lighter than the tube its fibres are, as a share of the way to white
 _UNKNOWN_RUBBER: Rgba = (0.42, 0.42, 0.43, 1.0)
 _UNKNOWN_FIBRE: Rgba = (0.66, 0.66, 0.67, 1.0)
 _ALUMINIUM: Rgba = (0.74, 0.76, 0.78, 1.0)

@@ -9,6 +9,7 @@ named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprock
 
 from __future__ import annotations
 
+import copy
 import math
 import os
 import sys
@@ -21,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
@@ -33,13 +34,10 @@ from pamsim.scene.series_colours import series_rgb
 from pamsim.scene.solids import Rgba, add_rod
 
 _IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
+_IRON_DENSITY = 7300.0  # of the load discs, cast iron [kg/m^3]
 _USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
-_IRON_DENSITY = 7300.0
-"""Of the load discs, cast iron [kg/m^3]."""
-_COMPOSED_FOR = 1.6
-"""Width over height of the pictures that the scenes' cameras are placed for."""
-_QUICK_SLICES = 20
-"""Sides of a cylinder in a quick picture."""
+_COMPOSED_FOR = 1.6  # width over height of the pictures that the scenes' cameras are placed for
+_QUICK_SLICES = 20  # sides of a cylinder in a quick picture
 _NO_GL = (
     "cannot draw without a screen: set MUJOCO_GL=egl before Python starts and install libegl1 and"
     " libgl1-mesa-dri (software OpenGL)"
@@ -55,15 +53,10 @@ def picture_rest(
     camera: str = "overview",
     size: tuple[int, int] = (1600, 1000),
 ) -> None:
-    """Let a rig come to rest at given pressures and write a picture of it.
+    """Let a rig come to rest at gauge pressures (m,) [Pa] and write a picture of it, png or jpg.
 
-    Args:
-        path: picture file, png or jpg.
-        rig: name of a shipped rig or a rig folder.
-        pressures: gauge pressures, one per muscle [Pa].
-        load: [kg]; 2.14 kg if left out, nothing on a rig that takes no load.
-        camera: of the rig's scene.
-        size: width and height in pixels.
+    The rig, a shipped one or a folder, carries a load [kg]; if left out 2.14 kg, or nothing where
+    none can be. The camera is one of its scene, the size is width and height [px].
 
     Raises:
         InputError: for an unknown rig, camera or picture format.
@@ -74,29 +67,15 @@ def picture_rest(
         load = _USUAL_LOAD if loaded.takes_load else 0.0
     experiment = pressure_step(pressures, pressures, duration=0.01, load=load)
     rest = simulate(loaded, experiment).completed()
-    picture: dict[str, int] = dict(zip(("width", "height"), size, strict=True))
+    width, height = size
     model = loaded.model_for(load=load)
-    show_whole(model, **picture)
-    state = rest.positions[-1].tolist(), rest.pressure[-1].tolist()
-    image = draw_rig(loaded, model, mujoco.MjData(model), *state, camera=camera, **picture)
+    show_whole(model, width=width, height=height)
+    data = mujoco.MjData(model)
+    pose(model, data, loaded.position_addresses, rest.positions[-1].tolist())
+    filled = rest.pressure[-1].tolist()
+    state = {"muscles": loaded.muscles, "pressures": filled}
+    image = render_arm(model, data, **state, width=width, height=height, camera=camera)
     write_picture(path, image)
-
-
-def draw_rig(
-    rig: Rig,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    positions: Sequence[float],
-    pressures: Sequence[float],
-    **how: Any,
-) -> npt.NDArray[np.uint8]:
-    """Put a model of a rig at joint positions [rad or m] and draw it at gauge pressures [Pa].
-
-    Other arguments, what is returned and what is raised are those of `render_arm`.
-    """
-    pose(model, data, rig.position_addresses, positions)
-    how |= {"muscles": rig.muscles, "pressures": pressures}
-    return render_arm(model, data, lengths=muscle_lengths(model, data), **how)
 
 
 def require_camera(model: mujoco.MjModel, camera: str) -> None:
@@ -114,28 +93,22 @@ def render_arm(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     *,
-    muscles: Mapping[str, Muscle],
-    pressures: Sequence[float],
-    lengths: Sequence[float],
     width: int = 1600,
     height: int = 1000,
     camera: str = "overview",
     renderer: mujoco.Renderer | None = None,
-    fine: bool = True,
+    **state: Any,
 ) -> npt.NDArray[np.uint8]:
     """Draw the arm at the state in ``data``.
 
     Args:
         model: a compiled rig with the sites named above, best through its ``scene.xml``.
         data: state after ``mj_forward``.
-        muscles: as for `decorate`.
-        pressures: (m,) gauge [Pa], as for `decorate`.
-        lengths: (m,) active [m].
-        width: picture width [px].
-        height: picture height [px].
+        width: of the picture [px].
+        height: of the picture [px].
         camera: name of a camera in the model.
         renderer: one from ``open_renderer`` to use again, for videos; its own size then counts.
-        fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
+        state: as `decorate` takes it: muscles, pressures, lengths, fine.
 
     Returns:
         (height, width, 3) picture, red, green, blue from 0 to 255.
@@ -145,16 +118,13 @@ def render_arm(
         InputError: the model has no such camera, or as `decorate`.
     """
     require_camera(model, camera)
-    own = renderer
-    if own is None:
-        own = open_renderer(model, width=width, height=height)
+    own = renderer or open_renderer(model, width=width, height=height)
     try:
         own.update_scene(data, camera=camera)
-        state: Any = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
-        decorate(own.scene, model, data, **state, fine=fine)
+        decorate(own.scene, model, data, **state)
         return own.render()
     finally:
-        if renderer is None:
+        if own is not renderer:
             own.close()
 
 
@@ -180,20 +150,16 @@ def open_renderer(
         EngineError: OpenGL cannot start.
     """
     _draw_without_screen()
+    model = copy.copy(model)
     view, quality = model.vis.global_, model.vis.quality
-    asked = view.offwidth, view.offheight
-    finest = quality.offsamples, quality.numslices
-    view.offwidth, view.offheight = max(width, asked[0]), max(height, asked[1])
+    view.offwidth, view.offheight = max(width, view.offwidth), max(height, view.offheight)
     if quick:
-        quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, finest[1])
+        quality.offsamples, quality.numslices = 0, min(_QUICK_SLICES, quality.numslices)
     try:
         renderer = mujoco.Renderer(model, height=height, width=width)
     except Exception as error:  # each OpenGL backend fails in its own way, from ImportError on
         reason = next(iter(str(error).splitlines()), repr(error))
         raise EngineError(f"{_NO_GL} ({reason})") from error
-    finally:
-        view.offwidth, view.offheight = asked
-        quality.offsamples, quality.numslices = finest
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
     return renderer
 
@@ -227,7 +193,7 @@ def decorate(
     *,
     muscles: Mapping[str, Muscle],
     pressures: Sequence[float],
-    lengths: Sequence[float],
+    lengths: Sequence[float] | None = None,
     fine: bool = True,
 ) -> None:
     """Add muscles, chain, teeth and load discs to a scene, such as that of a renderer.
@@ -237,15 +203,16 @@ def decorate(
         model: a compiled rig with the named sites.
         data: state after ``mj_forward``.
         muscles: of the rig, in actuator order; those that push are not drawn.
-        pressures: (m,) gauge pressures of the muscles [Pa]; each tube has more of its
-            muscle's colour the higher it is; NaN where not known: grey.
-        lengths: (m,) their active lengths [m].
+        pressures: (m,) gauge [Pa]; the higher, the more a tube has of its muscle's colour; NaN
+            where not known: grey.
+        lengths: (m,) their active lengths [m]; those of the model's own muscles if None.
         fine: whether to draw the fibres of the muscles, and rollers and round plates of a chain.
 
     Raises:
         EngineError: the model has a chain's parts only in part, or the scene is full.
         InputError: a length cannot be drawn, or pressures or lengths are not one per muscle.
     """
+    lengths = muscle_lengths(model, data) if lengths is None else lengths
     if not len(muscles) == len(pressures) == len(lengths):
         raise InputError(
             f"each of {len(muscles)} muscles needs a pressure and a length, got {len(pressures)}"
@@ -266,7 +233,7 @@ def decorate(
 
 def _add_load(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
-    disc = object_id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
+    disc = mujoco.mjtObj.mjOBJ_GEOM, object_id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
     seat, frame = site_pose(model, data, "load_seat")
     radius, up = float(model.site("load_seat").size[0]), frame[:, 2]
     mass = float(model.body_mass[object_id(model, mujoco.mjtObj.mjOBJ_BODY, "load")])
@@ -275,11 +242,7 @@ def _add_load(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData
     core, half, middle = 0.001, 0.0005, -0.001
     if mass > 0.0:
         core, half, middle = 0.96 * radius, max(top / 2 - 0.001, 0.0005), top / 2
-    own = [
-        geom
-        for geom in scene.geoms[: scene.ngeom]
-        if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM and geom.objid == disc
-    ]
+    own = [geom for geom in scene.geoms[: scene.ngeom] if (geom.objtype, geom.objid) == disc]
     for geom in own:
         geom.size[:] = core, core, half
         geom.pos[:] = seat + middle * up

@@ -16,20 +16,13 @@ from pamsim.scene.solids import Vector
 def pose(
     model: mujoco.MjModel, data: mujoco.MjData, addresses: Sequence[int], positions: Sequence[float]
 ) -> None:
-    """Move joints and update everything that a picture shows.
+    """Move joints to positions [rad or m] and update everything in ``data`` that a picture shows.
 
-    Args:
-        model: any model; it needs no callback, because no force is computed.
-        data: its data, changed in place.
-        addresses: index of each joint in ``data.qpos``, such as `Rig.position_addresses`.
-        positions: of the joints [rad or m].
+    The addresses are those in ``data.qpos``, such as `Rig.position_addresses`. The model needs no
+    callback, because no force is computed.
     """
     data.qpos[addresses] = positions
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_camlight(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_transmission(model, data)
+    mujoco.mj_fwdPosition(model, data)
 
 
 def muscle_lengths(model: mujoco.MjModel, data: mujoco.MjData) -> list[float]:

@@ -7,6 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -19,9 +20,9 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
-from pamsim.scene.camera import seen_from
-from pamsim.scene.picture import draw_rig, open_renderer, require_camera
-from pamsim.scene.pose import has_site, site_pose
+from pamsim.scene.camera import seen_by
+from pamsim.scene.picture import open_renderer, render_arm, require_camera
+from pamsim.scene.pose import has_site, pose, site_pose
 
 Picture = NDArray[np.uint8]
 
@@ -75,12 +76,9 @@ def read_replay(
     trial: str | None = None,
     rig: str | os.PathLike[str] | None = None,
 ) -> Replay:
-    """Read one trial of a recording to look at.
+    """Read one trial of a recording, a folder with ``recording.toml`` or that file, to look at.
 
-    Args:
-        recording: folder with ``recording.toml``, or that file.
-        trial: its name; the first if None.
-        rig: name or folder of a rig instead of the one the recording names.
+    It is the first, or that of a name; its rig is the recording's, or that of a name or folder.
 
     Raises:
         InputError: what `read_recordings` refuses, an unknown trial, a rig with another number of
@@ -88,47 +86,44 @@ def read_replay(
     """
     recorded = read_recordings(recording)
     named = {each.name: each for each in recorded.trials}
-    if trial is not None and trial not in named:
-        raise InputError(f"{recording}: no trial {trial!r}; {nearest(trial, named)}")
-    chosen = recorded.trials[0] if trial is None else named[trial]
+    name = recorded.trials[0].name if trial is None else trial
+    if name not in named:
+        raise InputError(f"{recording}: no trial {name!r}; {nearest(name, named)}")
     loaded = load_rig(recorded.rig if rig is None else rig, scene=True)
     try:
-        chosen, _ = of_rig(chosen, loaded.names, loaded.name)
+        chosen, _ = of_rig(named.pop(name), loaded.names, loaded.name)
     except InputError as error:
         raise InputError(f"{recording}: {error}; give its `rig`") from None
     for channel in loaded.names.joint_channels:
         if channel not in chosen.measured:
             raise InputError(
-                f"{recording}: trial {chosen.name!r} has no column {column_of(channel)!r}, which a"
+                f"{recording}: trial {name!r} has no column {column_of(channel)!r}, which a"
                 " picture needs"
             )
-    others = tuple(name for name in named if name != chosen.name)
-    return Replay(rig=loaded, trial=chosen, others=others)
+    return Replay(rig=loaded, trial=chosen, others=tuple(named))
+
+
+def require_pace(**pace: float) -> None:
+    """Refuse a speed or a number of frames per second that is not above 0, by an `InputError`."""
+    for name, value in pace.items():
+        if not 0.0 < value < math.inf:
+            raise InputError(f"`{name}` {value:g} must be above 0")
 
 
 def frame_times(duration: float, *, fps: float, speed: float) -> FloatArray:
-    """Instants that the frames of a film show.
+    """Instants (n,) [s] from 0 that the frames of a film show, fps [Hz] of them per second.
 
-    Args:
-        duration: of what is filmed [s].
-        fps: frames per second of the film [Hz].
-        speed: 1 for real time, 0.5 for slow motion.
-
-    Returns:
-        (n,) [s] from 0, n = duration fps / speed, so that the film lasts duration / speed.
+    Of a duration [s] at a speed, 1 for real time, the film lasts duration / speed.
 
     Raises:
         InputError: if fps or speed is not positive.
     """
-    for name, value in (("fps", fps), ("speed", speed)):
-        if not 0.0 < value < np.inf:
-            raise InputError(f"`{name}` {value:g} must be above 0")
+    require_pace(fps=fps, speed=speed)
     count = max(1, round(duration * fps / speed))
     return np.arange(count, dtype=np.float64) * (speed / fps)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ArmCamera:
+class ArmCamera(NamedTuple):
     """Draws the arm of a replay.
 
     Attributes:
@@ -144,13 +139,7 @@ class ArmCamera:
 def arm_camera(
     replay: Replay, *, camera: str = "overview", width: int, height: int
 ) -> Iterator[ArmCamera]:
-    """Draw a replay as often as wanted for the time of a ``with`` block.
-
-    Args:
-        replay: of `read_replay`.
-        camera: of the rig's scene.
-        width: of the picture [px].
-        height: of the picture [px].
+    """Draw a replay by a camera of its scene, in a size [px], for the time of a ``with`` block.
 
     Raises:
         InputError: for an unknown camera.
@@ -171,11 +160,11 @@ def arm_camera(
         pressures = np.round(np.divide(replay.pressures(time), _PRESSURE_STEP)) * _PRESSURE_STEP
         state = positions.tobytes() + pressures.tobytes()
         if state not in last:
-            now = positions.tolist(), pressures.tolist()
-            fine = draw_rig(rig, model, data, *now, camera=camera, renderer=renderer)
             last.clear()
-            picture = Image.fromarray(fine).resize((width, height), Image.Resampling.LANCZOS)
-            last[state] = np.asarray(picture)
+            pose(model, data, rig.position_addresses, positions.tolist())
+            shown = {"muscles": rig.muscles, "pressures": pressures.tolist(), "camera": camera}
+            fine = Image.fromarray(render_arm(model, data, **shown, renderer=renderer))
+            last[state] = np.asarray(fine.resize((width, height), Image.Resampling.LANCZOS))
         return last[state]
 
     across, down = round(_FINER * width), round(_FINER * height)
@@ -185,16 +174,15 @@ def arm_camera(
         for number, name in enumerate(rig.muscles, start=1):
             if has_site(model, site := f"muscle_{number}_anchor"):
                 anchor, _ = site_pose(model, data, site)
-                column, row = _pixel(renderer.scene, anchor, width, height)
-                labels[name] = column, row
-        yield ArmCamera(draw=draw, labels=labels)
+                labels[name] = _pixel(renderer.scene, anchor, width, height)
+        yield ArmCamera(draw, labels)
 
 
-def _pixel(scene: mujoco.MjvScene, point: FloatArray, width: int, height: int) -> list[float]:
+def _pixel(
+    scene: mujoco.MjvScene, point: FloatArray, width: int, height: int
+) -> tuple[float, float]:
     """Column and row [px] at which the last update's camera of a scene shows a point (3,) [m]."""
-    left, right = scene.camera[0], scene.camera[1]
-    eye = (np.array(left.pos) + np.array(right.pos)) / 2.0
-    seen = seen_from(point[None], eye, np.array(left.forward), np.array(left.up))[0]
+    ((across, up),), camera = seen_by(scene, point[None]).tolist(), scene.camera[0]
     # The frustum's heights are given at its near plane; pixels are square.
-    scale = height * left.frustum_near / (left.frustum_top - left.frustum_bottom)
-    return (np.array([width, height]) / 2.0 + scale * seen * [1.0, -1.0]).tolist()
+    scale = height * camera.frustum_near / (camera.frustum_top - camera.frustum_bottom)
+    return width / 2.0 + scale * across, height / 2.0 - scale * up

@@ -23,11 +23,10 @@ from pamsim.physics.muscle import Muscle
 from pamsim.scene.camera import fit_camera
 from pamsim.scene.live_plots import COLUMN, placed
 from pamsim.scene.picture import decorate
+from pamsim.scene.pose import muscle_lengths
 
-_HIDDEN_GROUP = 5
-"""Group of geoms that a window hides by default."""
-_CLOSING = 10.0
-"""Longest wait for a window that closes [s]."""
+_HIDDEN_GROUP = 5  # of geoms, which a window hides by default
+_CLOSING = 10.0  # longest wait for a window that closes [s]
 _REMEDY = "to see an arm without one, write a film: `pamsim render`"
 
 
@@ -42,13 +41,9 @@ class ArmViewer:
     def __init__(
         self, model: mujoco.MjModel, *, control_range: ArrayLike | None = None, note: str = ""
     ) -> None:
-        """Open the window.
+        """Open a window on a copy of a model, best through its ``scene.xml``, with a note over it.
 
-        Args:
-            model: what to show, best through its ``scene.xml``; copied.
-            control_range: (2,) or (nu, 2) ends of the control sliders, in the controls' unit; the
-                model's own if None.
-            note: written over the scene.
+        Control sliders range over (2,) or (nu, 2), in the controls' unit; as the model's if None.
 
         Raises:
             EngineError: without a display, in one line that names the fix.
@@ -78,7 +73,7 @@ class ArmViewer:
         *,
         muscles: Mapping[str, Muscle],
         pressures: Sequence[float],
-        lengths: Sequence[float],
+        lengths: Sequence[float] | None = None,
         controls: Sequence[float] | None = None,
         plots: Sequence[mujoco.MjvFigure] = (),
     ) -> None:
@@ -88,8 +83,8 @@ class ArmViewer:
             model: the one simulated; its bodies and joints are those of the window's.
             data: its state; not changed.
             muscles: of the rig, in actuator order.
-            pressures: (m,) gauge pressures of the muscles [Pa], NaN where not known.
-            lengths: (m,) their active lengths [m].
+            pressures: (m,) gauge [Pa], NaN where not known.
+            lengths: (m,) active [m]; those at the state if None.
             controls: (nu,) where the sliders stand, in their unit; the data's if None.
             plots: drawn beside the arm, such as those of `LivePlots.figures`.
 
@@ -107,11 +102,12 @@ class ArmViewer:
             mujoco.mj_forward(self.model, self.data)
             viewport, scene = self._window.viewport, self._window.user_scn
             if viewport.height and not self._fitted:
-                aspect, column = viewport.width / viewport.height, COLUMN if plots else 0.0
-                own = self._window.cam, self.model, self.data
-                fit_camera(*own, aspect=aspect, column=column)
+                column = COLUMN if plots else 0.0
+                room = {"aspect": viewport.width / viewport.height, "column": column}
+                fit_camera(self._window.cam, self.model, self.data, **room)
                 self._fitted = True
             scene.ngeom = 0
+            lengths = muscle_lengths(model, data) if lengths is None else lengths
             state = {"muscles": muscles, "pressures": pressures, "lengths": lengths}
             decorate(scene, self.model, self.data, **state)
         if plots:
@@ -148,7 +144,24 @@ def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
     Raises:
         EngineError: without a display or its OpenGL; the text names the fix.
     """
-    _require_display()
+    try:
+        import glfw
+    except ImportError as error:
+        raise EngineError(f"the viewer needs the package glfw ({error}); {_REMEDY}") from error
+    # Where MuJoCo cannot open its window it waits for it for ever, so that one of ours is tried.
+    opened = None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the reason is said below, in our words
+        if glfw.init():
+            glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
+            opened = glfw.create_window(64, 64, "pamsim", None, None)
+            glfw.default_window_hints()
+    if not opened:
+        raise EngineError(
+            "no window can be opened here: set DISPLAY, or run this on a desktop with OpenGL;"
+            f" {_REMEDY}"
+        )
+    glfw.destroy_window(opened)
     try:
         from mujoco import viewer
 
@@ -156,28 +169,6 @@ def open_window(model: mujoco.MjModel, data: mujoco.MjData) -> Any:
     except RuntimeError as error:
         fix = "start it by mjpython in place of python" if sys.platform == "darwin" else _REMEDY
         raise EngineError(f"the viewer does not start ({error}); {fix}") from error
-
-
-def _require_display() -> None:
-    """Try a window of our own: where MuJoCo cannot open its own, it waits for it for ever."""
-    try:
-        import glfw
-    except ImportError as error:
-        raise EngineError(f"the viewer needs the package glfw ({error}); {_REMEDY}") from error
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the reason is said below, in our words
-        opened = None
-        if glfw.init():
-            glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
-            opened = glfw.create_window(64, 64, "pamsim", None, None)
-            glfw.default_window_hints()
-        if opened:
-            glfw.destroy_window(opened)
-            return
-    raise EngineError(
-        "no window can be opened here: set DISPLAY, or run this on a desktop with OpenGL;"
-        f" {_REMEDY}"
-    )
 
 
 def window_model(rig: Rig, sliders: Mapping[str, tuple[float, float]]) -> mujoco.MjModel:

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
-import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA
@@ -14,15 +13,13 @@ from pamsim.engine.rig import Rig
 from pamsim.engine.state import pressures, reset, restore_state, save_state
 from pamsim.engine.stepping import live
 from pamsim.scene.live_plots import LivePlots
-from pamsim.scene.pose import muscle_lengths, pose
-from pamsim.scene.replay import Replay
+from pamsim.scene.pose import pose
+from pamsim.scene.replay import Replay, require_pace
 from pamsim.scene.viewer import ArmViewer, window_model
 
-LARGEST = 3.0
-"""End of an effect's slider, in units of its typical size."""
+_LARGEST = 3.0  # end of an effect's slider, in units of its typical size
 _NOTE = "Control: set points [kPa]; effects, 0 off, 1 typical"
-_FRAME = 1.0 / 60.0
-"""Between two frames [s]."""
+_FRAME = 1.0 / 60.0  # between two frames [s]
 _FALLEN_BEHIND = 0.25
 """Lag behind the clock from which on time is given up rather than caught up with [s]."""
 
@@ -34,8 +31,7 @@ def watch_replay(replay: Replay, *, speed: float = 1.0) -> None:
         InputError: if the speed is not positive.
         EngineError: without a display.
     """
-    if not 0.0 < speed < np.inf:
-        raise InputError(f"`speed` {speed:g} must be above 0")
+    require_pace(speed=speed)
     rig = replay.rig
     model = rig.model_for(load=replay.trial.load)
     data = mujoco.MjData(model)
@@ -65,8 +61,7 @@ def watch_live(
         start: (m,) gauge pressures to start from [Pa].
         load: [kg].
         effects: name -> size at which its slider starts, in units of the effect's typical one.
-        with_effects: the rig with its effects at other sizes, name -> size; needed if there are
-            effects.
+        with_effects: the rig with its effects at other sizes; needed if there are effects.
 
     Raises:
         InputError: if the pressures do not fit the rig.
@@ -85,7 +80,7 @@ def watch_live(
     data.ctrl[:] = start
     sizes = dict(effects or {})
     sliders = {name: (0.0, most / PA_PER_KPA) for name, most in highest.items()}
-    sliders |= dict.fromkeys(sizes, (0.0, LARGEST))
+    sliders |= dict.fromkeys(sizes, (0.0, _LARGEST))
     curves = LivePlots(rig.names)
     with live(model), ArmViewer(window_model(rig, sliders), note=_NOTE) as viewer:
         ahead = time.monotonic() - data.time
@@ -119,13 +114,6 @@ def _show(
 ) -> None:
     """Show a state with its gauge pressures (m,) [Pa] until the next frame is due."""
     curves.add(data.time, data.qpos[rig.position_addresses].tolist(), filled)
-    viewer.show(
-        model,
-        data,
-        muscles=rig.muscles,
-        pressures=filled,
-        lengths=muscle_lengths(model, data),
-        controls=controls,
-        plots=curves.figures(),
-    )
+    state = {"muscles": rig.muscles, "pressures": filled}
+    viewer.show(model, data, **state, controls=controls, plots=curves.figures())
     time.sleep(_FRAME)

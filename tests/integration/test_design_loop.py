@@ -9,8 +9,8 @@ import pytest
 
 import pamsim
 import pamsim.envs
-from pamsim.controllers.model_based import Lti
-from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.model_based import LinearisationPoint, Lti
 from pamsim.envs.closed_loop import run_episode
 from pamsim.linear.imc_tuning import imc_gains_of_fit
 from pamsim.linear.sampled_controller import sampled_controller

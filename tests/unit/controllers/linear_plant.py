@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete
 
-from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.model_based import LinearisationPoint
 from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 

@@ -10,8 +10,8 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from pamsim.physics.record import parameters
@@ -55,7 +55,7 @@ def test_it_recovers_from_a_full_opening_where_plain_integration_overshoots():
 
 def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
     m = parameters(rig.muscles["muscle_1"])
-    rates = full_rates(m, 0.0, LEVEL)
+    rates = full_rates(m, LEVEL)
     for opening, rate in zip((1.0, -1.0), rates, strict=True):
         experiment = pamsim.Experiment(
             drive="valve",
@@ -68,7 +68,7 @@ def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
         pressure = pamsim.simulate(rig, experiment).pressure[:, 0]
         assert (pressure[4] - pressure[0]) / 4e-3 == pytest.approx(rate, rel=0.02)
     band = rig.muscles["muscle_1"].valve.regulator_band
-    assert regulated_lag(m, 0.0, LEVEL) == pytest.approx(0.5 * (band / rates[0] + band / -rates[1]))
+    assert regulated_lag(m, LEVEL) == pytest.approx(0.5 * (band / rates[0] + band / -rates[1]))
 
 
 def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.arm import balanced_pressures, shut_stiffness
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.feed_forward import FeedForward, balanced_pressures, shut_stiffness
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
@@ -49,7 +48,7 @@ def forward(rig):
 
 
 def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
-    assert forward.lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
+    assert forward.lead == regulated_lag(forward.arm.pair[0], LEVEL)
     lead = forward.lead
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
     leading, _ = forward.step(observe(wanted=(0.2, 0.5, 8.0)), forward.start(observe()))

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.arm import Arm, balanced_pressures, shut_stiffness, stiff_pressures
+from pamsim.controllers.feed_forward import Arm, balanced_pressures, shut_stiffness, stiff_pressures
 from pamsim.core.errors import InputError
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.state import charge, reset

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.model_based import lead_lag
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.core.errors import InputError
 from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.second_order_model import SecondOrderModel

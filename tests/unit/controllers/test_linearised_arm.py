@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.operating_point import PressureSplit, linearise_arm
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.model_based import linearise_arm
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.linear.identified_model import FitStatus
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY

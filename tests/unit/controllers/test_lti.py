@@ -6,8 +6,8 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.controllers.model_based import Lti
-from pamsim.controllers.operating_point import LinearisationPoint, PressureSplit
+from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.model_based import LinearisationPoint, Lti
 from pamsim.linear.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant

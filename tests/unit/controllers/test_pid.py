@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pamsim.controllers.operating_point import PressureSplit
+from pamsim.controllers.controller import PressureSplit
 from pamsim.core.errors import InputError
 
 differences = st.floats(-2e6, 2e6)

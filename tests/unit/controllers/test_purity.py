@@ -11,9 +11,9 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
+from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
-from pamsim.controllers.operating_point import PressureSplit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.linear.imc_tuning import PidGains
 from pamsim.linear.lead_lag_design import design_lead_lag
