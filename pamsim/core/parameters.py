@@ -4,7 +4,7 @@ A group is declared as::
 
     @dataclass(frozen=True, kw_only=True)
     class Chamber(ParameterGroup):
-        dead_volume: float = parameter(unit="m^3", low=0.0, high=1e-2, doc="...")
+        dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")
 
 The number's *source* (paper, data sheet, identified, assumed) belongs to a value, not to a field,
 so it travels beside the value in `Sourced`, which is what a rig's ``params.toml`` is read into.
@@ -67,6 +67,20 @@ def parameter(
     spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
     value: Any = dataclasses.MISSING if default is None else default
     return dataclasses.field(default=value, metadata={_META: spec})
+
+
+def quantity(allowed: str, doc: str, default: float | None = None) -> Any:
+    """Declare a `parameter` by its range and unit, written as `FieldSpec.range_text` does."""
+    limits, _, unit = allowed.partition("]")
+    low, high = limits[1:].split(", ")
+    return parameter(
+        unit=unit.strip() or "1",
+        low=float(low),
+        high=float(high),
+        low_open=limits.startswith("("),
+        doc=doc,
+        default=default,
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

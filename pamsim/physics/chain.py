@@ -26,7 +26,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,39 +34,23 @@ class Chain(ParameterGroup):
     """Compliance and backlash of chain and end fittings; 0 turns each of them off."""
 
     group: ClassVar[str] = "chain"
-    compliance: float = parameter(
-        unit="m/N", low=0.0, high=1e-3, doc="C, extension per tension", default=0.0
+    compliance: float = quantity("[0, 1e-3] m/N", "C, extension per tension", 0.0)
+    relaxation_time: float = quantity(
+        "[1e-3, 10] s",
+        "in which the extension follows the tension; several time steps at least",
+        5e-3,
     )
-    relaxation_time: float = parameter(
-        unit="s",
-        low=1e-3,
-        high=10.0,
-        doc="in which the extension follows the tension; several time steps at least",
-        default=5e-3,
+    backlash: float = quantity("[0, 2e-2] m", "g, lost travel of the sprocket", 0.0)
+    seating_damping: float = quantity(
+        "[1, 1e9] N*s/m",
+        "b, difference of pulls per speed at which the chain slides within the backlash",
+        1e3,
     )
-    backlash: float = parameter(
-        unit="m", low=0.0, high=2e-2, doc="g, lost travel of the sprocket", default=0.0
+    ripple: float = quantity(
+        "[0, 5e-3] m", "a, by which the travel on the sprocket's teeth ripples", 0.0
     )
-    seating_damping: float = parameter(
-        unit="N*s/m",
-        low=1.0,
-        high=1e9,
-        doc="b, difference of pulls per speed at which the chain slides within the backlash",
-        default=1e3,
-    )
-    ripple: float = parameter(
-        unit="m",
-        low=0.0,
-        high=5e-3,
-        doc="a, by which the travel on the sprocket's teeth ripples",
-        default=0.0,
-    )
-    ripple_pitch: float = parameter(
-        unit="m", low=1e-4, high=1.0, doc="p, travel per tooth", default=9.525e-3
-    )
-    ripple_phase: float = parameter(
-        unit="rad", low=-7.0, high=7.0, doc="of the ripple at tendon length 0", default=0.0
-    )
+    ripple_pitch: float = quantity("[1e-4, 1] m", "p, travel per tooth", 9.525e-3)
+    ripple_phase: float = quantity("[-7, 7] rad", "of the ripple at tendon length 0", 0.0)
 
 
 def chain_length(chain: Chain, tendon_length: float) -> float:

@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.air import ATMOSPHERE, GAS_CONSTANT
 
 
@@ -32,43 +32,25 @@ class Chamber(ParameterGroup):
     """The air in the muscle and in the tubing that is always open to it."""
 
     group: ClassVar[str] = "chamber"
-    polytropic_index: float = parameter(
-        unit="1", low=1.0, high=1.4, doc="n: 1 isothermal, 1.4 adiabatic"
+    polytropic_index: float = quantity("[1, 1.4]", "n: 1 isothermal, 1.4 adiabatic")
+    temperature: float = quantity("[200, 400] K", "temperature of the air")
+    dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")
+    atmosphere: float = quantity("[3e4, 1.2e5] Pa", "absolute ambient pressure", ATMOSPHERE)
+    floor: float = quantity(
+        "[1, 3e4] Pa", "absolute pressure below which the chamber is never evaluated", 1e3
     )
-    temperature: float = parameter(unit="K", low=200.0, high=400.0, doc="temperature of the air")
-    dead_volume: float = parameter(
-        unit="m^3", low=0.0, high=1e-2, doc="volume of fittings and tubing"
+    heat_rate: float = quantity(
+        "[0, 1e3] 1/s",
+        "h, at which air that a change made warm or cold returns to the ambient temperature",
+        0.0,
     )
-    atmosphere: float = parameter(
-        unit="Pa", low=3e4, high=1.2e5, doc="absolute ambient pressure", default=ATMOSPHERE
+    leak_conductance: float = quantity(
+        "[0, 1e-8] m^3/(s*Pa)", "sonic conductance C of a leak to the atmosphere", 0.0
     )
-    floor: float = parameter(
-        unit="Pa",
-        low=1.0,
-        high=3e4,
-        doc="absolute pressure below which the chamber is never evaluated",
-        default=1e3,
-    )
-    heat_rate: float = parameter(
-        unit="1/s",
-        low=0.0,
-        high=1e3,
-        doc="h, at which air that a change made warm or cold returns to the ambient temperature",
-        default=0.0,
-    )
-    leak_conductance: float = parameter(
-        unit="m^3/(s*Pa)",
-        low=0.0,
-        high=1e-8,
-        doc="sonic conductance C of a leak to the atmosphere",
-        default=0.0,
-    )
-    laminar_leak_conductance: float = parameter(
-        unit="m^3/(s*Pa)",
-        low=0.0,
-        high=1e-8,
-        doc="g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
-        default=0.0,
+    laminar_leak_conductance: float = quantity(
+        "[0, 1e-8] m^3/(s*Pa)",
+        "g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
+        0.0,
     )
 
 

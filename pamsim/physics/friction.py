@@ -26,7 +26,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,42 +34,22 @@ class Friction(ParameterGroup):
     """Sizes of the friction; with its forces and its share 0 there is none."""
 
     group: ClassVar[str] = "friction"
-    stribeck_force: float = parameter(
-        unit="N", low=0.0, high=1e4, doc="F, peak of the friction at low speed", default=0.0
+    stribeck_force: float = quantity("[0, 1e4] N", "F, peak of the friction at low speed", 0.0)
+    stribeck_velocity: float = quantity(
+        "[1e-5, 10] m/s", "v_s, tendon speed of the peak; limits the time step", 1e-2
     )
-    stribeck_velocity: float = parameter(
-        unit="m/s",
-        low=1e-5,
-        high=10.0,
-        doc="v_s, tendon speed of the peak; limits the time step",
-        default=1e-2,
+    coulomb_force: float = quantity("[0, 1e4] N", "C, dry friction at every speed", 0.0)
+    breakaway_force: float = quantity(
+        "[0, 1e4] N", "B, additional dry friction at rest, lost in sliding at v_s", 0.0
     )
-    coulomb_force: float = parameter(
-        unit="N", low=0.0, high=1e4, doc="C, dry friction at every speed", default=0.0
+    tension_share: float = quantity("[0, 1]", "m, dry friction per tension of the muscle", 0.0)
+    presliding: float = quantity(
+        "[1e-8, 1e-2] m",
+        "d, travel of the tendon in which dry friction builds up; limits the time step",
+        2e-5,
     )
-    breakaway_force: float = parameter(
-        unit="N",
-        low=0.0,
-        high=1e4,
-        doc="B, additional dry friction at rest, lost in sliding at v_s",
-        default=0.0,
-    )
-    tension_share: float = parameter(
-        unit="1", low=0.0, high=1.0, doc="m, dry friction per tension of the muscle", default=0.0
-    )
-    presliding: float = parameter(
-        unit="m",
-        low=1e-8,
-        high=1e-2,
-        doc="d, travel of the tendon in which dry friction builds up; limits the time step",
-        default=2e-5,
-    )
-    bristle_time: float = parameter(
-        unit="s",
-        low=0.0,
-        high=1.0,
-        doc="t, damping of the presliding travel over its stiffness",
-        default=0.0,
+    bristle_time: float = quantity(
+        "[0, 1] s", "t, damping of the presliding travel over its stiffness", 0.0
     )
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.core.parameters import ParameterGroup, Sourced, parameter, specs
+from pamsim.core.parameters import ParameterGroup, Sourced, quantity, specs
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
@@ -33,12 +33,10 @@ class Mounting(ParameterGroup):
     """How the actuator sits on its tendon."""
 
     group: ClassVar[str] = "mounting"
-    length_at_zero: float = parameter(
-        unit="m",
-        low=-10.0,
-        high=10.0,
-        doc="muscle length where the tendon's length is zero: rest length on a fixed tendon, minus"
-        " the rigid fittings on a spatial one; of a bellows or a piston the stroke there",
+    length_at_zero: float = quantity(
+        "[-10, 10] m",
+        "muscle length where the tendon's length is zero: rest length on a fixed tendon, minus the"
+        " rigid fittings on a spatial one; of a bellows or a piston the stroke there",
     )
 
 

@@ -25,7 +25,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 _TANGENT = 0.95
 """Share of the locking stretch beyond which the force goes on along its tangent."""
@@ -36,23 +36,14 @@ class PassiveSpring(ParameterGroup):
     """Stiffness, softening, locking and slack point of the passive spring; stiffness 0 is none."""
 
     group: ClassVar[str] = "passive"
-    stiffness: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k = -dF/dkappa at the slack point", default=0.0
+    stiffness: float = quantity("[0, 1e6] N", "k = -dF/dkappa at the slack point", 0.0)
+    softening: float = quantity("[0.1, 500]", "h, e-fold softening per unit of contraction", 1.0)
+    slack_contraction: float = quantity(
+        "[-0.3, 0.5]", "contraction at which the spring is free", 0.0
     )
-    softening: float = parameter(
-        unit="1",
-        low=0.1,
-        high=500.0,
-        doc="h, e-fold softening per unit of contraction",
-        default=1.0,
+    locking: float = quantity(
+        "[0, 200]", "1/x_lock, reciprocal stretch at which the braid locks; 0 never", 0.0
     )
-    slack_contraction: float = parameter(
-        unit="1", low=-0.3, high=0.5, doc="contraction at which the spring is free", default=0.0
-    )
-    locking: float = parameter(
-        unit="1", low=0.0, high=200.0, doc="1/x_lock, reciprocal stretch at which the braid locks;"
-        " 0 never", default=0.0,
-    )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,22 +51,12 @@ class Creep(ParameterGroup):
     """Spring and time constant of each Maxwell element; stiffness 0 is none."""
 
     group: ClassVar[str] = "creep"
-    stiffness: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k, force per sudden change of contraction", default=0.0
+    stiffness: float = quantity("[0, 1e6] N", "k, force per sudden change of contraction", 0.0)
+    relaxation_time: float = quantity(
+        "[1e-3, 1e4] s", "tau, in which the force of a held contraction dies away", 1.0
     )
-    relaxation_time: float = parameter(
-        unit="s",
-        low=1e-3,
-        high=1e4,
-        doc="tau, in which the force of a held contraction dies away",
-        default=1.0,
-    )
-    stiffness_2: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k of the second element", default=0.0
-    )
-    relaxation_time_2: float = parameter(
-        unit="s", low=1e-3, high=1e4, doc="tau of the second element", default=10.0
-    )
+    stiffness_2: float = quantity("[0, 1e6] N", "k of the second element", 0.0)
+    relaxation_time_2: float = quantity("[1e-3, 1e4] s", "tau of the second element", 10.0)
 
 
 def tube_force(spring: PassiveSpring, contraction: float) -> float:

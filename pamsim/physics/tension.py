@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 _HALF = 0.1
 """Contraction beyond the onset at which half of the loss is reached [-]."""
@@ -28,9 +28,7 @@ class Threshold(ParameterGroup):
     """
 
     group: ClassVar[str] = "threshold"
-    pressure: float = parameter(
-        unit="Pa", low=0.0, high=3e5, doc="gauge pressure lost to the tube", default=0.0
-    )
+    pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube", 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,16 +36,10 @@ class EndShape(ParameterGroup):
     """Share of the active force that the ends take in the end, and where it sets in."""
 
     group: ClassVar[str] = "end_shape"
-    loss: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="share of the active force lost far beyond the onset; half of it 0.1 beyond",
-        default=0.0,
+    loss: float = quantity(
+        "[0, 1]", "share of the active force lost far beyond the onset; half of it 0.1 beyond", 0.0
     )
-    onset: float = parameter(
-        unit="1", low=-0.1, high=0.5, doc="contraction from which force is lost", default=0.0
-    )
+    onset: float = quantity("[-0.1, 0.5]", "contraction from which force is lost", 0.0)
 
 
 def effective_pressure(pressure: float, threshold: float) -> float:

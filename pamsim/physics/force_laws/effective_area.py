@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters
 
 
@@ -28,20 +28,12 @@ class Stroke(ParameterGroup):
     """What a pushing actuator has in place of a braid."""
 
     group: ClassVar[str] = "stroke"
-    nominal_length: float = parameter(
-        unit="m",
-        low=0.0,
-        high=10.0,
-        low_open=True,
-        doc="s0, stroke at which the wall's spring is free; of a piston without spring its full"
-        " stroke",
+    nominal_length: float = quantity(
+        "(0, 10] m",
+        "s0, stroke at which the wall's spring is free; of a piston without spring its full stroke",
     )
-    damping: float = parameter(
-        unit="N*s/m",
-        low=0.0,
-        high=1e5,
-        doc="c, force against the speed of the stroke; limits the time step",
-        default=0.0,
+    damping: float = quantity(
+        "[0, 1e5] N*s/m", "c, force against the speed of the stroke; limits the time step", 0.0
     )
 
 
@@ -50,12 +42,8 @@ class EffectiveArea(ForceParameters):
     """Area and spring of a bellows or a piston."""
 
     law: ClassVar[str] = "effective_area"
-    area: float = parameter(
-        unit="m^2", low=0.0, high=1.0, low_open=True, doc="A, effective area of the pressure"
-    )
-    stiffness: float = parameter(
-        unit="N/m", low=0.0, high=1e6, doc="k of the wall; 0 for a piston", default=0.0
-    )
+    area: float = quantity("(0, 1] m^2", "A, effective area of the pressure")
+    stiffness: float = quantity("[0, 1e6] N/m", "k of the wall; 0 for a piston", 0.0)
 
 
 def effective_area_force(

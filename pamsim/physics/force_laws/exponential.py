@@ -17,7 +17,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
@@ -26,12 +26,12 @@ class SixParameter(ForceParameters):
     """Coefficients in SI; contraction as a fraction (the papers print it in percent)."""
 
     law: ClassVar[str] = "six_parameter"
-    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
-    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
-    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    d: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
-    e: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
-    f: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+    a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
+    b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
+    c: float = quantity("[-200, 0]", "decay of the exponential")
+    d: float = quantity("[-1, 1] N/Pa", "loss with contraction, per pressure")
+    e: float = quantity("[0, 1] N/Pa", "force per pressure")
+    f: float = quantity("[-1e4, 1e4] N", "force without pressure")
 
 
 def six_parameter_force(
@@ -100,13 +100,13 @@ class InvertibleExponential(ForceParameters):
     """Coefficients in SI, in the letters of the paper without d."""
 
     law: ClassVar[str] = "invertible_exponential"
-    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
-    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
-    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    e: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
-    f: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction, no pressure")
-    g: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
-    h: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+    a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
+    b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
+    c: float = quantity("[-200, 0]", "decay of the exponential")
+    e: float = quantity("[-1, 1] N/Pa", "loss with contraction, per pressure")
+    f: float = quantity("[-1e5, 1e5] N", "change with contraction, no pressure")
+    g: float = quantity("[0, 1] N/Pa", "force per pressure")
+    h: float = quantity("[-1e4, 1e4] N", "force without pressure")
 
 
 def invertible_exponential_force(
@@ -169,10 +169,10 @@ class SinglePressureExponential(ForceParameters):
     """Coefficients of one isobar, in the letters of the paper without c."""
 
     law: ClassVar[str] = "single_pressure_exponential"
-    a: float = parameter(unit="N", low=-1e4, high=1e4, doc="factor of the exponential")
-    b: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    d: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction")
-    e: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without the exponential")
+    a: float = quantity("[-1e4, 1e4] N", "factor of the exponential")
+    b: float = quantity("[-200, 0]", "decay of the exponential")
+    d: float = quantity("[-1e5, 1e5] N", "change with contraction")
+    e: float = quantity("[-1e4, 1e4] N", "force without the exponential")
 
 
 def single_pressure_force(

@@ -15,7 +15,7 @@ from dataclasses import astuple, dataclass
 from typing import ClassVar, TypeAlias
 
 from pamsim.core.errors import InputError
-from pamsim.core.parameters import ParameterGroup, parameter, specs
+from pamsim.core.parameters import ParameterGroup, quantity, specs
 from pamsim.physics.braid import Braid, volume
 from pamsim.physics.force_laws.swept_volume import swept_volume, swept_work
 
@@ -32,9 +32,7 @@ class ForceParameters(ParameterGroup):
     """What the parameters of every force law begin with."""
 
     group: ClassVar[str] = "force"
-    scale: float = parameter(
-        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
-    )
+    scale: float = quantity("(0, 5]", "factor on the force", 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)

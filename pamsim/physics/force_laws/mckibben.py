@@ -27,7 +27,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.core.units import PA_PER_BAR
 from pamsim.physics.braid import Braid, max_contraction, volume_gained, volume_slope
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters, Range
@@ -99,11 +99,11 @@ class ElasticEnergy(ForceParameters):
     """The working point from which the restoring force counts."""
 
     law: ClassVar[str] = "elastic_energy"
-    working_pressure: float = parameter(
-        unit="Pa", low=0.0, high=2e6, doc="gauge pressure P1 - Patm at the working point"
+    working_pressure: float = quantity(
+        "[0, 2e6] Pa", "gauge pressure P1 - Patm at the working point"
     )
-    working_contraction: float = parameter(
-        unit="1", low=-0.3, high=0.5, doc="contraction 1 - l1/l0 at the working point"
+    working_contraction: float = quantity(
+        "[-0.3, 0.5]", "contraction 1 - l1/l0 at the working point"
     )
 
 
@@ -174,21 +174,11 @@ class CorrectedMcKibben(ForceParameters):
     """The four fitted constants and the decay that the paper fixes at 40."""
 
     law: ClassVar[str] = "corrected_mckibben"
-    a_eps: float = parameter(
-        unit="1", low=-100.0, high=100.0, doc="part of eps that dies with pressure"
-    )
-    b_eps: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="minus eps at high pressure; -1 is ideal"
-    )
-    a_kappa: float = parameter(
-        unit="1", low=-100.0, high=100.0, doc="part of mu that dies with contraction"
-    )
-    b_kappa: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="minus mu at large contraction; -1 is ideal"
-    )
-    k0: float = parameter(
-        unit="1", low=0.0, high=200.0, doc="decay of mu with contraction", default=40.0
-    )
+    a_eps: float = quantity("[-100, 100]", "part of eps that dies with pressure")
+    b_eps: float = quantity("[-10, 10]", "minus eps at high pressure; -1 is ideal")
+    a_kappa: float = quantity("[-100, 100]", "part of mu that dies with contraction")
+    b_kappa: float = quantity("[-10, 10]", "minus mu at large contraction; -1 is ideal")
+    k0: float = quantity("[0, 200]", "decay of mu with contraction", 40.0)
 
 
 def corrected_mckibben_force(

@@ -23,7 +23,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.braid import volume_gained, volume_slope
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
@@ -33,20 +33,14 @@ class MooneyRivlin(ForceParameters):
     """Wall of the tube, its free length, and the share of it that contracts."""
 
     law: ClassVar[str] = "mooney_rivlin"
-    c1: float = parameter(
-        unit="N", low=-1e4, high=1e4, doc="2 C10 times the cross-section of the wall"
-    )
-    c2: float = parameter(
-        unit="N", low=-1e4, high=1e4, doc="2 C01 times the cross-section of the wall"
-    )
+    c1: float = quantity("[-1e4, 1e4] N", "2 C10 times the cross-section of the wall")
+    c2: float = quantity("[-1e4, 1e4] N", "2 C01 times the cross-section of the wall")
     # A nominal length is hardly wrong by 5 %. Where lengths are few, a wider range lets a fit trade
     # a free length that nobody would measure for the shape of the wall.
-    slack_contraction: float = parameter(
-        unit="1", low=-0.05, high=0.05, doc="contraction at which the tube is free", default=0.0
+    slack_contraction: float = quantity(
+        "[-0.05, 0.05]", "contraction at which the tube is free", 0.0
     )
-    active_share: float = parameter(
-        unit="1", low=0.7, high=1.3, doc="share of the length that works as a braid", default=1.0
-    )
+    active_share: float = quantity("[0.7, 1.3]", "share of the length that works as a braid", 1.0)
 
 
 def mooney_rivlin_force(

@@ -42,7 +42,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters, Range
 
@@ -57,11 +57,11 @@ class Pleated(ForceParameters):
     """Coefficients of the dimensionless force function."""
 
     law: ClassVar[str] = "pleated"
-    f0: float = parameter(unit="1", low=-10.0, high=10.0, doc="coefficient of 1/eps")
-    f1: float = parameter(unit="1", low=-100.0, high=100.0, doc="constant")
-    f2: float = parameter(unit="1", low=-1e3, high=1e3, doc="coefficient of eps")
-    f3: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^2")
-    f4: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^3")
+    f0: float = quantity("[-10, 10]", "coefficient of 1/eps")
+    f1: float = quantity("[-100, 100]", "constant")
+    f2: float = quantity("[-1e3, 1e3]", "coefficient of eps")
+    f3: float = quantity("[-1e4, 1e4]", "coefficient of eps^2")
+    f4: float = quantity("[-1e4, 1e4]", "coefficient of eps^3")
 
 
 SLENDERNESS_6 = Pleated(
@@ -149,8 +149,8 @@ class PleatedShape(ForceParameters):
     """The one design number that sets the shape."""
 
     law: ClassVar[str] = "pleated_shape"
-    slenderness: float = parameter(
-        unit="1", low=0.1, high=1e3, doc="l0/R, length of the membrane over radius of its ends"
+    slenderness: float = quantity(
+        "[0.1, 1e3]", "l0/R, length of the membrane over radius of its ends"
     )
 
 

@@ -28,7 +28,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 SMALLEST_MOVE = 1e-9
@@ -41,38 +41,18 @@ class Arctangent(Hysteresis):
 
     law: ClassVar[str] = "arctangent"
     count_field: ClassVar[str] = "turning_points"
-    turning_points: float = parameter(
-        unit="1", low=1.0, high=32.0, doc="number of turning points remembered", default=8.0
+    turning_points: float = quantity("[1, 32]", "number of turning points remembered", 8.0)
+    low_contraction: float = quantity("[-0.5, 0]", "contraction where the branches meet below", 0.0)
+    high_contraction: float = quantity("(0, 1]", "contraction where the branches meet above")
+    steepness_rising: float = quantity(
+        "[0.1, 50]", "rising branch: steepness over the span", 4.1606
     )
-    low_contraction: float = parameter(
-        unit="1", low=-0.5, high=0.0, doc="contraction where the branches meet below", default=0.0
+    middle_rising: float = quantity("[0, 1]", "rising branch: place of the steepest point", 0.3221)
+    steepness_falling: float = quantity(
+        "[0.1, 50]", "falling branch: steepness over the span", 4.41295
     )
-    high_contraction: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction where the branches meet above",
-    )
-    steepness_rising: float = parameter(
-        unit="1", low=0.1, high=50.0, doc="rising branch: steepness over the span", default=4.1606
-    )
-    middle_rising: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="rising branch: place of the steepest point",
-        default=0.3221,
-    )
-    steepness_falling: float = parameter(
-        unit="1", low=0.1, high=50.0, doc="falling branch: steepness over the span", default=4.41295
-    )
-    middle_falling: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="falling branch: place of the steepest point",
-        default=0.2695,
+    middle_falling: float = quantity(
+        "[0, 1]", "falling branch: place of the steepest point", 0.2695
     )
 
     @property

@@ -22,7 +22,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
@@ -32,24 +32,12 @@ class FractionalMaxwell(Hysteresis):
 
     law: ClassVar[str] = "fractional_maxwell"
     count_field: ClassVar[str] = "branches"
-    branches: float = parameter(
-        unit="1", low=4.0, high=64.0, doc="number of Maxwell branches", default=16.0
-    )
-    order: float = parameter(unit="1", low=0.05, high=0.95, doc="alpha")
-    time_constant: float = parameter(unit="s", low=1e-4, high=1e4, doc="beta")
-    span: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction whose instantaneous response is 1",
-    )
-    slowest_rate: float = parameter(
-        unit="1/s", low=1e-6, high=1.0, doc="lower end of the rates r", default=3e-3
-    )
-    fastest_rate: float = parameter(
-        unit="1/s", low=10.0, high=1e6, doc="upper end of the rates r", default=3e4
-    )
+    branches: float = quantity("[4, 64]", "number of Maxwell branches", 16.0)
+    order: float = quantity("[0.05, 0.95]", "alpha")
+    time_constant: float = quantity("[1e-4, 1e4] s", "beta")
+    span: float = quantity("(0, 1]", "contraction whose instantaneous response is 1")
+    slowest_rate: float = quantity("[1e-6, 1] 1/s", "lower end of the rates r", 3e-3)
+    fastest_rate: float = quantity("[10, 1e6] 1/s", "upper end of the rates r", 3e4)
 
 
 def density(rate: float, order: float, time_constant: float) -> float:

@@ -36,7 +36,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar, TypeAlias
 
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.core.units import FloatArray
 
 Row: TypeAlias = Sequence[float] | FloatArray
@@ -59,21 +59,15 @@ class Hysteresis(ParameterGroup):
     usual: ClassVar[Mapping[str, float]] = MappingProxyType({})
     """The operator's own fields [SI] where a muscle gets it without stating them; of operators
     that a search may put into any muscle."""
-    force: float = parameter(
-        unit="N", low=0.0, high=1e3, doc="force per output, without pressure", default=0.0
+    force: float = quantity("[0, 1e3] N", "force per output, without pressure", 0.0)
+    force_per_pressure: float = quantity(
+        "[0, 1e-2] N/Pa", "force per output and gauge pressure", 0.0
     )
-    force_per_pressure: float = parameter(
-        unit="N/Pa", low=0.0, high=1e-2, doc="force per output and gauge pressure", default=0.0
-    )
-    force_share: float = parameter(
-        unit="1", low=0.0, high=1.0, doc="share of the static force per output", default=0.0
-    )
-    chord: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1e3,
-        doc="output per contraction taken off, so that the loop lies about the static curve",
-        default=0.0,
+    force_share: float = quantity("[0, 1]", "share of the static force per output", 0.0)
+    chord: float = quantity(
+        "[0, 1e3]",
+        "output per contraction taken off, so that the loop lies about the static curve",
+        0.0,
     )
 
     def __post_init__(self) -> None:

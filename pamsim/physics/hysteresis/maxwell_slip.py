@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 BLOCKS = 5
@@ -32,16 +32,10 @@ class MaxwellSlip(Hysteresis):
     law: ClassVar[str] = "maxwell_slip"
     count_field: ClassVar[str] = "elements"
     usual: ClassVar[Mapping[str, float]] = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
-    elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of elements")
-    full_slip: float = parameter(
-        unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which every block slips"
-    )
-    decay: float = parameter(
-        unit="1",
-        low=0.1,
-        high=10.0,
-        doc="ratio of the shares of neighbours, late slipping over early",
-        default=1.0,
+    elements: float = quantity("[1, 64]", "number n of elements")
+    full_slip: float = quantity("(0, 0.5]", "contraction at which every block slips")
+    decay: float = quantity(
+        "[0.1, 10]", "ratio of the shares of neighbours, late slipping over early", 1.0
     )
 
 
@@ -50,33 +44,16 @@ class ParallelHysteresis(ParameterGroup):
     """Half-width of its loop, without and with pressure; both 0 turn it off."""
 
     group: ClassVar[str] = "parallel_hysteresis"
-    force: float = parameter(
-        unit="N", low=0.0, high=1e3, doc="half-width of the loop, without pressure", default=0.0
+    force: float = quantity("[0, 1e3] N", "half-width of the loop, without pressure", 0.0)
+    force_per_pressure: float = quantity("[0, 1e-2] N/Pa", "half-width per gauge pressure", 0.0)
+    chord: float = quantity(
+        "[0, 1e3]",
+        "output per contraction taken off, so that the loop lies about the static curve",
+        0.0,
     )
-    force_per_pressure: float = parameter(
-        unit="N/Pa", low=0.0, high=1e-2, doc="half-width per gauge pressure", default=0.0
-    )
-    chord: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1e3,
-        doc="output per contraction taken off, so that the loop lies about the static curve",
-        default=0.0,
-    )
-    full_slip: float = parameter(
-        unit="1",
-        low=0.0,
-        high=0.5,
-        low_open=True,
-        doc="contraction at which every block slips",
-        default=0.01,
-    )
-    decay: float = parameter(
-        unit="1",
-        low=0.1,
-        high=10.0,
-        doc="ratio of the shares of neighbours, late slipping over early",
-        default=1.0,
+    full_slip: float = quantity("(0, 0.5]", "contraction at which every block slips", 0.01)
+    decay: float = quantity(
+        "[0.1, 10]", "ratio of the shares of neighbours, late slipping over early", 1.0
     )
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pamsim.core.errors import InputError
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 from pamsim.physics.hysteresis.maxwell_slip import play
 
@@ -29,19 +29,12 @@ class PrandtlIshlinskii(Hysteresis):
 
     law: ClassVar[str] = "prandtl_ishlinskii"
     count_field: ClassVar[str] = "elements"
-    elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of plays")
-    span: float = parameter(
-        unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which the output is 1"
-    )
-    decay: float = parameter(
-        unit="1", low=0.1, high=10.0, doc="ratio of the weights of neighbouring plays", default=1.0
-    )
-    linear_share: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
+    elements: float = quantity("[1, 64]", "number n of plays")
+    span: float = quantity("(0, 0.5]", "contraction at which the output is 1")
+    decay: float = quantity("[0.1, 10]", "ratio of the weights of neighbouring plays", 1.0)
+    linear_share: float = quantity(
+        "(0, 1]",
+        "share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
     )
 
     def compliance(self) -> PlaySum:

@@ -22,7 +22,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
@@ -32,24 +32,11 @@ class Preisach(Hysteresis):
 
     law: ClassVar[str] = "preisach"
     count_field: ClassVar[str] = "levels"
-    levels: float = parameter(unit="1", low=2.0, high=200.0, doc="number n of levels of the grid")
-    low_contraction: float = parameter(
-        unit="1", low=-0.5, high=0.0, doc="contraction that is the lower saturation", default=0.0
-    )
-    high_contraction: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction that is the upper saturation",
-        default=0.35,
-    )
-    c: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus the most frequent width of a relay", default=-0.1
-    )
-    d: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus twice the most frequent middle", default=-1.0
-    )
+    levels: float = quantity("[2, 200]", "number n of levels of the grid")
+    low_contraction: float = quantity("[-0.5, 0]", "contraction that is the lower saturation", 0.0)
+    high_contraction: float = quantity("(0, 1]", "contraction that is the upper saturation", 0.35)
+    c: float = quantity("[-2, 2]", "minus the most frequent width of a relay", -0.1)
+    d: float = quantity("[-2, 2]", "minus twice the most frequent middle", -1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
