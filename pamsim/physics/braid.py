@@ -58,8 +58,7 @@ def volume_slope(
 ) -> float:
     """First derivative dV/dl [m^2] of `volume`, whose arguments it takes (Nguyen 2024, under (4)).
 
-    Negative while the muscle can pull, zero at its largest contraction. It goes on falling beyond
-    straight fibres, where `volume` stays zero and no muscle works.
+    Negative while the muscle can pull. It goes on falling beyond straight fibres.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length

@@ -1,8 +1,8 @@
 """Compliance and backlash of the chain and the end fittings in series with a muscle.
 
 The compliance C is a spring with a parallel damper (Kelvin-Voigt): under a tension T its extension
-approaches C T with a time constant. The extension is a state, so no equation has to be solved for
-the tension in a time step; at rest the time constant does not matter.
+approaches C T with a time constant, which does not matter at rest. The extension is a state, so no
+equation has to be solved for the tension in a time step.
 
 Between sprocket and chain there may be a backlash g. The chain that two muscles pull from both
 sides is then shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter.
@@ -62,10 +62,7 @@ def chain_length(chain: Chain, tendon_length: float) -> float:
 
 
 def chain_ratio(chain: Chain, tendon_length: float) -> float:
-    """Derivative of `chain_length` [-]: speed behind the teeth over the tendon's.
-
-    It is also the force on the tendon over the muscle's pull.
-    """
+    """Derivative of `chain_length` [-], also the force on the tendon over the muscle's pull."""
     if chain.ripple == 0.0:
         return 1.0
     wave = 2.0 * math.pi / chain.ripple_pitch
@@ -80,18 +77,11 @@ def extension_rate(chain: Chain, extension: float, tension: float) -> float:
 def shift_rate(
     chain: Chain, shift: float, tension: float, opposing: float, timestep: float
 ) -> float:
-    """Rate of the chain's shift on the sprocket, over an Euler step.
+    """Rate of the chain's shift s on the sprocket over an Euler step [m/s].
 
-    Args:
-        chain: its backlash and damping.
-        shift: s, by which the muscle is longer than its tendon [m].
-        tension: T of the muscle [N].
-        opposing: of the muscle at the chain's other end; 0 if there is none [N].
-        timestep: [s].
-
-    Returns:
-        Rate [m/s] that in one step leaves the shift within half the backlash, exactly at a tooth
-        where one stops it.
+    One step leaves the shift within half the backlash, exactly at a tooth where one stops it. Of
+    the shift [m], by which the muscle is longer than its tendon, its tension T and that of the
+    muscle at the chain's other end, 0 if there is none [N], and the step [s].
     """
     after = shift - timestep * (tension - opposing) / chain.seating_damping
     half = 0.5 * chain.backlash

@@ -76,17 +76,10 @@ def air_state_rate(chamber: Chamber, pressure_abs: float, mass_flow: float) -> f
 def relaxing_rate(
     chamber: Chamber, air: float, pressure_abs: float, ambient_pressure: float, timestep: float
 ) -> float:
-    """Part of dy/dt that heat exchange makes, over an Euler step.
+    """Part of dy/dt that heat exchange makes over an Euler step [s].
 
-    Args:
-        chamber: its index n and heat rate h count.
-        air: y = P^(1/n) V.
-        pressure_abs: P [Pa, absolute].
-        ambient_pressure: of the same air at the ambient temperature, m R T / V [Pa, absolute].
-        timestep: [s].
-
-    Returns:
-        Rate that in one step takes P to where it is exactly, if nothing else changes.
+    In one step it takes P to where it is exactly, if nothing else changes. Of the air y, P and the
+    pressure of the same air at the ambient temperature, m R T / V [Pa, absolute].
     """
     decay = math.exp(-chamber.heat_rate * timestep)
     after = ambient_pressure + (pressure_abs - ambient_pressure) * decay

@@ -36,9 +36,8 @@ def chamber_volume(m: Parameters, z: Row, tendon_length: float, pressure: float)
 def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> float:
     """Absolute pressure in the chamber [Pa].
 
-    States of zero, as ``mj_resetData`` leaves them, are a chamber at the atmosphere. One without
-    volume is stretched beyond its fibres and gives NaN, so that the run stops there and not at a
-    plausible wrong number. A measured pressure is the state itself.
+    States of zero, as ``mj_resetData`` leaves them, are a chamber at the atmosphere; a measured
+    pressure is the state itself. NaN without volume, beyond straight fibres, so that the run stops.
     """
     if not (s.air > 0.0 or s.air == 0.0):
         return math.nan
@@ -73,9 +72,8 @@ def _consistent_pressure(
 ) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
-    By Newton's method from a first pressure, kept between pressures that are too low and too high:
-    a volume that grows or hardly shrinks with pressure leaves one solution. ``fixed`` is the part
-    of the volume that does not depend on the pressure [m^3].
+    By Newton's method, kept between pressures that are too low and too high: a volume that grows or
+    hardly shrinks with pressure leaves one solution. ``fixed`` is the volume's other part [m^3].
     """
     low, high, index = m.chamber.floor, math.inf, m.chamber.polytropic_index
     pressure, before = first, math.inf

@@ -59,24 +59,18 @@ class Friction(ParameterGroup):
 
 
 def rubs(friction: Friction) -> bool:
-    """Whether any of the friction is dry; of its forces [N] and its share one is not 0."""
+    """Whether any of the friction is dry."""
     return friction.coulomb_force + friction.breakaway_force + friction.tension_share > 0.0
 
 
 def dry_friction(
     friction: Friction, force: float, pull: float, velocity: float, timestep: float
 ) -> float:
-    """Force f of the bristles after a time step [N].
+    """Force f of the bristles after a time step [N], that of the exact solution.
 
-    That of the exact solution; 0 where nothing is left to rub, and not further from 0 than before
-    or than the friction in sliding.
-
-    Args:
-        friction: its sizes.
-        force: f before the step [N].
-        pull: of the muscle in it [N]; T is its size.
-        velocity: v of the tendon in it, positive where it lengthens [m/s].
-        timestep: [s].
+    0 where nothing is left to rub; not further from 0 than before or than the friction in sliding.
+    Of f before the step [s], and in it the pull of the muscle, whose size is T [N], and the
+    velocity v of the tendon, positive where it lengthens [m/s].
     """
     always = friction.coulomb_force + friction.tension_share * abs(pull)
     resting = always + friction.breakaway_force
@@ -99,10 +93,7 @@ def stribeck_friction(friction: Friction, velocity: float) -> float:
 
 
 def stribeck_damping(friction: Friction) -> float:
-    """Largest slope of the smooth friction, at rest: F sqrt(e) / v_s [N s/m].
-
-    On a mass m, explicit time steps longer than m / slope overshoot rest.
-    """
+    """Slope F sqrt(e) / v_s of the smooth friction at rest, its largest [N s/m]."""
     return friction.stribeck_force * math.exp(0.5) / friction.stribeck_velocity
 
 
@@ -111,8 +102,7 @@ def tendon_friction(
 ) -> float:
     """All friction along the tendon against its lengthening [N], at the end of a time step.
 
-    Dry friction at its beginning would give the bristles energy. ``before`` is the dry friction
-    before the step [N]; the arguments are those of `dry_friction`.
+    Dry friction at its beginning would give the bristles energy. Arguments as `dry_friction`.
     """
     force = 0.0
     if friction.stribeck_force > 0.0:

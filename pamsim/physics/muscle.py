@@ -63,10 +63,20 @@ PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
 """Groups that have none for a muscle."""
 
 
+def _idle(pushing: bool) -> tuple[type[ParameterGroup], ...]:
+    return MUSCLE_ONLY if pushing else PUSHING_ONLY
+
+
 def plain_groups(pushing: bool) -> tuple[type[ParameterGroup], ...]:
     """The groups of one kind that have a meaning for a pushing actuator, or for a muscle."""
-    idle = MUSCLE_ONLY if pushing else PUSHING_ONLY
-    return tuple(group for group in PLAIN_GROUPS if group not in idle)
+    return tuple(group for group in PLAIN_GROUPS if group not in _idle(pushing))
+
+
+def idle_groups(sections: Sections) -> frozenset[str]:
+    """Names of the groups that have no meaning for an actuator with these sections."""
+    law = sections.get("force", {}).get("law")
+    pushing = isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
+    return frozenset(group.group for group in _idle(pushing))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,16 +89,16 @@ class Muscle:
             changes from there follows from the force law. None for a pushing actuator.
         stroke: nominal stroke and damping of a pushing actuator, or None.
         force: group of the active force law, of one of `FORCE_LAWS`.
-        passive: passive spring beside it.
+        chamber: polytropic air.
+        valve: fill and exhaust valves.
+        passive: passive spring beside the active force.
         threshold: pressure lost before the braid is reached.
         end_shape: active force lost at high contraction.
         creep: relaxing element beside the muscle.
-        hysteresis: group of the operator on the force, or None.
-        parallel_hysteresis: Maxwell slip beside it.
-        chamber: polytropic air.
-        valve: fill and exhaust valves.
         chain: what the muscle pulls through.
         friction: along its tendon.
+        hysteresis: group of the operator on the force, or None.
+        parallel_hysteresis: Maxwell slip beside it.
         command: what the control means, one of `COMMANDS`.
     """
 
@@ -140,8 +150,7 @@ class Muscle:
     @functools.cached_property
     def groups(self) -> tuple[ParameterGroup, ...]:
         """Its parameter groups, without those that have no meaning for it."""
-        idle = MUSCLE_ONLY if self.pushes else PUSHING_ONLY
-        own = vars(self).values()
+        own, idle = vars(self).values(), _idle(self.pushes)
         return tuple(g for g in own if isinstance(g, ParameterGroup) and not isinstance(g, idle))
 
 
@@ -165,10 +174,10 @@ def build_muscle(
         InputError: for an unknown group, law or field, a missing field, or a wrong unit.
         ParameterError: for a value out of range.
     """
+    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
     laws: dict[str, dict[str, Any]] = {"force": {**FORCE_LAWS}, "hysteresis": {**OPERATORS}}
     for law in own:
         laws[law.group.group][law.name] = law
-    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
     groups: dict[str, ParameterGroup] = {}
     for name, stated in sections.items():
         section = dict(stated)
@@ -178,17 +187,16 @@ def build_muscle(
                 raise InputError(
                     f"{where}: {name}.law = {chosen!r} is not known; {nearest(str(chosen), known)}"
                 )
-            groups[name] = _build(known[chosen].group, section, where)
-        elif name in kinds:
-            groups[name] = _build(kinds[name], section, where)
-        else:
+            kinds[name] = known[chosen].group
+        elif name not in kinds:
             raise InputError(f"{where}: unknown group {name!r}; {nearest(name, {*kinds, *laws})}")
+        groups[name] = _build(kinds[name], section, where)
     pushing = "force" in groups and FORCE_LAWS.card(type(groups["force"])).pushes
     kind, body = ("pushing actuator", "stroke") if pushing else ("muscle", "braid")
     for name in ("mounting", body, "force", "chamber", "valve"):
         if name not in groups:
             raise InputError(f"{where}: a {kind} needs the group {name!r}")
-    for idle in MUSCLE_ONLY if pushing else PUSHING_ONLY:
+    for idle in _idle(pushing):
         if idle.group in groups:
             raise InputError(
                 f"{where}: the group {idle.group!r} has no meaning for a {kind}; remove it"
@@ -218,10 +226,3 @@ def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) 
             f"{where}: {group.group} needs {', '.join(missing)} ({fields[missing[0]].doc})"
         )
     return group(**values)
-
-
-def idle_groups(sections: Sections) -> frozenset[str]:
-    """Names of the groups that have no meaning for an actuator with these sections."""
-    law = sections.get("force", {}).get("law")
-    pushing = isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
-    return frozenset(group.group for group in (MUSCLE_ONLY if pushing else PUSHING_ONLY))

@@ -27,8 +27,7 @@ from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
-_TANGENT = 0.95
-"""Share of the locking stretch beyond which the force goes on along its tangent."""
+_TANGENT = 0.95  # share of the locking stretch beyond which the force goes on along its tangent
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,10 +59,7 @@ class Creep(ParameterGroup):
 
 
 def tube_force(spring: PassiveSpring, contraction: float) -> float:
-    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h.
-
-    The contraction kappa [-] is that against the length at which the pressurised muscle is free.
-    """
+    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h."""
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
         return spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
@@ -71,10 +67,7 @@ def tube_force(spring: PassiveSpring, contraction: float) -> float:
 
 
 def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> float:
-    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N].
-
-    Zero at the slack point, positive elsewhere; its derivative by contraction is minus the force.
-    """
+    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N]."""
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
         return (force - spring.stiffness * stretch) / spring.softening
@@ -82,10 +75,9 @@ def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> floa
 
 
 def locking_force(spring: PassiveSpring, contraction: float) -> float:
-    """Force of a stretched braid beyond that of the tube [N], from kappa = 1 - l/l0 [-].
+    """Force of a stretched braid beyond that of the tube [N], from kappa = 1 - l/l0 [-]; else 0.
 
-    Never negative, 0 in contraction. Beyond 95 % of the locking stretch it goes on along its
-    tangent, so that it stays finite where an integrator may step.
+    Beyond 95 % of the locking stretch it goes on along its tangent, finite for any step.
     """
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
@@ -104,14 +96,7 @@ def creep_rate(
 ) -> float:
     """Rate of a creep element's damper, kappa_d' = (kappa - kappa_d) / tau, over an Euler step.
 
-    Args:
-        contraction: kappa [-].
-        relaxed_contraction: kappa_d [-].
-        relaxation_time: tau [s].
-        timestep: [s].
-
-    Returns:
-        Rate [1/s] that takes kappa_d in one step to where it is exactly, if kappa stays: stable
-        however short the relaxation is.
+    It takes kappa_d [-] in one step [s] to where it is exactly if kappa stays: stable for every
+    relaxation time tau [s].
     """
     return (contraction - relaxed_contraction) * -math.expm1(-timestep / relaxation_time) / timestep

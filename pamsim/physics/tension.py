@@ -15,8 +15,7 @@ from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
-_HALF = 0.1
-"""Contraction beyond the onset at which half of the loss is reached [-]."""
+_HALF = 0.1  # contraction beyond the onset at which half of the loss is reached
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,10 +49,7 @@ def effective_pressure(pressure: float, threshold: float) -> float:
 
 
 def force_left(ends: EndShape, contraction: float) -> tuple[float, float]:
-    """Share in [0, 1] of the active force that the ends leave, and its derivative by contraction.
-
-    Up to the onset 1 and 0, beyond it the derivative is negative; NaN stays NaN.
-    """
+    """Share in [0, 1] of the active force that the ends leave, and its slope; NaN stays NaN."""
     if contraction <= ends.onset:
         return 1.0, 0.0
     x = contraction - ends.onset

@@ -98,19 +98,11 @@ def clamped_opening(command: float) -> float:
 
 
 def past_dead_zone(valve: ValvePair, opening: float) -> float:
-    """What is left of a signed opening behind the overlap that shuts a valve around zero.
+    """What is left of an opening in [-1, 1] behind the overlap that shuts a valve around zero.
 
-    The rest is stretched to the full range: the flow sets in without a jump, on which a regulator
-    would chatter, and the conductance stays that of the fully open valve. On/off valves, which open
-    fully or not at all, do not notice.
-
-    Args:
-        valve: its dead zone z and asymmetry a count: the fill valve stays shut up to z (1 + a), the
-            exhaust valve up to z (1 - a), neither beyond 0.9.
-        opening: in [-1, 1].
-
-    Returns:
-        Opening in [-1, 1]; exactly the given one without a dead zone. NaN stays NaN.
+    The fill valve stays shut up to z (1 + a), the exhaust valve up to z (1 - a), with the dead zone
+    z and its asymmetry a, neither beyond 0.9. The rest is stretched to the full range: the flow
+    sets in without a jump, on which a regulator would chatter. NaN stays NaN.
     """
     if valve.dead_zone == 0.0:
         return opening

@@ -51,8 +51,7 @@ def effective_area_force(
 ) -> float:
     """Force of a bellows or a piston at rest [N], equation (i), negative where it pushes.
 
-    The arguments are gauge pressure [Pa], contraction kappa = 1 - s/s0 [-], the fields of
-    `EffectiveArea` after its scale, and s0 [m].
+    The arguments are gauge pressure [Pa], contraction [-], the fields of the group, and s0 [m].
     """
     return -pressure * area - stiffness * nominal_length * contraction
 

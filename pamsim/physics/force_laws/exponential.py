@@ -4,8 +4,8 @@ Sarosi (4) is F = (a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h. Its d 
 exp(d) only multiplies a and b, so a fit of all eight constants has no unique answer. What is left
 is the invertible law. The six-parameter law leaves out f kappa, the elasticity without pressure
 that is linear in contraction, and calls e, g, h by d, e, f; `pamsim.physics.force_laws.published`
-has constants in this form. The p-terms are what the air does, the others what the rubber does. Both
-are linear in pressure, which makes them invertible in closed form (5).
+has constants. The p-terms are what the air does, the others what the rubber does. Both laws are
+linear in pressure, which makes them invertible in closed form (5).
 
 Sarosi (3), F = a exp(b kappa + c) + d kappa + e, is one isobar of a force map. Its exp(c) is folded
 into a for the same reason. It does not know what pressure does: it has no inverse p(F, kappa).
@@ -39,8 +39,7 @@ def six_parameter_force(
 ) -> float:
     """Force [N] of the six-parameter law (Sarosi, (4), its d and f zero), not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
-    `SixParameter` after its scale.
+    The arguments are gauge pressure p [Pa], contraction kappa [-] and the fields of the group.
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
@@ -61,10 +60,7 @@ def six_parameter_work(contraction: float, b: float, c: float, f: float) -> floa
 def six_parameter_derivatives(
     pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> tuple[float, float, float, float, float]:
-    """Force [N], its derivatives, volume [m^2] and work in one exponential.
-
-    As `ForceLaw.derivatives_function` returns them; arguments as the force's.
-    """
+    """`ForceLaw.derivatives_function` of the law, in one exponential."""
     grown = math.expm1(c * contraction)
     swept = contraction if c == 0.0 else grown / c
     per_pressure = a * grown + a + d * contraction + e
@@ -75,7 +71,7 @@ def six_parameter_derivatives(
 
 
 def _exponential_integral(contraction: float, c: float) -> float:
-    """Integral of exp(c kappa) from 0; c = 0 makes the exponential 1."""
+    """Integral of exp(c kappa) from 0."""
     return contraction if c == 0.0 else math.expm1(c * contraction) / c
 
 
@@ -122,8 +118,7 @@ def invertible_exponential_force(
 ) -> float:
     """Force [N] of the invertible law (Sarosi, equation (4) with d = 0).
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
-    `InvertibleExponential` after its scale.
+    The arguments are gauge pressure p [Pa], contraction kappa [-] and the fields of the group.
     """
     return six_parameter_force(pressure, contraction, a, b, c, e, g, h) + f * contraction
 
@@ -180,8 +175,8 @@ def single_pressure_force(
 ) -> float:
     """Force [N] on one isobar (Sarosi, equation (3)).
 
-    The arguments are gauge pressure [Pa], which has no influence, contraction kappa = 1 - l/l0 [-]
-    and the fields of `SinglePressureExponential` after its scale.
+    The arguments are gauge pressure [Pa], without influence, contraction kappa [-] and the fields
+    of the group.
     """
     # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure

@@ -48,17 +48,10 @@ class IdealMcKibben(ForceParameters):
 def ideal_force(
     pressure: float, length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """Tension F = -p dV/dl of an ideal braided muscle (Sarosi, (1); Matiskova 2021, (3)).
+    """Force F = -p dV/dl [N] of an ideal braided muscle (Sarosi, (1); Matiskova 2021, (3)).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension.
+    Positive when the muscle pulls, not limited to tension. The arguments are gauge pressure p [Pa],
+    length l [m], and l0 [m], D0 [m] and alpha0 [rad] of `Braid`.
     """
     return -pressure * volume_slope(length, nominal_length, diameter, fibre_angle)
 
@@ -117,8 +110,8 @@ def elastic_energy_force(
 ) -> float:
     """Restoring force F_air [N]: the pull beyond that at the working point (Nguyen 2024, (5)).
 
-    The arguments are gauge pressure P - Patm [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `ElasticEnergy` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
+    The arguments are gauge pressure P - Patm [Pa], contraction kappa [-], the fields of
+    `ElasticEnergy` after its scale, and D0 [m] and alpha0 [rad] of `Braid`.
     """
     # dV/dl depends on l/l0 alone, so lengths are taken in units of l0.
     held = ideal_tension(working_pressure, working_contraction, 1.0, diameter, fibre_angle)
@@ -164,9 +157,7 @@ RESTORING = ForceLaw(
     notes="Counts from a working point and is zero there: without the load carried at that"
     " point it is not the tension of the muscle, and a limit to tension would cut half of it.",
 )
-
-_VALID_FROM = 2e5
-"""Gauge pressure from which the source of the corrected law claims validity [Pa]."""
+_VALID_FROM = 2e5  # gauge pressure from which the source of the corrected law claims validity [Pa]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,9 +185,8 @@ def corrected_mckibben_force(
 ) -> float:
     """Force [N] of the corrected McKibben law (Sarosi, equation (2)), not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `CorrectedMcKibben` after its scale, and diameter D0 = 2 r0 [m] and fibre angle alpha0 [rad] of
-    `Braid`.
+    The arguments are gauge pressure p [Pa], contraction kappa [-], the fields of
+    `CorrectedMcKibben` after its scale, and D0 = 2 r0 [m] and alpha0 [rad] of `Braid`.
     """
     mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
     stretch = 1.0 - (a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps) * contraction

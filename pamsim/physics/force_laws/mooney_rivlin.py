@@ -55,9 +55,9 @@ def mooney_rivlin_force(
 ) -> float:
     """Force [N] of a braid over a Mooney-Rivlin tube, not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`. NaN
-    where the braid cannot be: stretched until its fibres lie straight, or shorter than nothing.
+    The arguments are gauge pressure p [Pa], contraction kappa [-], the fields of the group, and D0
+    [m] and alpha0 [rad] of `Braid`. NaN where the braid cannot be: stretched until its fibres lie
+    straight, or shorter than nothing.
     """
     braid = (contraction - slack_contraction) / active_share
     _, wall = _wall(braid, c1, c2, fibre_angle)

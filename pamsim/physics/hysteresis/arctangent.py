@@ -62,13 +62,10 @@ class Arctangent(Hysteresis):
 
 
 def kept_and_added(slots: int, z: Row, t: float) -> tuple[int, int]:
-    """How the turning points change when the input goes to t, a pure number.
+    """Number of turning points that stay when the input goes to t, and 1 if a new one is added.
 
     Turning points alternate, the first is a maximum: with an even number of them the input is on
     a rising branch, which ends at the maximum before last, with an odd number on a falling one.
-
-    Returns:
-        Number of old turning points that stay, and 1 if the last input becomes a new one.
     """
     count = 0
     while count < slots and z[1 + count] > SMALLEST_MOVE:
@@ -106,10 +103,7 @@ def branch(t: float, steepness: float, middle: float) -> tuple[float, float]:
 
 
 def half_width(h: Arctangent, t: float) -> tuple[float, float]:
-    """Half the distance of the falling branch above the rising one, and its integral from 0 to t.
-
-    Both are pure numbers.
-    """
+    """Half the distance of the falling branch above the rising one, and its integral; numbers."""
     rising, under_rising = branch(t, h.steepness_rising, h.middle_rising)
     falling, under_falling = branch(t, h.steepness_falling, h.middle_falling)
     return 0.5 * (falling - rising), 0.5 * (under_falling - under_rising)

@@ -41,10 +41,7 @@ class FractionalMaxwell(Hysteresis):
 
 
 def density(rate: float, order: float, time_constant: float) -> float:
-    """Density k of the relaxation function per ln r [-].
-
-    Of rate r [1/s], order alpha and time constant beta [s] (Gorenflo and Mainardi 1997).
-    """
+    """Density k per ln r [-] of rate r [1/s], order alpha and time constant beta [s]."""
     v = (rate * time_constant) ** order
     turn = math.pi * order
     return math.sin(turn) / math.pi * v / (v * v + 2.0 * v * math.cos(turn) + 1.0)
@@ -112,10 +109,9 @@ def fractional_maxwell_energy(h: FractionalMaxwell, z: Row, x: float) -> float:
 def fractional_maxwell_rates(
     h: FractionalMaxwell, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the mean rates [1/s] of the dashpots over one step, dq/dt = r (x - q).
+    """Write the mean rates [1/s] of the dashpots over one step of dq/dt = r (x - q).
 
-    The step is solved exactly for an input that goes on at its present rate: explicit Euler of the
-    equation itself would blow up in the fast branches.
+    Exact for an input that goes on at its rate: explicit Euler would blow up in the fast branches.
     """
     for k in range(int(h.branches)):
         rate = branch_rate(h, k)

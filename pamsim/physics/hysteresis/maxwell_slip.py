@@ -62,8 +62,7 @@ def play(x: float, held: float, threshold: float) -> float:
 
     The memory z follows the input x at a threshold r >= 0, half the dead travel:
     z+ = max(x - r, min(x + r, z)) (Krasnosel'skii and Pokrovskii 1989; Brokate and Sprekels 1996).
-    x - z is the stop operator, an elastic-ideally plastic element. A NaN in input or memory stays
-    NaN: neither comparison holds for it.
+    x - z is the stop operator, an elastic-ideally plastic element. NaN stays NaN.
     """
     if held < x - threshold:
         return x - threshold
@@ -72,31 +71,23 @@ def play(x: float, held: float, threshold: float) -> float:
     return x if math.isnan(x) else held
 
 
-def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Sum of the elements' forces over the largest possible (Iwan 1966), 1 once all slip forward.
+def slip_output_and_energy(
+    elements: int, full_slip: float, decay: float, z: Row, at: int, x: float
+) -> tuple[float, float]:
+    """Sum of the elements' forces over the largest possible (Iwan 1966), and energy [contraction].
 
-    Of the fields of `MaxwellSlip`, states z that hold the positions of the blocks x_k
-    [contraction], the place of the first of them, and the contraction x [-].
+    The force is 1 once all slip forward. Of the fields of `MaxwellSlip`, states z that hold the
+    positions of the blocks x_k [contraction], the place of the first, and the contraction x [-].
     """
-    share, shares, total = 1.0, 0.0, 0.0
-    for k in range(elements):
-        slip = full_slip / elements * (k + 1)
-        total += share * (x - play(x, z[at + k], slip)) / slip
-        shares += share
-        share *= decay
-    return total / shares
-
-
-def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Energy in the springs [contraction]; the arguments are those of `slip_output`."""
-    share, shares, total = 1.0, 0.0, 0.0
+    share, shares, force, energy = 1.0, 0.0, 0.0, 0.0
     for k in range(elements):
         slip = full_slip / elements * (k + 1)
         stretch = x - play(x, z[at + k], slip)
-        total += 0.5 * share * stretch * stretch / slip
+        force += share * stretch / slip
+        energy += 0.5 * share * stretch * stretch / slip
         shares += share
         share *= decay
-    return total / shares
+    return force / shares, energy / shares
 
 
 def slip_rates(
@@ -109,13 +100,13 @@ def slip_rates(
 
 
 def maxwell_slip_output(h: MaxwellSlip, z: Row, x: float) -> float:
-    """Output w in [-1, 1] of blocks at the positions z, see `slip_output`; a pure number."""
-    return slip_output(int(h.elements), h.full_slip, h.decay, z, 0, x)
+    """Output w in [-1, 1], a pure number, of blocks at the positions z."""
+    return slip_output_and_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)[0]
 
 
 def maxwell_slip_energy(h: MaxwellSlip, z: Row, x: float) -> float:
     """Energy in the springs [contraction]."""
-    return slip_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)
+    return slip_output_and_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)[1]
 
 
 def maxwell_slip_rates(

@@ -13,6 +13,7 @@ therefore takes the force from the contraction by the inverse operator.
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -62,13 +63,12 @@ class PlaySum:
     weights: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Check the thresholds, and that the operator can be inverted.
+        """Check that the operator can be inverted.
 
         Raises:
             InputError: if thresholds do not increase from above 0 or a partial sum is not positive.
         """
-        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
-        if len(self.weights) != len(self.thresholds) or any(step <= 0.0 for step in steps):
+        if len(self.weights) != len(self.thresholds) or min(self._steps(), default=1.0) <= 0.0:
             raise InputError("thresholds must increase from above 0, with one weight for each")
         if min(self._partial_sums()) <= 0.0:
             raise InputError("every partial sum of the weights must be positive")
@@ -85,14 +85,12 @@ class PlaySum:
     def inverse(self) -> PlaySum:
         """The operator that undoes this one exactly (Kuhnen 2003)."""
         sums = self._partial_sums()
-        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
-        risen = (s * step for s, step in zip(sums, steps, strict=False))
-        weights = tuple(-w / (sums[k] * sums[k + 1]) for k, w in enumerate(self.weights))
-        return PlaySum(
-            linear=1.0 / self.linear,
-            thresholds=tuple(itertools.accumulate(risen)),
-            weights=weights,
-        )
+        risen = itertools.accumulate(map(operator.mul, sums, self._steps()))
+        weights = (-w / (low * s) for w, low, s in zip(self.weights, sums, sums[1:], strict=False))
+        return PlaySum(linear=1.0 / self.linear, thresholds=tuple(risen), weights=tuple(weights))
+
+    def _steps(self) -> list[float]:
+        return [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
 
     def _partial_sums(self) -> list[float]:
         """S_0 ... S_n: gradients of the pieces of the initial curve."""
@@ -103,7 +101,7 @@ def scale_and_weight(h: PrandtlIshlinskii) -> tuple[float, float]:
     """Factor [-] from contraction to the output of P, and weight w_1 [-] of its first play.
 
     The factor is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``, so that a
-    contraction of ``span`` gives w = 1. The other weights follow by the factor ``decay``.
+    contraction of ``span`` gives w = 1.
     """
     weight, weights, reached = 1.0, 0.0, 0.0
     for k in range(int(h.elements)):
@@ -117,9 +115,8 @@ def scale_and_weight(h: PrandtlIshlinskii) -> tuple[float, float]:
 def output_and_energy(h: PrandtlIshlinskii, z: Row, x: float) -> tuple[float, float]:
     """Output w of the inverse operator (Kuhnen 2003), a pure number, and its energy [contraction].
 
-    With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
-    each holds half its stiffness times its stretch squared. z are the outputs of its plays. w is 1
-    where a virgin muscle has contracted by ``span``; outside it grows on.
+    The inverse is a spring of unit stiffness and stops with positive weights, each of which holds
+    half its stiffness times its stretch squared. z are the outputs of its plays.
     """
     scale, weight = scale_and_weight(h)
     y = x * scale

@@ -60,10 +60,9 @@ def levels_reached(levels: int, u: float) -> int:
 
 
 def virgin_count(levels: int, i: int) -> float:
-    """Number of relays [-] that are up in row i of a demagnetised state.
+    """Number of relays [-] that are up in row i of a demagnetised state: alpha + beta < 0.
 
-    Relays of alpha + beta < 0 are up, the others down. The one with alpha + beta = 0 is half up:
-    it sits on the line, and so the virgin output is exactly neutral.
+    The one on the line alpha + beta = 0 is half up, so that the virgin output is exactly neutral.
     """
     return min(i + 1.0, levels - i - 0.5)
 
@@ -81,9 +80,8 @@ def updated_count(levels: int, i: int, z: Row, reached: int) -> float:
 def column(levels: int, j: int, c: float, d: float) -> tuple[float, float, float]:
     """Level beta of a column, and its factors in weight (5) below and above alpha + beta = 0 [-].
 
-    By the weight's symmetry about that line a row's factors are those of the column n - 1 - i: the
-    weight is the second of the row times the first of the column below the line, and the other way
-    round above it, up to a constant.
+    By the weight's symmetry a row's factors are those of the column n - 1 - i: the weight is the
+    second of the row times the first of the column below that line, the other way round above it.
     """
     beta = (2.0 * j + 1.0) / levels - 1.0
     minus = math.exp(-2.0 * beta * beta + 2.0 * (d + c) * beta)
@@ -93,10 +91,9 @@ def column(levels: int, j: int, c: float, d: float) -> tuple[float, float, float
 def row_sum(
     near: float, far: float, minus: float, plus: float, line_minus: float, line_plus: float
 ) -> float:
-    """Sum of a row's weights over the columns up to some one [-].
+    """Sum of a row's weights over columns [-], from its factors and their sums, see `column`.
 
-    From the row's two factors, the sums of the columns' factors, and those up to the line
-    alpha + beta = 0; see `column`. Factors are positive, so that the smaller sum ends first.
+    Factors are positive, so the smaller of the sums up to a column and up to the line ends first.
     """
     return far * min(minus, line_minus) + near * max(plus - line_plus, 0.0)
 
@@ -114,12 +111,7 @@ def staircase_sums(
     has taken up u - beta since it went down, or alpha - u since it went up, and gives it back on
     the way there. The rest, alpha - beta in all, is lost as it switches.
 
-    Args:
-        levels: n.
-        c: of weight (5).
-        d: of weight (5).
-        z: counts of relays that are up, less those of the virgin state.
-        u: input in [-1, 1], or beyond.
+    The arguments are n, c and d of weight (5), the memory z and the input u in [-1, 1], or beyond.
 
     Returns:
         W in [-1, 1]; the middle of the major loop at this input; the half width of the major loop
@@ -203,10 +195,7 @@ def scaled_input(h: Preisach, x: float) -> float:
 
 
 def preisach_output(h: Preisach, z: Row, x: float) -> float:
-    """Distance of W below the middle of its major loop, +1 in its centre while contracting.
-
-    In units of the half width there, a pure number.
-    """
+    """Distance of W below the middle of its major loop over the half width in its centre [-]."""
     u = scaled_input(h, x)
     output, middle, half_width, _, _, _ = staircase_sums(int(h.levels), h.c, h.d, z, u)
     return (middle - output) / half_width
@@ -241,11 +230,7 @@ def pleated_factor_output(h: PleatedFactor, z: Row, x: float) -> float:
 
 
 def pleated_factor_energy(h: PleatedFactor, z: Row, x: float) -> float:
-    """Energy that the operator holds [contraction].
-
-    It is that of the relays and of what does not depend on the path, the distance of the straight
-    line from the middle of the major loop.
-    """
+    """Energy [contraction] of the relays and of the line's distance from the loop's middle."""
     u = scaled_input(h, x)
     _, middle, _, slope, below, held = staircase_sums(int(h.levels), h.c, h.d, z, u)
     line = abs(u) - 0.5 if abs(u) > 1.0 else 0.5 * u * u
