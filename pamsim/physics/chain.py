@@ -10,8 +10,7 @@ It slides towards the stronger pull, with viscous damping, and rests where a too
 
     s' = (T_other - T) / b
 
-Tooth and damper both transmit the torque r (T - T_other) to the sprocket. The power lost between
-muscles and joint is (T - T_other)^2 / b or zero: backlash never generates energy.
+The power lost between muscles and joint is (T - T_other)^2 / b or, at a tooth, zero.
 
 A chain lies on its sprocket as on a polygon. Over a pitch p of its travel x the muscle's length
 runs ahead and falls back by an amplitude a, and the force on the sprocket changes with it, so that

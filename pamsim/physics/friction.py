@@ -8,7 +8,7 @@ Canudas de Wit et al. 1995). Its memory is that force f, a state of the muscle:
 C is the same at every speed, B the breakaway force lost in sliding (Stribeck 1902), m the share of
 the muscle's tension T, d the travel in which friction builds up. On the tendon acts f + t f' with
 the damping time t of the bristles. With B = m = t = 0 this is Dahl's model. For constant v and T a
-step is solved exactly, so that the bristles may be as stiff as the joint's inertia allows.
+step is solved exactly.
 
 Two muscles of one chain on sprockets of radius r share the joint's friction: together they brake it
 by the sum of r g. Dry friction at a joint of its own is ``frictionloss``, which the engine solves.

@@ -85,8 +85,7 @@ class Muscle:
 
     Attributes:
         mounting: place on the tendon.
-        braid: geometry of a muscle, which gives the chamber's volume at nominal length; how it
-            changes from there follows from the force law. None for a pushing actuator.
+        braid: geometry of a muscle; None for a pushing actuator.
         stroke: nominal stroke and damping of a pushing actuator, or None.
         force: group of the active force law, of one of `FORCE_LAWS`.
         chamber: polytropic air.
@@ -122,8 +121,7 @@ class Muscle:
         """Check the command, and that the actuator has what its force law acts on.
 
         Raises:
-            InputError: if the command is not one of `COMMANDS`, or braid or stroke is missing or
-                without meaning.
+            InputError: if the command is unknown, or braid or stroke missing or without meaning.
         """
         if (self.braid is None) is not self.pushes or (self.stroke is None) is self.pushes:
             needs, without = ("stroke", "braid") if self.pushes else ("braid", "stroke")

@@ -11,12 +11,10 @@ kappa is that against the length at which the pressurised muscle is free. Where 
 a stretch x_lock of the muscle itself, it adds what makes the whole of an unpressurised muscle the
 finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972).
 
-Creep is one or two Maxwell elements beside the muscle. With the elasticity that the muscle has
-already, spring and damper in series make it a standard linear solid: at a sudden change of length
-it is stiffer by k, held there it relaxes, and under a held load it goes on moving. The element's
-force is k (kappa - kappa_d), with the contraction kappa_d of its damper as memory. At rest it is
-free, whatever the contraction. A second one of another time makes the relaxation faster at first
-and slower later, as rubber's is.
+Creep is one or two Maxwell elements beside the muscle, which make it a standard linear solid: at a
+sudden change of length it is stiffer by k, held there it relaxes, and under a held load it goes on
+moving. The element's force is k (kappa - kappa_d), with the contraction kappa_d of its damper as
+memory. A second one makes the relaxation faster at first and slower later, as rubber's is.
 """
 
 from __future__ import annotations

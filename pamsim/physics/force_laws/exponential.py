@@ -178,7 +178,7 @@ def single_pressure_force(
     The arguments are gauge pressure [Pa], without influence, contraction kappa [-] and the fields
     of the group.
     """
-    # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
+    # 0 p is NaN for a lost pressure, which must not go unnoticed.
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
 
 
@@ -190,7 +190,7 @@ def single_pressure_volume(
 
 
 def single_pressure_work(contraction: float, a: float, b: float, d: float, e: float) -> float:
-    """Work from nominal length on, per nominal length [N]; arguments of `single_pressure_force`."""
+    """Work from nominal length on, per nominal length [N]."""
     return invertible_exponential_work(contraction, a, b, d, e)
 
 

@@ -6,8 +6,7 @@ The restoring force of the air (Nguyen 2024, equations (3) and (5)) counts from 
 muscle filled to P1 and held at length l1 pulls with F_con = -(P1 - Patm) dV/dl at l1. Pulled to
 another length l, at which the pressure is P, its air pulls back with the rest,
 F_air = -(P - Patm) dV/dl + (P1 - Patm) dV/dl at l1. The print has lost the signs; these are the
-ones that virtual work requires and that make F_air zero at the working point. Patm drops out. How P
-follows from l, P V^k = const (2), belongs to the chamber, not to the law.
+ones that virtual work requires.
 
 The corrected law (Sarosi, equation (2)) is F = mu p pi r0^2 (a (1 - eps kappa)^2 - b) with
 a = 3 / tan^2(alpha0), b = 1 / sin^2(alpha0), eps = a_eps exp(-p/bar) - b_eps and

@@ -7,9 +7,8 @@ turning point; there the inner loop is forgotten and the outer branch continues.
 new branch from the one it leaves is the width of the major loop, shifted and scaled by the same
 factor in both directions to the interval between the two turning points. So every inner loop is a
 small image of the major one: the rule adds no parameter, keeps return-point memory, closes every
-loop and never reverses its direction, so it generates no energy. Shifting and scaling the branches
-themselves would place inner branches far outside a narrow major loop; pieces cut out of them would
-reverse loops in their tails.
+loop and never reverses its direction, so it generates no energy. Branches that are shifted and
+scaled themselves, or cut into pieces, would leave a narrow major loop or reverse loops.
 
 The printed fits do not meet: they are 0.07 mm apart at no pressure and 0.6 mm at 500 kPa, of at
 most 5 mm between. The operator makes them meet at both ends of its span. The paper's contraction

@@ -3,15 +3,13 @@
 An operator gives a pure number w, about in [-1, 1], that *leads* the contraction: over a closed
 cycle the integral of w d(kappa) is not negative. It enters the muscle force as
 F = F_static - (force + force_per_pressure p + force_share F_static) w, so with these three factors
-positive a cycle costs energy and never yields any. Models that lag (Preisach, arctangent) are
-reversed in their own files.
+positive a cycle costs energy and never yields any.
 
-The pressure works on the volume, so a width that grows with pressure must show in it: a spring that
-is loaded at low pressure and unloaded at high pressure would give energy. What the memory holds,
-(force + force_per_pressure p) l0 psi with psi the operator's energy, belongs to the muscle's energy
-G(l, p), and the volume has the part -dG/dp = -force_per_pressure l0 psi. No cycle of length and
-pressure then yields energy. A force_share has no such part: a cycle can yield up to force_share
-times its swings of pressure and volume and the largest |w|.
+A spring that is loaded at low pressure and unloaded at high pressure would give energy. So what the
+memory holds, (force + force_per_pressure p) l0 psi with psi the operator's energy, belongs to the
+muscle's energy G(l, p), and the volume has the part -dG/dp = -force_per_pressure l0 psi. A
+force_share has no such part: a cycle can yield up to force_share times its swings of pressure and
+volume and the largest |w|.
 
 An operator stiffens the muscle: its loop climbs along a chord. A force law that was fitted to the
 mean of the branches holds that stiffness already, so the output is w - chord kappa, and psi loses
@@ -77,15 +75,14 @@ class Hysteresis(ParameterGroup):
             ParameterError: naming field, value and what is allowed.
         """
         super().__post_init__()
-        if self.count_field:
-            value = float(getattr(self, self.count_field))
-            if value != round(value):
-                name = f"{self.group}.{self.count_field}"
-                raise ParameterError(f"{name} = {value:g} is not a whole number")
+        value = getattr(self, self.count_field) if self.count_field else 0.0
+        if value != round(value):
+            name = f"{self.group}.{self.count_field}"
+            raise ParameterError(f"{name} = {value:g} is not a whole number")
 
     @property
     def state_count(self) -> int:
-        """Number of states of this instance: one for each of what `count_field` counts."""
+        """Number of states of this instance."""
         return int(getattr(self, self.count_field)) if self.count_field else self.states
 
 
@@ -106,9 +103,7 @@ class Operator:
         rate_independent: whether only the path of the input counts, not its speed.
         odd: whether the mirrored input, about the middle of the span where the group has one, gives
             the mirrored output.
-        notes: what else a user must know. Of all operators: force and force_per_pressure yield no
-            energy over any closed cycle; force_share may, as much as
-            `pamsim.physics.hysteresis.group` states.
+        notes: what else a user must know.
     """
 
     name: str
@@ -129,8 +124,7 @@ class Operator:
         Raises:
             InputError: if it is not one of an operator of this name.
         """
-        derived = Hysteresis in self.group.__mro__
-        if not derived or self.group.law != self.name:
+        if Hysteresis not in self.group.__mro__ or self.group.law != self.name:
             raise InputError(
                 f"{self.group.__name__}: the parameters of the operator {self.name!r} derive from"
                 f" Hysteresis and have law = {self.name!r}"

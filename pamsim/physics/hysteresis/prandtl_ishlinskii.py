@@ -38,15 +38,6 @@ class PrandtlIshlinskii(Hysteresis):
         "share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
     )
 
-    def compliance(self) -> PlaySum:
-        """The operator P from output w to scaled contraction, whose inverse the kernel runs."""
-        count, first = int(self.elements), scale_and_weight(self)[1]
-        return PlaySum(
-            linear=self.linear_share,
-            thresholds=tuple((k + 0.5) / count for k in range(count)),
-            weights=tuple(first * self.decay**k for k in range(count)),
-        )
-
 
 @dataclass(frozen=True, kw_only=True)
 class PlaySum:

@@ -50,13 +50,8 @@ class PleatedFactor(Preisach):
 
 
 def levels_reached(levels: int, u: float) -> int:
-    """Number of levels that are not above input u in [-1, 1]; any u but NaN is allowed."""
-    scaled = 0.5 * (u + 1.0) * levels + 0.5
-    if scaled <= 0.0:
-        return 0
-    if scaled >= levels:
-        return levels
-    return math.floor(scaled)
+    """Number of levels that are not above an input u, which is not NaN."""
+    return math.floor(min(max(0.5 * (u + 1.0) * levels + 0.5, 0.0), levels))
 
 
 def virgin_count(levels: int, i: int) -> float:
