@@ -2,8 +2,7 @@
 
 A group is declared as::
 
-    @dataclass(frozen=True, kw_only=True)
-    class Chamber(ParameterGroup):
+    class Chamber(ParameterGroup, group="chamber"):
         dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")
 
 The number's *source* (paper, data sheet, identified, assumed) belongs to a value, not to a field,
@@ -18,7 +17,7 @@ import functools
 import math
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, dataclass_transform
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.units import to_si
@@ -83,9 +82,14 @@ def quantity(allowed: str, doc: str, default: float | None = None) -> Any:
     )
 
 
+@dataclass_transform(frozen_default=True, kw_only_default=True)
 @dataclass(frozen=True, kw_only=True)
 class ParameterGroup:
-    """Base of every parameter group: checks each declared field on construction."""
+    """Base of every parameter group: checks each declared field on construction.
+
+    A subclass is a frozen dataclass. It is made one here if it states its class variables as
+    keywords, ``class Chain(ParameterGroup, group="chain")``.
+    """
 
     group: ClassVar[str] = ""
     """Name of the group in files and errors."""
@@ -93,6 +97,14 @@ class ParameterGroup:
     """Name of the law, in groups that offer several."""
     states: ClassVar[int] = 0
     """Number of internal states of the law."""
+
+    def __init_subclass__(cls, **variables: str | int) -> None:
+        """Set the class variables."""
+        super().__init_subclass__()
+        for name, value in variables.items():
+            setattr(cls, name, value)
+        if variables:
+            dataclass(frozen=True, kw_only=True)(cls)
 
     def __post_init__(self) -> None:
         """Check every field.

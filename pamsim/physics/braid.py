@@ -10,17 +10,13 @@ angle alpha0 at l0, with b = l0 / cos(alpha0) and n = b sin(alpha0) / (pi D0).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Braid(ParameterGroup):
+class Braid(ParameterGroup, group="braid"):
     """Size and fibre angle of the braid at nominal length."""
 
-    group: ClassVar[str] = "braid"
     nominal_length: float = quantity("(0, 10] m", "length l0 without pressure or load")
     diameter: float = quantity("(0, 0.5] m", "inner diameter D0 at nominal length")
     fibre_angle: float = quantity(

@@ -22,17 +22,13 @@ no work is lost:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Chain(ParameterGroup):
+class Chain(ParameterGroup, group="chain"):
     """Compliance and backlash of chain and end fittings; 0 turns each of them off."""
 
-    group: ClassVar[str] = "chain"
     compliance: float = quantity("[0, 1e-3] m/N", "C, extension per tension", 0.0)
     relaxation_time: float = quantity(
         "[1e-3, 10] s",

@@ -5,8 +5,12 @@ dy/dt = P^(1/n - 1) R T mdot, in which dV/dt has cancelled: with the valves shut
 constant exactly, at any step size and under any motion. P follows from y and V algebraically.
 For n = 1, y / (R T) is the mass of air.
 
-All air flows at the temperature T. The index states the heat through the walls: none for n = 1.4,
-and for n = 1 as much as keeps the air at T.
+All air flows at the temperature T. The energy of the air, P V / (g - 1) with g = 1.4, then changes
+by the enthalpy of the flow, the work on the braid and the heat through the walls:
+
+    d/dt P V / (g - 1) = g / (g - 1) R T mdot - P dV/dt + (g - n) / (g - 1) (P dV/dt - R T mdot)
+
+The index states the last term: no heat for n = 1.4, and for n = 1 as much as keeps the air at T.
 
 With heat exchange at a rate h as well, the pressure returns to that of the same air m at the
 ambient temperature, dP/dt = ... - h (P - m R T / V): after a fast fill it falls, and after a fast
@@ -16,18 +20,14 @@ vent it rises, while the valves are shut. The air m R T [J] is then a second sta
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.air import ATMOSPHERE, GAS_CONSTANT
 
 
-@dataclass(frozen=True, kw_only=True)
-class Chamber(ParameterGroup):
+class Chamber(ParameterGroup, group="chamber"):
     """The air in the muscle and in the tubing that is always open to it."""
 
-    group: ClassVar[str] = "chamber"
     polytropic_index: float = quantity("[1, 1.4]", "n: 1 isothermal, 1.4 adiabatic")
     temperature: float = quantity("[200, 400] K", "temperature of the air")
     dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")

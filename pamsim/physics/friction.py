@@ -23,17 +23,13 @@ with its peak F at the speed v_s. At constant tension and with t = 0 all only di
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Friction(ParameterGroup):
+class Friction(ParameterGroup, group="friction"):
     """Sizes of the friction; with its forces and its share 0 there is none."""
 
-    group: ClassVar[str] = "friction"
     stribeck_force: float = quantity("[0, 1e4] N", "F, peak of the friction at low speed", 0.0)
     stribeck_velocity: float = quantity(
         "[1e-5, 10] m/s", "v_s, tendon speed of the peak; limits the time step", 1e-2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 from pamsim.core.errors import EngineError, InputError, nearest
 from pamsim.core.parameters import ParameterGroup, Sourced, quantity, specs
@@ -28,11 +28,9 @@ Sections = Mapping[str, Mapping[str, Sourced | str]]
 """Group -> field -> number, as a rig file states them."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Mounting(ParameterGroup):
+class Mounting(ParameterGroup, group="mounting"):
     """How the actuator sits on its tendon."""
 
-    group: ClassVar[str] = "mounting"
     length_at_zero: float = quantity(
         "[-10, 10] m",
         "muscle length where the tendon's length is zero: rest length on a fixed tendon, minus the"

@@ -20,19 +20,15 @@ memory. A second one makes the relaxation faster at first and slower later, as r
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
 _TANGENT = 0.95  # share of the locking stretch beyond which the force goes on along its tangent
 
 
-@dataclass(frozen=True, kw_only=True)
-class PassiveSpring(ParameterGroup):
+class PassiveSpring(ParameterGroup, group="passive"):
     """Stiffness, softening, locking and slack point of the passive spring; stiffness 0 is none."""
 
-    group: ClassVar[str] = "passive"
     stiffness: float = quantity("[0, 1e6] N", "k = -dF/dkappa at the slack point", 0.0)
     softening: float = quantity("[0.1, 500]", "h, e-fold softening per unit of contraction", 1.0)
     slack_contraction: float = quantity(
@@ -43,11 +39,9 @@ class PassiveSpring(ParameterGroup):
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Creep(ParameterGroup):
+class Creep(ParameterGroup, group="creep"):
     """Spring and time constant of each Maxwell element; stiffness 0 is none."""
 
-    group: ClassVar[str] = "creep"
     stiffness: float = quantity("[0, 1e6] N", "k, force per sudden change of contraction", 0.0)
     relaxation_time: float = quantity(
         "[1e-3, 1e4] s", "tau, in which the force of a held contraction dies away", 1.0

@@ -10,31 +10,24 @@ sets in at a contraction without a kink and tends to a largest one:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
-
 from pamsim.core.parameters import ParameterGroup, quantity
 
 _HALF = 0.1  # contraction beyond the onset at which half of the loss is reached
 
 
-@dataclass(frozen=True, kw_only=True)
-class Threshold(ParameterGroup):
+class Threshold(ParameterGroup, group="threshold"):
     """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1).
 
     Above it force and volume do the same work. A cycle that goes below costs up to the threshold
     times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar.
     """
 
-    group: ClassVar[str] = "threshold"
     pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube", 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class EndShape(ParameterGroup):
+class EndShape(ParameterGroup, group="end_shape"):
     """Share of the active force that the ends take in the end, and where it sets in."""
 
-    group: ClassVar[str] = "end_shape"
     loss: float = quantity(
         "[0, 1]", "share of the active force lost far beyond the onset; half of it 0.1 beyond", 0.0
     )

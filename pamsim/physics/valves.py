@@ -8,8 +8,6 @@ set point that a local regulator turns into an opening.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 
@@ -25,11 +23,9 @@ WIDEST_DEAD_ZONE = 0.9
 """Opening up to which a valve may stay shut at most [-]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ValvePair(ParameterGroup):
+class ValvePair(ParameterGroup, group="valve"):
     """Fill and exhaust valve of one muscle, with the supply behind them."""
 
-    group: ClassVar[str] = "valve"
     conductance_fill: float = quantity("[0, 1e-6] m^3/(s*Pa)", "sonic conductance C to the supply")
     conductance_exhaust: float = quantity(
         "[0, 1e-6] m^3/(s*Pa)", "sonic conductance C to the exhaust"

@@ -16,18 +16,14 @@ contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 ka
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stroke(ParameterGroup):
+class Stroke(ParameterGroup, group="stroke"):
     """What a pushing actuator has in place of a braid."""
 
-    group: ClassVar[str] = "stroke"
     nominal_length: float = quantity(
         "(0, 10] m",
         "s0, stroke at which the wall's spring is free; of a piston without spring its full stroke",
@@ -37,11 +33,9 @@ class Stroke(ParameterGroup):
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class EffectiveArea(ForceParameters):
+class EffectiveArea(ForceParameters, law="effective_area"):
     """Area and spring of a bellows or a piston."""
 
-    law: ClassVar[str] = "effective_area"
     area: float = quantity("(0, 1] m^2", "A, effective area of the pressure")
     stiffness: float = quantity("[0, 1e6] N/m", "k of the wall; 0 for a piston", 0.0)
 

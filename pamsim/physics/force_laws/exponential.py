@@ -14,18 +14,14 @@ into a for the same reason. It does not know what pressure does: it has no inver
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class SixParameter(ForceParameters):
+class SixParameter(ForceParameters, law="six_parameter"):
     """Coefficients in SI; contraction as a fraction (the papers print it in percent)."""
 
-    law: ClassVar[str] = "six_parameter"
     a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
     b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
     c: float = quantity("[-200, 0]", "decay of the exponential")
@@ -91,11 +87,9 @@ SIX_PARAMETER = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class InvertibleExponential(ForceParameters):
+class InvertibleExponential(ForceParameters, law="invertible_exponential"):
     """Coefficients in SI, in the letters of the paper without d."""
 
-    law: ClassVar[str] = "invertible_exponential"
     a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
     b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
     c: float = quantity("[-200, 0]", "decay of the exponential")
@@ -159,11 +153,9 @@ INVERTIBLE = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SinglePressureExponential(ForceParameters):
+class SinglePressureExponential(ForceParameters, law="single_pressure_exponential"):
     """Coefficients of one isobar, in the letters of the paper without c."""
 
-    law: ClassVar[str] = "single_pressure_exponential"
     a: float = quantity("[-1e4, 1e4] N", "factor of the exponential")
     b: float = quantity("[-200, 0]", "decay of the exponential")
     d: float = quantity("[-1e5, 1e5] N", "change with contraction")

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup, quantity, specs
@@ -40,11 +40,9 @@ GAUSS = (
 _APART = 10.0  # half of the step of a difference quotient by pressure [Pa]
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForceParameters(ParameterGroup):
+class ForceParameters(ParameterGroup, group="force"):
     """What the parameters of every force law begin with."""
 
-    group: ClassVar[str] = "force"
     scale: float = quantity("(0, 5]", "factor on the force", 1.0)
 
 

@@ -23,8 +23,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.core.units import PA_PER_BAR
@@ -37,11 +35,8 @@ def _to_largest(coefficients: Sequence[float], braid: Braid) -> Range:
     return 0.0, max_contraction(braid.fibre_angle)
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdealMcKibben(ForceParameters):
+class IdealMcKibben(ForceParameters, law="ideal_mckibben"):
     """The ideal law has the braid for its parameters; only its overall scale is free."""
-
-    law: ClassVar[str] = "ideal_mckibben"
 
 
 def ideal_force(
@@ -86,11 +81,9 @@ IDEAL = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class ElasticEnergy(ForceParameters):
+class ElasticEnergy(ForceParameters, law="elastic_energy"):
     """The working point from which the restoring force counts."""
 
-    law: ClassVar[str] = "elastic_energy"
     working_pressure: float = quantity(
         "[0, 2e6] Pa", "gauge pressure P1 - Patm at the working point"
     )
@@ -159,11 +152,9 @@ RESTORING = ForceLaw(
 _VALID_FROM = 2e5  # gauge pressure from which the source of the corrected law claims validity [Pa]
 
 
-@dataclass(frozen=True, kw_only=True)
-class CorrectedMcKibben(ForceParameters):
+class CorrectedMcKibben(ForceParameters, law="corrected_mckibben"):
     """The four fitted constants and the decay that the paper fixes at 40."""
 
-    law: ClassVar[str] = "corrected_mckibben"
     a_eps: float = quantity("[-100, 100]", "part of eps that dies with pressure")
     b_eps: float = quantity("[-10, 10]", "minus eps at high pressure; -1 is ideal")
     a_kappa: float = quantity("[-100, 100]", "part of mu that dies with contraction")

@@ -20,19 +20,15 @@ valid beyond the measured contractions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.braid import volume_gained, volume_slope
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class MooneyRivlin(ForceParameters):
+class MooneyRivlin(ForceParameters, law="mooney_rivlin"):
     """Wall of the tube, its free length, and the share of it that contracts."""
 
-    law: ClassVar[str] = "mooney_rivlin"
     c1: float = quantity("[-1e4, 1e4] N", "2 C10 times the cross-section of the wall")
     c2: float = quantity("[-1e4, 1e4] N", "2 C01 times the cross-section of the wall")
     # A nominal length is hardly wrong by 5 %. Where lengths are few, a wider range lets a fit trade

@@ -37,8 +37,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.braid import Braid
@@ -50,11 +48,9 @@ FIT_RANGE: Range = (0.05, 0.35)
 _PRESSURES: Range = (1e5, 2.5e5)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pleated(ForceParameters):
+class Pleated(ForceParameters, law="pleated"):
     """Coefficients of the dimensionless force function."""
 
-    law: ClassVar[str] = "pleated"
     f0: float = quantity("[-10, 10]", "coefficient of 1/eps")
     f1: float = quantity("[-100, 100]", "constant")
     f2: float = quantity("[-1e3, 1e3]", "coefficient of eps")
@@ -138,11 +134,9 @@ FITTED = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class PleatedShape(ForceParameters):
+class PleatedShape(ForceParameters, law="pleated_shape"):
     """The one design number that sets the shape."""
 
-    law: ClassVar[str] = "pleated_shape"
     slenderness: float = quantity(
         "[0.1, 1e3]", "l0/R, length of the membrane over radius of its ends"
     )

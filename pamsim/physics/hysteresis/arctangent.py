@@ -24,8 +24,6 @@ loops inside the innermost are lost.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
@@ -34,12 +32,9 @@ SMALLEST_MOVE = 1e-9
 """Moves below this share of the span are rounding errors of the state, not reversals."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Arctangent(Hysteresis):
+class Arctangent(Hysteresis, law="arctangent", count_field="turning_points"):
     """Steepness |k_1| (p_high - p_low) and middle of each branch as a fraction of the span."""
 
-    law: ClassVar[str] = "arctangent"
-    count_field: ClassVar[str] = "turning_points"
     turning_points: float = quantity("[1, 32]", "number of turning points remembered", 8.0)
     low_contraction: float = quantity("[-0.5, 0]", "contraction where the branches meet below", 0.0)
     high_contraction: float = quantity("(0, 1]", "contraction where the branches meet above")

@@ -19,19 +19,14 @@ The memory z holds the positions q_k of the branches' dashpots [contraction].
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
-@dataclass(frozen=True, kw_only=True)
-class FractionalMaxwell(Hysteresis):
+class FractionalMaxwell(Hysteresis, law="fractional_maxwell", count_field="branches"):
     """Order and time constant of the element, and the rates of the branches that stand for it."""
 
-    law: ClassVar[str] = "fractional_maxwell"
-    count_field: ClassVar[str] = "branches"
     branches: float = quantity("[4, 64]", "number of Maxwell branches", 16.0)
     order: float = quantity("[0.05, 0.95]", "alpha")
     time_constant: float = quantity("[1e-4, 1e4] s", "beta")

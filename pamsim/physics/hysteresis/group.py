@@ -47,11 +47,9 @@ Rates: TypeAlias = Callable[[Any, Row, MutableRow, float, float, float], None]
 """Writes the rates of the memory [1/s]: of h, z, dz, x, its rate and the time step."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Hysteresis(ParameterGroup):
+class Hysteresis(ParameterGroup, group="hysteresis"):
     """The three factors of an operator's output, all zero turns it off; and where its loop lies."""
 
-    group: ClassVar[str] = "hysteresis"
     count_field: ClassVar[str] = ""
     """Field that counts elements with a state each; empty if the number of states is fixed."""
     usual: ClassVar[Mapping[str, float]] = MappingProxyType({})

@@ -13,10 +13,7 @@ muscle's state, so that it can be added to a compiled model.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar
 
 from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
@@ -25,13 +22,10 @@ BLOCKS = 5
 """Number of elements of the one in parallel."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class MaxwellSlip(Hysteresis):
+class MaxwellSlip(Hysteresis, law="maxwell_slip", count_field="elements"):
     """Slip limits Delta_k = full_slip k/n, force shares in the ratio 1 : decay : decay^2 ..."""
 
-    law: ClassVar[str] = "maxwell_slip"
-    count_field: ClassVar[str] = "elements"
-    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
+    usual = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
     elements: float = quantity("[1, 64]", "number n of elements")
     full_slip: float = quantity("(0, 0.5]", "contraction at which every block slips")
     decay: float = quantity(
@@ -39,11 +33,9 @@ class MaxwellSlip(Hysteresis):
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class ParallelHysteresis(ParameterGroup):
+class ParallelHysteresis(ParameterGroup, group="parallel_hysteresis"):
     """Half-width of its loop, without and with pressure; both 0 turn it off."""
 
-    group: ClassVar[str] = "parallel_hysteresis"
     force: float = quantity("[0, 1e3] N", "half-width of the loop, without pressure", 0.0)
     force_per_pressure: float = quantity("[0, 1e-2] N/Pa", "half-width per gauge pressure", 0.0)
     chord: float = quantity(

@@ -16,7 +16,6 @@ import itertools
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import quantity
@@ -24,12 +23,9 @@ from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Ro
 from pamsim.physics.hysteresis.maxwell_slip import play
 
 
-@dataclass(frozen=True, kw_only=True)
-class PrandtlIshlinskii(Hysteresis):
+class PrandtlIshlinskii(Hysteresis, law="prandtl_ishlinskii", count_field="elements"):
     """Thresholds (k - 1/2)/n of the largest output, weights in the ratio 1 : decay : decay^2 ..."""
 
-    law: ClassVar[str] = "prandtl_ishlinskii"
-    count_field: ClassVar[str] = "elements"
     elements: float = quantity("[1, 64]", "number n of plays")
     span: float = quantity("(0, 0.5]", "contraction at which the output is 1")
     decay: float = quantity("[0.1, 10]", "ratio of the weights of neighbouring plays", 1.0)

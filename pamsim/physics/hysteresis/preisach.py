@@ -19,19 +19,14 @@ symmetry it passes through the origin.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
-@dataclass(frozen=True, kw_only=True)
-class Preisach(Hysteresis):
+class Preisach(Hysteresis, law="preisach", count_field="levels"):
     """Grid and weight (5): exp(-(alpha - beta + c)^2 - (|alpha + beta| + d)^2)."""
 
-    law: ClassVar[str] = "preisach"
-    count_field: ClassVar[str] = "levels"
     levels: float = quantity("[2, 200]", "number n of levels of the grid")
     low_contraction: float = quantity("[-0.5, 0]", "contraction that is the lower saturation", 0.0)
     high_contraction: float = quantity("(0, 1]", "contraction that is the upper saturation", 0.35)
@@ -39,14 +34,11 @@ class Preisach(Hysteresis):
     d: float = quantity("[-2, 2]", "minus twice the most frequent middle", -1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PleatedFactor(Preisach):
+class PleatedFactor(Preisach, law="pleated_factor"):
     """Fields of `Preisach`; ``force_share`` is delta of the paper, ``high_contraction`` eps_max.
 
     Printed delta: 0.299 of the muscle with 40 fibres, 0.139 with 25 (Van Damme 2008, III.E).
     """
-
-    law: ClassVar[str] = "pleated_factor"
 
 
 def levels_reached(levels: int, u: float) -> int:
