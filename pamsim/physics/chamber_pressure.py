@@ -49,22 +49,19 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
     kappa = contraction(m, length)
     fixed = volume_at_nominal_length(m) + hysteresis_volume(m, z, kappa)
     last = s.last_pressure
-    if volume_varies(m) and last > 0.0:
-        # Going on as in the last two steps leaves so little that the search mostly ends there.
-        going_on = 2.0 * last - s.earlier_pressure
-        if not 0.5 * last < going_on < 2.0 * last:
-            going_on = last
-        return _consistent_pressure(m, s.air, fixed, kappa, going_on)
-    # A search without a step before begins at the pressure of a braid of typical length.
-    inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
-    pressure = math.nan
-    if inside > 0.0:
-        pressure = absolute_pressure(m.chamber, s.air, inside)
-    if not volume_varies(m):
-        return pressure
-    if not inside > 0.0:
-        pressure = _TYPICAL_PRESSURE + m.chamber.atmosphere
-    return _consistent_pressure(m, s.air, fixed, kappa, pressure)
+    # Going on as in the last two steps leaves so little that the search mostly ends there.
+    first = 2.0 * last - s.earlier_pressure
+    if not 0.5 * last < first < 2.0 * last:
+        first = last
+    if not (volume_varies(m) and last > 0.0):
+        inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
+        if inside > 0.0:
+            first = absolute_pressure(m.chamber, s.air, inside)
+        elif volume_varies(m):
+            first = _TYPICAL_PRESSURE + m.chamber.atmosphere
+        else:
+            return math.nan
+    return _consistent_pressure(m, s.air, fixed, kappa, first) if volume_varies(m) else first
 
 
 def _consistent_pressure(

@@ -56,7 +56,7 @@ def six_parameter_work(contraction: float, b: float, c: float, f: float) -> floa
 def six_parameter_derivatives(
     pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> tuple[float, float, float, float, float]:
-    """`ForceLaw.derivatives_function` of the law, in one exponential."""
+    """Force [N], its derivatives, volume [m^2] and work [N] in one exponential, see `ForceLaw`."""
     grown = math.expm1(c * contraction)
     swept = contraction if c == 0.0 else grown / c
     per_pressure = a * grown + a + d * contraction + e

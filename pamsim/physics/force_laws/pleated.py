@@ -225,7 +225,7 @@ def _shape(parameter: float, slenderness: float) -> tuple[float, float, float, f
 
 
 def shape_parameter(contraction: float, slenderness: float) -> float:
-    """Shape parameter m in (0, 1) of a contraction eps at a slenderness l0/R: from (ii) and (iii).
+    """Shape parameter m in (0, 1) [-] of a contraction eps and l0/R: from (ii) and (iii).
 
     Above 1/2 the muscle pushes. NaN for eps <= 0, and where no shape has that contraction.
     """

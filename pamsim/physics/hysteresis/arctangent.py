@@ -97,7 +97,7 @@ def branch(t: float, steepness: float, middle: float) -> tuple[float, float]:
 
 
 def half_width(h: Arctangent, t: float) -> tuple[float, float]:
-    """Half the distance of the falling branch above the rising one, and its integral; numbers."""
+    """Half the distance of the falling branch above the rising one, and its integral [-]."""
     rising, under_rising = branch(t, h.steepness_rising, h.middle_rising)
     falling, under_falling = branch(t, h.steepness_falling, h.middle_falling)
     return 0.5 * (falling - rising), 0.5 * (under_falling - under_rising)

@@ -16,14 +16,7 @@ mean of the branches holds that stiffness already, so the output is w - chord ka
 chord kappa^2 / 2: a spring, which takes and gives no energy over a cycle.
 
 Three functions per operator run inside the engine. ``h`` is the operator's group, or the record of
-its fields in a muscle's row; ``z[0:state_count]`` is the whole memory, and zeros are a valid start:
-
-- ``<op>_output(h, z, x)``: w at contraction x, the memory brought up to date with x but not
-  written;
-- ``<op>_energy(h, z, x)``: psi, the part of the integral of w dx that is held there;
-- ``<op>_rates(h, z, dz, x, x_rate, timestep)``: writes to dz what one explicit Euler step of
-  ``timestep`` [s] must add per second for the memory to be brought up to date with x, which changes
-  at ``x_rate`` [1/s].
+its fields in a muscle's row; ``z[0:state_count]`` is the whole memory, and zeros are a valid start.
 """
 
 from __future__ import annotations
@@ -41,10 +34,7 @@ Row: TypeAlias = Sequence[float] | FloatArray
 MutableRow: TypeAlias = MutableSequence[float] | FloatArray
 
 Output: TypeAlias = Callable[[Any, Row, float], float]
-"""Output or energy of fields h, memory z and input x."""
-
 Rates: TypeAlias = Callable[[Any, Row, MutableRow, float, float, float], None]
-"""Writes the rates of the memory [1/s]: of h, z, dz, x, its rate and the time step."""
 
 
 class Hysteresis(ParameterGroup, group="hysteresis"):
@@ -94,10 +84,13 @@ class Operator:
         equation: in plain text.
         source: paper and equation, or standard literature.
         group: its parameters.
-        output: see `Output`.
-        energy: integral of w dx that the memory still holds [contraction], arguments as `Output`:
-            along any path w dx is never less than what it gains.
-        rates: see `Rates`.
+        output: of (h, z, x), w at contraction x, the memory brought up to date with x but not
+            written.
+        energy: of (h, z, x), psi [contraction], the part of the integral of w dx that the memory
+            still holds: along any path w dx is never less than what it gains.
+        rates: of (h, z, dz, x, x_rate, timestep), writes to dz what one explicit Euler step [s]
+            must add per second for the memory to be brought up to date with x, which changes at
+            x_rate [1/s].
         rate_independent: whether only the path of the input counts, not its speed.
         odd: whether the mirrored input, about the middle of the span where the group has one, gives
             the mirrored output.
