@@ -61,7 +61,9 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
             first = _TYPICAL_PRESSURE + m.chamber.atmosphere
         else:
             return math.nan
-    return _consistent_pressure(m, s.air, fixed, kappa, first) if volume_varies(m) else first
+    if not volume_varies(m):
+        return first
+    return _consistent_pressure(m, s.air, fixed, kappa, first)
 
 
 def _consistent_pressure(
