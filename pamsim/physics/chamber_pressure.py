@@ -48,22 +48,19 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
         return m.chamber.atmosphere if chamber_volume(m, z, length, 0.0) > 0.0 else math.nan
     kappa = contraction(m, length)
     fixed = volume_at_nominal_length(m) + hysteresis_volume(m, z, kappa)
-    last = s.last_pressure
-    # Going on as in the last two steps leaves so little that the search mostly ends there.
-    first = 2.0 * last - s.earlier_pressure
-    if not 0.5 * last < first < 2.0 * last:
-        first = last
-    if not (volume_varies(m) and last > 0.0):
-        inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
-        if inside > 0.0:
-            first = absolute_pressure(m.chamber, s.air, inside)
-        elif volume_varies(m):
-            first = _TYPICAL_PRESSURE + m.chamber.atmosphere
-        else:
-            return math.nan
-    if not volume_varies(m):
-        return first
-    return _consistent_pressure(m, s.air, fixed, kappa, first)
+    if volume_varies(m) and s.last_pressure > 0.0:
+        # Going on as in the last two steps leaves so little that the search mostly ends there.
+        first = 2.0 * s.last_pressure - s.earlier_pressure
+        if not 0.5 * s.last_pressure < first < 2.0 * s.last_pressure:
+            first = s.last_pressure
+        return _consistent_pressure(m, s.air, fixed, kappa, first)
+    inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
+    pressure = _TYPICAL_PRESSURE + m.chamber.atmosphere
+    if inside > 0.0:
+        pressure = absolute_pressure(m.chamber, s.air, inside)
+    if volume_varies(m):
+        return _consistent_pressure(m, s.air, fixed, kappa, pressure)
+    return pressure if inside > 0.0 else math.nan
 
 
 def _consistent_pressure(
