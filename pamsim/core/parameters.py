@@ -2,9 +2,8 @@
 
 A group is declared as::
 
-    @dataclass(frozen=True, kw_only=True)
-    class Chamber(ParameterGroup):
-        dead_volume: float = parameter(unit="m^3", low=0.0, high=1e-2, doc="...")
+    class Chamber(ParameterGroup, group="chamber"):
+        dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")
 
 The number's *source* (paper, data sheet, identified, assumed) belongs to a value, not to a field,
 so it travels beside the value in `Sourced`, which is what a rig's ``params.toml`` is read into.
@@ -18,7 +17,7 @@ import functools
 import math
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar
+from typing import Any, ClassVar, dataclass_transform
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.units import to_si
@@ -69,9 +68,28 @@ def parameter(
     return dataclasses.field(default=value, metadata={_META: spec})
 
 
+def quantity(allowed: str, doc: str, default: float | None = None) -> Any:
+    """Declare a `parameter` by its range and unit, written as `FieldSpec.range_text` does."""
+    limits, _, unit = allowed.partition("]")
+    low, high = limits[1:].split(", ")
+    return parameter(
+        unit=unit.strip() or "1",
+        low=float(low),
+        high=float(high),
+        low_open=limits.startswith("("),
+        doc=doc,
+        default=default,
+    )
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
 @dataclass(frozen=True, kw_only=True)
 class ParameterGroup:
-    """Base of every parameter group: checks each declared field on construction."""
+    """Base of every parameter group: checks each declared field on construction.
+
+    A subclass is a frozen dataclass. It is made one here if it states its class variables as
+    keywords, ``class Chain(ParameterGroup, group="chain")``.
+    """
 
     group: ClassVar[str] = ""
     """Name of the group in files and errors."""
@@ -79,6 +97,14 @@ class ParameterGroup:
     """Name of the law, in groups that offer several."""
     states: ClassVar[int] = 0
     """Number of internal states of the law."""
+
+    def __init_subclass__(cls, **variables: str | int) -> None:
+        """Set the class variables."""
+        super().__init_subclass__()
+        for name, value in variables.items():
+            setattr(cls, name, value)
+        if variables:
+            dataclass(frozen=True, kw_only=True)(cls)
 
     def __post_init__(self) -> None:
         """Check every field; ParameterError names field, value and allowed range."""

@@ -14,32 +14,26 @@ ATMOSPHERE = 101325.0
 """Standard atmosphere [Pa, absolute] (ISO 2533)."""
 
 REFERENCE_DENSITY = 1.185
-"""Density of air at the reference atmosphere ANR, 20 deg C, 100 kPa, 65 % humidity [kg/m^3]
-(ISO 8778), to which sonic conductance refers."""
+"""Density of air at the reference atmosphere ANR of sonic conductance [kg/m^3] (ISO 8778)."""
 
 REFERENCE_TEMPERATURE = 293.15
-"""Temperature of the reference atmosphere ANR [K] (ISO 8778)."""
+"""Its temperature [K]."""
 
 
 def flow_function(ratio: float, critical_ratio: float, laminar_ratio: float) -> float:
     """Share of the choked flow that passes at a pressure ratio (ISO 6358-1:2013, 3.2 and annex).
 
-    Args:
-        ratio: downstream over upstream absolute pressure, in [0, 1].
-        critical_ratio: b, below which the flow is choked.
-        laminar_ratio: ratio above which the flow is taken as linear in the pressure difference.
-            The ellipse has infinite slope at ratio 1, where the flow would not be Lipschitz.
-
-    Returns:
-        1 when choked, down to 0 at equal pressures.
+    1 up to the critical ratio b of downstream over upstream absolute pressure, 0 at a ratio of 1,
+    where the ellipse has infinite slope: above the laminar ratio the flow is linear in the pressure
+    difference.
     """
     if ratio <= critical_ratio:
         return 1.0
+    depth = (min(ratio, laminar_ratio) - critical_ratio) / (1.0 - critical_ratio)
+    share = math.sqrt(1.0 - depth * depth)
     if ratio < laminar_ratio:
-        depth = (ratio - critical_ratio) / (1.0 - critical_ratio)
-        return math.sqrt(1.0 - depth * depth)
-    depth = (laminar_ratio - critical_ratio) / (1.0 - critical_ratio)
-    return math.sqrt(1.0 - depth * depth) * (1.0 - ratio) / (1.0 - laminar_ratio)
+        return share
+    return share * (1.0 - ratio) / (1.0 - laminar_ratio)
 
 
 def mass_flow(
@@ -50,26 +44,15 @@ def mass_flow(
     laminar_ratio: float,
     temperature: float,
 ) -> float:
-    """Mass flow from one side of an orifice to the other (ISO 6358).
+    """Mass flow mdot [kg/s] from one side of an orifice to the other (ISO 6358).
 
-    Args:
-        pressure_from: absolute pressure on the first side [Pa].
-        pressure_to: absolute pressure on the second side [Pa].
-        conductance: sonic conductance C [m^3/(s Pa)].
-        critical_ratio: b [-].
-        laminar_ratio: see `flow_function` [-].
-        temperature: of the upstream air [K].
-
-    Returns:
-        mdot [kg/s], positive from the first side to the second, and odd under swapping them.
+    Odd under swapping the sides. The arguments are the absolute pressures on both sides [Pa], the
+    sonic conductance C [m^3/(s Pa)], the ratios of `flow_function` and the upstream air's
+    temperature [K].
     """
-    direction = 1.0
-    upstream = pressure_from
-    downstream = pressure_to
+    direction, upstream, downstream = 1.0, pressure_from, pressure_to
     if pressure_to > pressure_from:
-        direction = -1.0
-        upstream = pressure_to
-        downstream = pressure_from
+        direction, upstream, downstream = -1.0, pressure_to, pressure_from
     share = flow_function(downstream / upstream, critical_ratio, laminar_ratio)
     cold = math.sqrt(REFERENCE_TEMPERATURE / temperature)
     return direction * conductance * REFERENCE_DENSITY * upstream * cold * share

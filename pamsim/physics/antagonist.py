@@ -68,7 +68,6 @@ def muscle_stiffness(m: Parameters, tendon_length: float, pressure: float) -> St
 def _derivatives(
     law: Callable[[Parameters, float, float], float], m: Parameters, length: float, pressure: float
 ) -> tuple[float, float]:
-    """Derivatives of force or volume by length and by pressure."""
     h = _LENGTH_STEP * m.braid.nominal_length
     near = law(m, length + h, pressure) - law(m, length - h, pressure)
     far = law(m, length + 2.0 * h, pressure) - law(m, length - 2.0 * h, pressure)
@@ -77,10 +76,7 @@ def _derivatives(
 
 
 def joint_stiffness(muscles: Sequence[Stiffness], radii: Sequence[float]) -> Stiffness:
-    """Stiffness of a joint that muscles pull on constant moment arms [m]: sum r^2 k [N m/rad].
-
-    The signs of the arms do not matter. The muscles' stiffness is in N/m.
-    """
+    """Stiffness sum r^2 k [N m/rad] of a joint, from its muscles' [N/m] and moment arms [m]."""
     pairs = list(zip(muscles, radii, strict=True))
     return Stiffness(
         compressibility=sum(r * r * k.compressibility for k, r in pairs),
@@ -93,11 +89,8 @@ def antagonist_torque(
 ) -> float:
     """Torque r (F1 - F2) of two muscles on one sprocket [N m] (Matiskova 2021, (4)).
 
-    Args:
-        pair: (2,) parameters of muscles 1 and 2, each at tendon length 0 at angle 0.
-        radius: of the sprocket [m].
-        angle: beta [rad]; muscle 1 shortens by r beta, muscle 2 lengthens by the same.
-        pressures: (2,) gauge [Pa].
+    Of (2,) parameters, each muscle at tendon length 0 at angle 0, the sprocket's radius [m], its
+    angle beta [rad], by which muscle 1 shortens by r beta, and (2,) gauge pressures [Pa].
     """
     first = taut(static_force(pair[0], -radius * angle, pressures[0]))
     second = taut(static_force(pair[1], radius * angle, pressures[1]))

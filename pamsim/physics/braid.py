@@ -10,41 +10,29 @@ angle alpha0 at l0, with b = l0 / cos(alpha0) and n = b sin(alpha0) / (pi D0).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Braid(ParameterGroup):
+class Braid(ParameterGroup, group="braid"):
     """Size and fibre angle of the braid at nominal length."""
 
-    group: ClassVar[str] = "braid"
-    nominal_length: float = parameter(
-        unit="m", low=0.0, high=10.0, low_open=True, doc="length l0 without pressure or load"
+    nominal_length: float = quantity("(0, 10] m", "length l0 without pressure or load")
+    diameter: float = quantity("(0, 0.5] m", "inner diameter D0 at nominal length")
+    fibre_angle: float = quantity(
+        "[0.05, 0.95] rad", "angle of the fibres to the axis at nominal length"
     )
-    diameter: float = parameter(
-        unit="m", low=0.0, high=0.5, low_open=True, doc="inner diameter D0 at nominal length"
-    )
-    fibre_angle: float = parameter(
-        unit="rad", low=0.05, high=0.95, doc="angle of the fibres to the axis at nominal length"
-    )
-    extensibility: float = parameter(
-        unit="1/Pa",
-        low=0.0,
-        high=1e-6,
-        doc="growth of the free length per gauge pressure, as the fibres stretch; where the braid"
+    extensibility: float = quantity(
+        "[0, 1e-6] 1/Pa",
+        "growth of the free length per gauge pressure, as the fibres stretch; where the braid"
         " locks does not move",
-        default=0.0,
+        0.0,
     )
-    friction: float = parameter(
-        unit="N*s/Pa",
-        low=0.0,
-        high=1.0,
-        doc="force lost per gauge pressure and rate of contraction, as the fibres rub; limits the"
-        " time step",
-        default=0.0,
+    friction: float = quantity(
+        "[0, 1] N*s/Pa",
+        "force lost per gauge pressure and rate of contraction, as the fibres rub; limits the time"
+        " step",
+        0.0,
     )
 
 
@@ -66,8 +54,7 @@ def volume_slope(
 ) -> float:
     """First derivative dV/dl [m^2] of `volume`, whose arguments it takes (Nguyen 2024, under (4)).
 
-    Negative while the muscle can pull, zero at its largest contraction. It goes on falling beyond
-    straight fibres, where `volume` stays zero and no muscle works.
+    Negative while the muscle can pull. It goes on falling beyond straight fibres.
     """
     sine = math.sin(fibre_angle)
     stretch = length / nominal_length

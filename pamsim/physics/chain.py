@@ -1,8 +1,8 @@
 """Compliance and backlash of the chain and the end fittings in series with a muscle.
 
 The compliance C is a spring with a parallel damper (Kelvin-Voigt): under a tension T its extension
-approaches C T with a time constant. The extension is a state, so no equation has to be solved for
-the tension in a time step; at rest the time constant does not matter.
+approaches C T with a time constant, which does not matter at rest. The extension is a state, so no
+equation has to be solved for the tension in a time step.
 
 Between sprocket and chain there may be a backlash g. The chain that two muscles pull from both
 sides is then shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter.
@@ -10,8 +10,7 @@ It slides towards the stronger pull, with viscous damping, and rests where a too
 
     s' = (T_other - T) / b
 
-Tooth and damper both transmit the torque r (T - T_other) to the sprocket. The power lost between
-muscles and joint is (T - T_other)^2 / b or zero: backlash never generates energy.
+The power lost between muscles and joint is (T - T_other)^2 / b or, at a tooth, zero.
 
 A chain lies on its sprocket as on a polygon. Over a pitch p of its travel x the muscle's length
 runs ahead and falls back by an amplitude a, and the force on the sprocket changes with it, so that
@@ -23,50 +22,30 @@ no work is lost:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Chain(ParameterGroup):
+class Chain(ParameterGroup, group="chain"):
     """Compliance and backlash of chain and end fittings; 0 turns each of them off."""
 
-    group: ClassVar[str] = "chain"
-    compliance: float = parameter(
-        unit="m/N", low=0.0, high=1e-3, doc="C, extension per tension", default=0.0
+    compliance: float = quantity("[0, 1e-3] m/N", "C, extension per tension", 0.0)
+    relaxation_time: float = quantity(
+        "[1e-3, 10] s",
+        "in which the extension follows the tension; several time steps at least",
+        5e-3,
     )
-    relaxation_time: float = parameter(
-        unit="s",
-        low=1e-3,
-        high=10.0,
-        doc="in which the extension follows the tension; several time steps at least",
-        default=5e-3,
+    backlash: float = quantity("[0, 2e-2] m", "g, lost travel of the sprocket", 0.0)
+    seating_damping: float = quantity(
+        "[1, 1e9] N*s/m",
+        "b, difference of pulls per speed at which the chain slides within the backlash",
+        1e3,
     )
-    backlash: float = parameter(
-        unit="m", low=0.0, high=2e-2, doc="g, lost travel of the sprocket", default=0.0
+    ripple: float = quantity(
+        "[0, 5e-3] m", "a, by which the travel on the sprocket's teeth ripples", 0.0
     )
-    seating_damping: float = parameter(
-        unit="N*s/m",
-        low=1.0,
-        high=1e9,
-        doc="b, difference of pulls per speed at which the chain slides within the backlash",
-        default=1e3,
-    )
-    ripple: float = parameter(
-        unit="m",
-        low=0.0,
-        high=5e-3,
-        doc="a, by which the travel on the sprocket's teeth ripples",
-        default=0.0,
-    )
-    ripple_pitch: float = parameter(
-        unit="m", low=1e-4, high=1.0, doc="p, travel per tooth", default=9.525e-3
-    )
-    ripple_phase: float = parameter(
-        unit="rad", low=-7.0, high=7.0, doc="of the ripple at tendon length 0", default=0.0
-    )
+    ripple_pitch: float = quantity("[1e-4, 1] m", "p, travel per tooth", 9.525e-3)
+    ripple_phase: float = quantity("[-7, 7] rad", "of the ripple at tendon length 0", 0.0)
 
 
 def chain_length(chain: Chain, tendon_length: float) -> float:
@@ -78,10 +57,7 @@ def chain_length(chain: Chain, tendon_length: float) -> float:
 
 
 def chain_ratio(chain: Chain, tendon_length: float) -> float:
-    """Derivative of `chain_length` [-]: speed behind the teeth over the tendon's.
-
-    It is also the force on the tendon over the muscle's pull.
-    """
+    """Derivative of `chain_length` [-], also the force on the tendon over the muscle's pull."""
     if chain.ripple == 0.0:
         return 1.0
     wave = 2.0 * math.pi / chain.ripple_pitch
@@ -96,18 +72,11 @@ def extension_rate(chain: Chain, extension: float, tension: float) -> float:
 def shift_rate(
     chain: Chain, shift: float, tension: float, opposing: float, timestep: float
 ) -> float:
-    """Rate of the chain's shift on the sprocket, over an Euler step.
+    """Rate of the chain's shift s on the sprocket over an Euler step [m/s].
 
-    Args:
-        chain: its backlash and damping.
-        shift: s, by which the muscle is longer than its tendon [m].
-        tension: T of the muscle [N].
-        opposing: of the muscle at the chain's other end; 0 if there is none [N].
-        timestep: [s].
-
-    Returns:
-        Rate [m/s] that in one step leaves the shift within half the backlash, exactly at a tooth
-        where one stops it.
+    One step leaves the shift within half the backlash, exactly at a tooth where one stops it. Of
+    the shift [m], by which the muscle is longer than its tendon, its tension T and that of the
+    muscle at the chain's other end, 0 if there is none [N], and the step [s].
     """
     after = shift - timestep * (tension - opposing) / chain.seating_damping
     half = 0.5 * chain.backlash

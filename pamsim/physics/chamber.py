@@ -20,55 +20,33 @@ vent it rises, while the valves are shut. The air m R T [J] is then a second sta
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.air import ATMOSPHERE, GAS_CONSTANT
 
 
-@dataclass(frozen=True, kw_only=True)
-class Chamber(ParameterGroup):
+class Chamber(ParameterGroup, group="chamber"):
     """The air in the muscle and in the tubing that is always open to it."""
 
-    group: ClassVar[str] = "chamber"
-    polytropic_index: float = parameter(
-        unit="1", low=1.0, high=1.4, doc="n: 1 isothermal, 1.4 adiabatic"
+    polytropic_index: float = quantity("[1, 1.4]", "n: 1 isothermal, 1.4 adiabatic")
+    temperature: float = quantity("[200, 400] K", "temperature of the air")
+    dead_volume: float = quantity("[0, 1e-2] m^3", "volume of fittings and tubing")
+    atmosphere: float = quantity("[3e4, 1.2e5] Pa", "absolute ambient pressure", ATMOSPHERE)
+    floor: float = quantity(
+        "[1, 3e4] Pa", "absolute pressure below which the chamber is never evaluated", 1e3
     )
-    temperature: float = parameter(unit="K", low=200.0, high=400.0, doc="temperature of the air")
-    dead_volume: float = parameter(
-        unit="m^3", low=0.0, high=1e-2, doc="volume of fittings and tubing"
+    heat_rate: float = quantity(
+        "[0, 1e3] 1/s",
+        "h, at which air that a change made warm or cold returns to the ambient temperature",
+        0.0,
     )
-    atmosphere: float = parameter(
-        unit="Pa", low=3e4, high=1.2e5, doc="absolute ambient pressure", default=ATMOSPHERE
+    leak_conductance: float = quantity(
+        "[0, 1e-8] m^3/(s*Pa)", "sonic conductance C of a leak to the atmosphere", 0.0
     )
-    floor: float = parameter(
-        unit="Pa",
-        low=1.0,
-        high=3e4,
-        doc="absolute pressure below which the chamber is never evaluated",
-        default=1e3,
-    )
-    heat_rate: float = parameter(
-        unit="1/s",
-        low=0.0,
-        high=1e3,
-        doc="h, at which air that a change made warm or cold returns to the ambient temperature",
-        default=0.0,
-    )
-    leak_conductance: float = parameter(
-        unit="m^3/(s*Pa)",
-        low=0.0,
-        high=1e-8,
-        doc="sonic conductance C of a leak to the atmosphere",
-        default=0.0,
-    )
-    laminar_leak_conductance: float = parameter(
-        unit="m^3/(s*Pa)",
-        low=0.0,
-        high=1e-8,
-        doc="g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
-        default=0.0,
+    laminar_leak_conductance: float = quantity(
+        "[0, 1e-8] m^3/(s*Pa)",
+        "g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
+        0.0,
     )
 
 
@@ -94,17 +72,10 @@ def air_state_rate(chamber: Chamber, pressure_abs: float, mass_flow: float) -> f
 def relaxing_rate(
     chamber: Chamber, air: float, pressure_abs: float, ambient_pressure: float, timestep: float
 ) -> float:
-    """Part of dy/dt that heat exchange makes, over an Euler step.
+    """Part of dy/dt that heat exchange makes over an Euler step [s].
 
-    Args:
-        chamber: its index n and heat rate h count.
-        air: y = P^(1/n) V.
-        pressure_abs: P [Pa, absolute].
-        ambient_pressure: of the same air at the ambient temperature, m R T / V [Pa, absolute].
-        timestep: [s].
-
-    Returns:
-        Rate that in one step takes P to where it is exactly, if nothing else changes.
+    In one step it takes P to where it is exactly, if nothing else changes. Of the air y, P and the
+    pressure of the same air at the ambient temperature, m R T / V [Pa, absolute].
     """
     decay = math.exp(-chamber.heat_rate * timestep)
     after = ambient_pressure + (pressure_abs - ambient_pressure) * decay

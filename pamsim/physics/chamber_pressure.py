@@ -36,9 +36,8 @@ def chamber_volume(m: Parameters, z: Row, tendon_length: float, pressure: float)
 def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> float:
     """Absolute pressure in the chamber [Pa].
 
-    States of zero, as ``mj_resetData`` leaves them, are a chamber at the atmosphere. One without
-    volume is stretched beyond its fibres and gives NaN, so that the run stops there and not at a
-    plausible wrong number. A measured pressure is the state itself.
+    States of zero, as ``mj_resetData`` leaves them, are a chamber at the atmosphere; a measured
+    pressure is the state itself. NaN without volume, beyond straight fibres, so that the run stops.
     """
     if not (s.air > 0.0 or s.air == 0.0):
         return math.nan
@@ -49,23 +48,19 @@ def chamber_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> 
         return m.chamber.atmosphere if chamber_volume(m, z, length, 0.0) > 0.0 else math.nan
     kappa = contraction(m, length)
     fixed = volume_at_nominal_length(m) + hysteresis_volume(m, z, kappa)
-    last = s.last_pressure
-    if volume_varies(m) and last > 0.0:
+    if volume_varies(m) and s.last_pressure > 0.0:
         # Going on as in the last two steps leaves so little that the search mostly ends there.
-        going_on = 2.0 * last - s.earlier_pressure
-        if not 0.5 * last < going_on < 2.0 * last:
-            going_on = last
-        return consistent_pressure(m, s.air, fixed, kappa, going_on)
-    # A search without a step before begins at the pressure of a braid of typical length.
+        first = 2.0 * s.last_pressure - s.earlier_pressure
+        if not 0.5 * s.last_pressure < first < 2.0 * s.last_pressure:
+            first = s.last_pressure
+        return consistent_pressure(m, s.air, fixed, kappa, first)
     inside = fixed + rigid_volume(m, kappa, _TYPICAL_PRESSURE)
-    pressure = math.nan
+    pressure = _TYPICAL_PRESSURE + m.chamber.atmosphere
     if inside > 0.0:
         pressure = absolute_pressure(m.chamber, s.air, inside)
-    if not volume_varies(m):
-        return pressure
-    if not inside > 0.0:
-        pressure = _TYPICAL_PRESSURE + m.chamber.atmosphere
-    return consistent_pressure(m, s.air, fixed, kappa, pressure)
+    if volume_varies(m):
+        return consistent_pressure(m, s.air, fixed, kappa, pressure)
+    return pressure if inside > 0.0 else math.nan
 
 
 def consistent_pressure(
@@ -73,9 +68,8 @@ def consistent_pressure(
 ) -> float:
     """Absolute pressure at which air and a volume that depends on it agree [Pa].
 
-    By Newton's method from a first pressure, kept between pressures that are too low and too high:
-    a volume that grows or hardly shrinks with pressure leaves one solution. ``fixed`` is the part
-    of the volume that does not depend on the pressure [m^3].
+    By Newton's method, kept between pressures that are too low and too high: a volume that grows or
+    hardly shrinks with pressure leaves one solution. ``fixed`` is the volume's other part [m^3].
     """
     low, high, index = m.chamber.floor, math.inf, m.chamber.polytropic_index
     pressure, before = first, math.inf

@@ -8,7 +8,7 @@ Canudas de Wit et al. 1995). Its memory is that force f, a state of the muscle:
 C is the same at every speed, B the breakaway force lost in sliding (Stribeck 1902), m the share of
 the muscle's tension T, d the travel in which friction builds up. On the tendon acts f + t f' with
 the damping time t of the bristles. With B = m = t = 0 this is Dahl's model. For constant v and T a
-step is solved exactly, so that the bristles may be as stiff as the joint's inertia allows.
+step is solved exactly.
 
 Two muscles of one chain on sprockets of radius r share the joint's friction: together they brake it
 by the sum of r g. Dry friction at a joint of its own is ``frictionloss``, which the engine solves.
@@ -23,53 +23,29 @@ with its peak F at the speed v_s. At constant tension and with t = 0 all only di
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 
-@dataclass(frozen=True, kw_only=True)
-class Friction(ParameterGroup):
+class Friction(ParameterGroup, group="friction"):
     """Sizes of the friction; with its forces and its share 0 there is none."""
 
-    group: ClassVar[str] = "friction"
-    stribeck_force: float = parameter(
-        unit="N", low=0.0, high=1e4, doc="F, peak of the friction at low speed", default=0.0
+    stribeck_force: float = quantity("[0, 1e4] N", "F, peak of the friction at low speed", 0.0)
+    stribeck_velocity: float = quantity(
+        "[1e-5, 10] m/s", "v_s, tendon speed of the peak; limits the time step", 1e-2
     )
-    stribeck_velocity: float = parameter(
-        unit="m/s",
-        low=1e-5,
-        high=10.0,
-        doc="v_s, tendon speed of the peak; limits the time step",
-        default=1e-2,
+    coulomb_force: float = quantity("[0, 1e4] N", "C, dry friction at every speed", 0.0)
+    breakaway_force: float = quantity(
+        "[0, 1e4] N", "B, additional dry friction at rest, lost in sliding at v_s", 0.0
     )
-    coulomb_force: float = parameter(
-        unit="N", low=0.0, high=1e4, doc="C, dry friction at every speed", default=0.0
+    tension_share: float = quantity("[0, 1]", "m, dry friction per tension of the muscle", 0.0)
+    presliding: float = quantity(
+        "[1e-8, 1e-2] m",
+        "d, travel of the tendon in which dry friction builds up; limits the time step",
+        2e-5,
     )
-    breakaway_force: float = parameter(
-        unit="N",
-        low=0.0,
-        high=1e4,
-        doc="B, additional dry friction at rest, lost in sliding at v_s",
-        default=0.0,
-    )
-    tension_share: float = parameter(
-        unit="1", low=0.0, high=1.0, doc="m, dry friction per tension of the muscle", default=0.0
-    )
-    presliding: float = parameter(
-        unit="m",
-        low=1e-8,
-        high=1e-2,
-        doc="d, travel of the tendon in which dry friction builds up; limits the time step",
-        default=2e-5,
-    )
-    bristle_time: float = parameter(
-        unit="s",
-        low=0.0,
-        high=1.0,
-        doc="t, damping of the presliding travel over its stiffness",
-        default=0.0,
+    bristle_time: float = quantity(
+        "[0, 1] s", "t, damping of the presliding travel over its stiffness", 0.0
     )
 
     @property
@@ -79,24 +55,18 @@ class Friction(ParameterGroup):
 
 
 def rubs(friction: Friction) -> bool:
-    """Whether any of the friction is dry; of its forces [N] and its share one is not 0."""
+    """Whether any of the friction is dry."""
     return friction.coulomb_force + friction.breakaway_force + friction.tension_share > 0.0
 
 
 def dry_friction(
     friction: Friction, force: float, pull: float, velocity: float, timestep: float
 ) -> float:
-    """Force f of the bristles after a time step [N].
+    """Force f of the bristles after a time step [N], that of the exact solution.
 
-    That of the exact solution; 0 where nothing is left to rub, and not further from 0 than before
-    or than the friction in sliding.
-
-    Args:
-        friction: its sizes.
-        force: f before the step [N].
-        pull: of the muscle in it [N]; T is its size.
-        velocity: v of the tendon in it, positive where it lengthens [m/s].
-        timestep: [s].
+    0 where nothing is left to rub; not further from 0 than before or than the friction in sliding.
+    Of f before the step [s], and in it the pull of the muscle, whose size is T [N], and the
+    velocity v of the tendon, positive where it lengthens [m/s].
     """
     always = friction.coulomb_force + friction.tension_share * abs(pull)
     resting = always + friction.breakaway_force
@@ -119,10 +89,7 @@ def stribeck_friction(friction: Friction, velocity: float) -> float:
 
 
 def stribeck_damping(friction: Friction) -> float:
-    """Largest slope of the smooth friction, at rest: F sqrt(e) / v_s [N s/m].
-
-    On a mass m, explicit time steps longer than m / slope overshoot rest.
-    """
+    """Slope F sqrt(e) / v_s of the smooth friction at rest, its largest [N s/m]."""
     return friction.stribeck_force * math.exp(0.5) / friction.stribeck_velocity
 
 
@@ -131,8 +98,7 @@ def tendon_friction(
 ) -> float:
     """All friction along the tendon against its lengthening [N], at the end of a time step.
 
-    Dry friction at its beginning would give the bristles energy. ``before`` is the dry friction
-    before the step [N]; the arguments are those of `dry_friction`.
+    Dry friction at its beginning would give the bristles energy. Arguments as `dry_friction`.
     """
     force = 0.0
     if friction.stribeck_force > 0.0:

@@ -9,11 +9,10 @@
 - A muscle's tension is not negative; only an actuator whose law pushes may push.
 - Air is neither made nor lost: what chamber and tube gain in the step is what the valves let in,
   less the leak. The states before the step are those after it less the step's change, which rounds
-  each by about 4e-16 of itself. The pressure is then off by as much, the opening of a regulator by
-  that of the pressure over its band, and the flow near equal pressures by that of the pressure over
-  1 - `valve.laminar_ratio`. Where the volume depends on the pressure, `chamber_pressure` is
-  accurate to 1e-11 of itself instead. The balance has to hold to that share of the flow through
-  open valves and leaks: to 4e-11 of it at a laminar ratio of 0.999.
+  each by about 4e-16 of itself, and with it the pressure; the opening of a regulator is off by that
+  over its band, the flow near equal pressures by that over 1 - `valve.laminar_ratio`. Where the
+  volume depends on the pressure, `chamber_pressure` is accurate to 1e-11 of itself instead. The
+  balance has to hold to that share of the flow through open valves and leaks.
 """
 
 from __future__ import annotations
@@ -76,22 +75,14 @@ def broken_invariant(
 ) -> float:
     """The first invariant that a time step of a muscle has broken.
 
-    Args:
-        m: parameters.
-        before: states before the step.
-        memory_before: memory of hysteresis before it.
-        s: states after it.
-        ds: rates of the states in the step.
-        tendon_length: before it [m].
-        tendon_velocity: before it [m/s].
-        force: that the engine applied along the tendon, negative where the muscle pulls [N].
-        command: during it, see `pamsim.physics.muscle_valves.wanted_opening`.
-        time: before it [s].
-        timestep: [s].
-        found: (2,) written where one is broken: the number, and what bounds it.
+    Of parameters, states and memory of hysteresis before the step, states after it and their rates;
+    tendon length [m] and velocity [m/s] before it; the force along the tendon that the engine
+    applied, negative where the muscle pulls [N]; the command, see
+    `pamsim.physics.muscle_valves.wanted_opening`; time before the step and its length [s].
 
     Returns:
-        Its code, `NOTHING` if all hold.
+        Its code, `NOTHING` if all hold. The number that is wrong, and what bounds it, are written
+        to ``found`` (2,).
     """
     if not before.air > _EMPTY * s.air:
         return NOTHING  # the step with which a chamber is charged, see `state_rates`
@@ -123,12 +114,16 @@ def broken_invariant(
         gained += m.valve.tube_volume * ds.tube_pressure
     gained /= GAS_CONSTANT * m.chamber.temperature
     allowed = _rounding_of_flow(m, pressure, at_valve, timestep)
+    sag = 0.0
+    if sags(m):  # the valves see the sag at the end of the step
+        sag = s.sag * supply
     missing = math.inf
     # Valves that pulse switch at an instant, which is known to its rounding.
     for shift in (0.0, 1.0, -1.0):
         if shift == 0.0 or (m.command == PULSE and not missing <= allowed):
             clock = time + shift * _ROUNDING * (abs(time) + timestep)
-            entered = _flow_in(m, before, s, at_valve, command, clock, timestep)
+            opening = reached_opening(m, before, command, at_valve, clock, timestep)
+            entered = flow_through_valves(m, at_valve, opening, sag)
             missing = abs(gained - entered + leak_flow(m, pressure))
     if not missing <= allowed:
         found[0], found[1] = missing, allowed
@@ -137,10 +132,7 @@ def broken_invariant(
 
 
 def not_finite(act: Row) -> int:
-    """Place of a state that is not finite, counted from the end; 0 if all are, a pure number.
-
-    The air comes first: without it much else is no number.
-    """
+    """Place of a state that is not finite, counted from the end, the air first; 0 if all are."""
     for place in range(1, len(act) + 1):
         if not math.isfinite(act[len(act) - place]):
             return place
@@ -148,7 +140,7 @@ def not_finite(act: Row) -> int:
 
 
 def state_name(place: int) -> str:
-    """Name of a state by its place from the end of ``act``, in words; a pure number is given."""
+    """Name of a state in words, by its place from the end of ``act``."""
     if place > len(STATE_NAMES):
         return "hysteresis"
     name = STATE_NAMES[len(STATE_NAMES) - place]
@@ -158,16 +150,17 @@ def state_name(place: int) -> str:
 def _highest_pressure(
     m: Parameters, s: States, z: Row, tendon_length: float, pressure: float
 ) -> float:
-    """What the pressure of a chamber filled by its supply cannot exceed [Pa, absolute]."""
+    """What the absolute pressure of a chamber filled by its supply cannot exceed [Pa]."""
     gauge, nominal = pressure - m.chamber.atmosphere, m.braid.nominal_length
     supply = m.valve.supply_pressure + m.chamber.atmosphere
     inside = chamber_volume(m, z, length_at_muscle(m, s, tendon_length), gauge)
-    largest, first, last = inside, 0.0, 0.5
+    first, last = 0.0, 0.5
     if law_pushes(m):
         first, last = -1.0, 1.0
     # Hysteresis adds at most what its chords do, since it holds energy.
     chords = m.parallel_hysteresis.force_per_pressure * m.parallel_hysteresis.chord
     chords += m.hysteresis.force_per_pressure * m.hysteresis.chord
+    largest = inside
     for i in range(_PLACES + 1):
         kappa = first + (last - first) * i / _PLACES
         length = (1.0 - kappa) * nominal - m.mounting.length_at_zero
@@ -178,23 +171,6 @@ def _highest_pressure(
     if m.chamber.heat_rate > 0.0:
         highest *= max(supply / m.chamber.atmosphere, 1.0) ** (1.0 - 1.0 / index)
     return _MARGIN * highest
-
-
-def _flow_in(
-    m: Parameters,
-    before: States,
-    s: States,
-    at_valve: float,
-    command: float,
-    time: float,
-    timestep: float,
-) -> float:
-    """Mass flow through the valves during a step [kg/s]."""
-    opening = reached_opening(m, before, command, at_valve, time, timestep)
-    sag = 0.0
-    if sags(m):  # the valves see the sag at the end of the step
-        sag = s.sag * (m.valve.supply_pressure + m.chamber.atmosphere)
-    return flow_through_valves(m, at_valve, opening, sag)
 
 
 def _rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep: float) -> float:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
 from pamsim.core.errors import EngineError, InputError, nearest
-from pamsim.core.parameters import ParameterGroup, Sourced, parameter, specs
+from pamsim.core.parameters import ParameterGroup, Sourced, quantity, specs
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
 from pamsim.physics.chamber import Chamber
@@ -28,17 +28,13 @@ Sections = Mapping[str, Mapping[str, Sourced | str]]
 """Group -> field -> number, as a rig file states them."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Mounting(ParameterGroup):
+class Mounting(ParameterGroup, group="mounting"):
     """How the actuator sits on its tendon."""
 
-    group: ClassVar[str] = "mounting"
-    length_at_zero: float = parameter(
-        unit="m",
-        low=-10.0,
-        high=10.0,
-        doc="muscle length where the tendon's length is zero: rest length on a fixed tendon, minus"
-        " the rigid fittings on a spatial one; of a bellows or a piston the stroke there",
+    length_at_zero: float = quantity(
+        "[-10, 10] m",
+        "muscle length where the tendon's length is zero: rest length on a fixed tendon, minus the"
+        " rigid fittings on a spatial one; of a bellows or a piston the stroke there",
     )
 
 
@@ -65,10 +61,20 @@ PUSHING_ONLY: tuple[type[ParameterGroup], ...] = (Stroke,)
 """Groups that have none for a muscle."""
 
 
+def _idle(pushing: bool) -> tuple[type[ParameterGroup], ...]:
+    return MUSCLE_ONLY if pushing else PUSHING_ONLY
+
+
 def plain_groups(pushing: bool) -> tuple[type[ParameterGroup], ...]:
     """The groups of one kind that have a meaning for a pushing actuator, or for a muscle."""
-    idle = MUSCLE_ONLY if pushing else PUSHING_ONLY
-    return tuple(group for group in PLAIN_GROUPS if group not in idle)
+    return tuple(group for group in PLAIN_GROUPS if group not in _idle(pushing))
+
+
+def idle_groups(sections: Sections) -> frozenset[str]:
+    """Names of the groups that have no meaning for an actuator with these sections."""
+    law = sections.get("force", {}).get("law")
+    pushing = isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
+    return frozenset(group.group for group in _idle(pushing))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,20 +83,19 @@ class Muscle:
 
     Attributes:
         mounting: place on the tendon.
-        braid: geometry of a muscle, which gives the chamber's volume at nominal length; how it
-            changes from there follows from the force law. None for a pushing actuator.
+        braid: geometry of a muscle; None for a pushing actuator.
         stroke: nominal stroke and damping of a pushing actuator, or None.
         force: group of the active force law, of one of `FORCE_LAWS`.
-        passive: passive spring beside it.
+        chamber: polytropic air.
+        valve: fill and exhaust valves.
+        passive: passive spring beside the active force.
         threshold: pressure lost before the braid is reached.
         end_shape: active force lost at high contraction.
         creep: relaxing element beside the muscle.
-        hysteresis: group of the operator on the force, or None.
-        parallel_hysteresis: Maxwell slip beside it.
-        chamber: polytropic air.
-        valve: fill and exhaust valves.
         chain: what the muscle pulls through.
         friction: along its tendon.
+        hysteresis: group of the operator on the force, or None.
+        parallel_hysteresis: Maxwell slip beside it.
         command: what the control means, one of `COMMANDS`.
     """
 
@@ -114,8 +119,7 @@ class Muscle:
         """Check the command, and that the actuator has what its force law acts on.
 
         Raises:
-            InputError: if the command is not one of `COMMANDS`, or braid or stroke is missing or
-                without meaning.
+            InputError: if the command is unknown, or braid or stroke missing or without meaning.
         """
         if (self.braid is None) is not self.pushes or (self.stroke is None) is self.pushes:
             needs, without = ("stroke", "braid") if self.pushes else ("braid", "stroke")
@@ -142,8 +146,7 @@ class Muscle:
     @functools.cached_property
     def groups(self) -> tuple[ParameterGroup, ...]:
         """Its parameter groups, without those that have no meaning for it."""
-        idle = MUSCLE_ONLY if self.pushes else PUSHING_ONLY
-        own = vars(self).values()
+        own, idle = vars(self).values(), _idle(self.pushes)
         return tuple(g for g in own if isinstance(g, ParameterGroup) and not isinstance(g, idle))
 
 
@@ -167,10 +170,10 @@ def build_muscle(
         InputError: for an unknown group, law or field, a missing field, or a wrong unit.
         ParameterError: for a value out of range.
     """
+    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
     laws: dict[str, dict[str, Any]] = {"force": {**FORCE_LAWS}, "hysteresis": {**OPERATORS}}
     for law in own:
         laws[law.group.group][law.name] = law
-    kinds: dict[str, type[ParameterGroup]] = {group.group: group for group in PLAIN_GROUPS}
     groups: dict[str, ParameterGroup] = {}
     for name, stated in sections.items():
         section = dict(stated)
@@ -180,17 +183,16 @@ def build_muscle(
                 raise InputError(
                     f"{where}: {name}.law = {chosen!r} is not known; {nearest(str(chosen), known)}"
                 )
-            groups[name] = _build(known[chosen].group, section, where)
-        elif name in kinds:
-            groups[name] = _build(kinds[name], section, where)
-        else:
+            kinds[name] = known[chosen].group
+        elif name not in kinds:
             raise InputError(f"{where}: unknown group {name!r}; {nearest(name, {*kinds, *laws})}")
+        groups[name] = _build(kinds[name], section, where)
     pushing = "force" in groups and FORCE_LAWS.card(type(groups["force"])).pushes
     kind, body = ("pushing actuator", "stroke") if pushing else ("muscle", "braid")
     for name in ("mounting", body, "force", "chamber", "valve"):
         if name not in groups:
             raise InputError(f"{where}: a {kind} needs the group {name!r}")
-    for idle in MUSCLE_ONLY if pushing else PUSHING_ONLY:
+    for idle in _idle(pushing):
         if idle.group in groups:
             raise InputError(
                 f"{where}: the group {idle.group!r} has no meaning for a {kind}; remove it"
@@ -220,10 +222,3 @@ def _build(group: type[ParameterGroup], section: Mapping[str, Any], where: str) 
             f"{where}: {group.group} needs {', '.join(missing)} ({fields[missing[0]].doc})"
         )
     return group(**values)
-
-
-def idle_groups(sections: Sections) -> frozenset[str]:
-    """Names of the groups that have no meaning for an actuator with these sections."""
-    law = sections.get("force", {}).get("law")
-    pushing = isinstance(law, str) and law in FORCE_LAWS and FORCE_LAWS[law].pushes
-    return frozenset(group.group for group in (MUSCLE_ONLY if pushing else PUSHING_ONLY))

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from pamsim.physics.chosen_law import operator_energy, operator_output, operator_rates
-from pamsim.physics.hysteresis.maxwell_slip import BLOCKS, slip_energy, slip_output, slip_rates
+from pamsim.physics.hysteresis.maxwell_slip import BLOCKS, slip_output_and_energy, slip_rates
 from pamsim.physics.record import MutableRow, Parameters, Row
 
 
@@ -25,8 +25,7 @@ def hysteresis_force(
         taken = width * (operator_output(m, z, contraction) - m.hysteresis.chord * contraction)
     if _has_parallel(m):
         width = m.parallel_hysteresis.force + m.parallel_hysteresis.force_per_pressure * pressure
-        slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
-        output = slip_output(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
+        output = _parallel_output_and_energy(m, z, contraction)[0]
         taken += width * (output - m.parallel_hysteresis.chord * contraction)
     return taken
 
@@ -44,8 +43,7 @@ def hysteresis_volume(m: Parameters, z: Row, contraction: float) -> float:
         volume = -per_pressure * nominal * held
     per_pressure = m.parallel_hysteresis.force_per_pressure
     if per_pressure != 0.0:
-        slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
-        held = slip_energy(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
+        held = _parallel_output_and_energy(m, z, contraction)[1]
         held -= 0.5 * m.parallel_hysteresis.chord * square
         volume -= per_pressure * nominal * held
     return volume
@@ -54,10 +52,7 @@ def hysteresis_volume(m: Parameters, z: Row, contraction: float) -> float:
 def hysteresis_rates(
     m: Parameters, z: Row, dz: MutableRow, contraction: float, rate: float, timestep: float
 ) -> None:
-    """Write the rates of the memory [1/s]; where there is no width, it is not kept up.
-
-    Arguments are the contraction [-], its rate [1/s], and the Euler step that follows [s].
-    """
+    """Write the rates of the memory [1/s] in an Euler step [s]; without width it is not kept up."""
     at = len(z) - BLOCKS
     for i in range(len(z)):
         dz[i] = 0.0
@@ -67,11 +62,14 @@ def hysteresis_rates(
         slip_rates(BLOCKS, m.parallel_hysteresis.full_slip, z, dz, at, contraction, timestep)
 
 
+def _parallel_output_and_energy(m: Parameters, z: Row, contraction: float) -> tuple[float, float]:
+    slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
+    return slip_output_and_energy(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
+
+
 def _has_own(m: Parameters) -> bool:
-    """Whether the muscle's own operator takes any force."""
     return m.hysteresis.force + m.hysteresis.force_per_pressure + m.hysteresis.force_share > 0.0
 
 
 def _has_parallel(m: Parameters) -> bool:
-    """Whether the one in parallel does."""
     return m.parallel_hysteresis.force + m.parallel_hysteresis.force_per_pressure > 0.0

@@ -34,14 +34,9 @@ def asks_too_much(m: Parameters, command: float) -> bool:
 def wanted_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
     """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
 
-    On/off valves that pulse are open during the first part of each period, -1, 0 or 1. The
-    regulator is proportional beyond its dead band; a small band resembles on/off valves.
-
-    Args:
-        m: parameters.
-        command: at the valves, behind its line.
-        pressure: gauge pressure at the valves [Pa].
-        time: [s], from the start of the first period.
+    On/off valves that pulse are open during the first part of each period, which begin at time 0.
+    The regulator is proportional beyond its dead band. The command is the one behind its line, the
+    pressure the gauge pressure at the valves [Pa].
     """
     if m.command == VALVE:
         return clamped_opening(command)
@@ -65,17 +60,18 @@ def valve_opening(m: Parameters, command: float, pressure: float, time: float) -
     return past_dead_zone(m.valve, wanted_opening(m, command, pressure, time))
 
 
+def _has_line(m: Parameters) -> bool:
+    return m.valve.line_lag + m.valve.line_slew_time > 0.0
+
+
 def reached_opening(
     m: Parameters, s: States, command: float, pressure_abs: float, time: float, timestep: float
 ) -> float:
-    """Signed opening in [-1, 1] that valves of limited speed reach in a time step.
+    """Signed opening in [-1, 1] that valves of limited speed reach in a step, dead zone included.
 
-    It includes the dead zone. The command is the one sent, before its line; the pressure is that at
-    the valves. NaN stays NaN.
+    The command is the one sent, before its line; the pressure is that at the valves.
     """
-    at_valve = command
-    if m.valve.line_lag + m.valve.line_slew_time > 0.0:
-        at_valve = s.line
+    at_valve = s.line if _has_line(m) else command
     wanted = wanted_opening(m, at_valve, pressure_abs - m.chamber.atmosphere, time)
     way = wanted - s.opening
     if abs(way) * m.valve.travel_time > timestep:
@@ -84,15 +80,12 @@ def reached_opening(
 
 
 def line_rate(m: Parameters, s: States, command: float, timestep: float) -> float:
-    """Rate of a command on a line with a first-order lag and a limited rate, over an Euler step.
+    """Rate of a command on a line with a first-order lag and a limited rate [command per s].
 
-    The limit refers to 1 bar of a set point or to a full opening.
-
-    Returns:
-        Rate [command per s]; without a limit it takes the line in one step to where it is exactly.
-        0 without a line; NaN stays NaN.
+    The limit refers to 1 bar of a set point or to a full opening. Below it an Euler step takes the
+    line to where it is exactly. 0 without a line; NaN stays NaN.
     """
-    if not m.valve.line_lag + m.valve.line_slew_time > 0.0:
+    if not _has_line(m):
         return 0.0
     sent, full, share = command, PA_PER_BAR, 1.0
     if m.command != PRESSURE_SET:
@@ -121,11 +114,7 @@ def sensed_pressure(m: Parameters, s: States, z: Row, tendon_length: float) -> f
 def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag: float) -> float:
     """Mass flow through the pair of valves, positive towards the muscle (ISO 6358) [kg/s].
 
-    Args:
-        m: parameters.
-        pressure_abs: absolute pressure behind them [Pa].
-        opening: signed, dead zone included, in [-1, 1].
-        sag: fall of the supply's pressure [Pa].
+    The opening is signed, dead zone included; the sag is the fall of the supply's pressure [Pa].
     """
     left = past_dead_zone(m.valve, opening)
     source, conductance = m.chamber.atmosphere, -left * m.valve.conductance_exhaust
@@ -139,9 +128,8 @@ def flow_through_valves(m: Parameters, pressure_abs: float, opening: float, sag:
 def leak_flow(m: Parameters, pressure_abs: float) -> float:
     """Mass flow out of the chamber through its leaks, orifice and narrow gap [kg/s].
 
-    Through every section of the gap passes a volume flow g (p1 - p2) at the local pressure
-    (Poiseuille; g = pi r^4 / (8 eta l) for a capillary). One mass passes all of them, so the
-    density counts with its mean: mdot = g (p1^2 - p2^2) / (2 R_air T), as in EN 1779.
+    In the gap the volume flow is g (p1 - p2) (Poiseuille; g = pi r^4 / (8 eta l) for a capillary)
+    and the density counts with its mean: mdot = g (p1^2 - p2^2) / (2 R_air T), as in EN 1779.
     """
     outside, temperature = m.chamber.atmosphere, m.chamber.temperature
     mean_density = 0.5 * (pressure_abs + outside) / (GAS_CONSTANT * temperature)
@@ -158,19 +146,13 @@ def tube_step(
 ) -> tuple[float, float]:
     """Absolute pressure at the tube's near end after a time step [Pa], and mean flow out [kg/s].
 
-    The tube is a small volume V of air at constant temperature T, then a resistance R, through
+    The tube is a small volume V of air at constant temperature T, then a resistance R > 0, through
     which laminar flow at a mean density that varies little goes on into the muscle:
 
         V / (R_air T) dp/dt = w - (p - P) / R
 
-    For constant w and P the step is solved exactly, so that little volume needs no short step.
-
-    Args:
-        m: parameters, the tube's resistance above 0.
-        before: p before the step [Pa, absolute].
-        pressure_abs: P in the muscle during it [Pa, absolute].
-        inflow: w from the valves during it [kg/s].
-        timestep: [s].
+    For constant w and P the step is solved exactly, so that little volume needs no short step. Of p
+    before the step, P in the muscle [Pa, absolute] and the inflow w from the valves [kg/s].
     """
     level = pressure_abs + m.valve.tube_resistance * inflow
     per_mass = GAS_CONSTANT * m.chamber.temperature

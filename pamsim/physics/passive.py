@@ -11,78 +11,47 @@ kappa is that against the length at which the pressurised muscle is free. Where 
 a stretch x_lock of the muscle itself, it adds what makes the whole of an unpressurised muscle the
 finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972).
 
-Creep is one or two Maxwell elements beside the muscle. With the elasticity that the muscle has
-already, spring and damper in series make it a standard linear solid: at a sudden change of length
-it is stiffer by k, held there it relaxes, and under a held load it goes on moving. The element's
-force is k (kappa - kappa_d), with the contraction kappa_d of its damper as memory. At rest it is
-free, whatever the contraction. A second one of another time makes the relaxation faster at first
-and slower later, as rubber's is.
+Creep is one or two Maxwell elements beside the muscle, which make it a standard linear solid: at a
+sudden change of length it is stiffer by k, held there it relaxes, and under a held load it goes on
+moving. The element's force is k (kappa - kappa_d), with the contraction kappa_d of its damper as
+memory. A second one makes the relaxation faster at first and slower later, as rubber's is.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
-_TANGENT = 0.95
-"""Share of the locking stretch beyond which the force goes on along its tangent."""
+_TANGENT = 0.95  # share of the locking stretch beyond which the force goes on along its tangent
 
 
-@dataclass(frozen=True, kw_only=True)
-class PassiveSpring(ParameterGroup):
+class PassiveSpring(ParameterGroup, group="passive"):
     """Stiffness, softening, locking and slack point of the passive spring; stiffness 0 is none."""
 
-    group: ClassVar[str] = "passive"
-    stiffness: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k = -dF/dkappa at the slack point", default=0.0
+    stiffness: float = quantity("[0, 1e6] N", "k = -dF/dkappa at the slack point", 0.0)
+    softening: float = quantity("[0.1, 500]", "h, e-fold softening per unit of contraction", 1.0)
+    slack_contraction: float = quantity(
+        "[-0.3, 0.5]", "contraction at which the spring is free", 0.0
     )
-    softening: float = parameter(
-        unit="1",
-        low=0.1,
-        high=500.0,
-        doc="h, e-fold softening per unit of contraction",
-        default=1.0,
+    locking: float = quantity(
+        "[0, 200]", "1/x_lock, reciprocal stretch at which the braid locks; 0 never", 0.0
     )
-    slack_contraction: float = parameter(
-        unit="1", low=-0.3, high=0.5, doc="contraction at which the spring is free", default=0.0
-    )
-    locking: float = parameter(
-        unit="1", low=0.0, high=200.0, doc="1/x_lock, reciprocal stretch at which the braid locks;"
-        " 0 never", default=0.0,
-    )  # fmt: skip
 
 
-@dataclass(frozen=True, kw_only=True)
-class Creep(ParameterGroup):
+class Creep(ParameterGroup, group="creep"):
     """Spring and time constant of each Maxwell element; stiffness 0 is none."""
 
-    group: ClassVar[str] = "creep"
-    stiffness: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k, force per sudden change of contraction", default=0.0
+    stiffness: float = quantity("[0, 1e6] N", "k, force per sudden change of contraction", 0.0)
+    relaxation_time: float = quantity(
+        "[1e-3, 1e4] s", "tau, in which the force of a held contraction dies away", 1.0
     )
-    relaxation_time: float = parameter(
-        unit="s",
-        low=1e-3,
-        high=1e4,
-        doc="tau, in which the force of a held contraction dies away",
-        default=1.0,
-    )
-    stiffness_2: float = parameter(
-        unit="N", low=0.0, high=1e6, doc="k of the second element", default=0.0
-    )
-    relaxation_time_2: float = parameter(
-        unit="s", low=1e-3, high=1e4, doc="tau of the second element", default=10.0
-    )
+    stiffness_2: float = quantity("[0, 1e6] N", "k of the second element", 0.0)
+    relaxation_time_2: float = quantity("[1e-3, 1e4] s", "tau of the second element", 10.0)
 
 
 def tube_force(spring: PassiveSpring, contraction: float) -> float:
-    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h.
-
-    The contraction kappa [-] is that against the length at which the pressurised muscle is free.
-    """
+    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h."""
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
         return spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
@@ -90,10 +59,7 @@ def tube_force(spring: PassiveSpring, contraction: float) -> float:
 
 
 def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> float:
-    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N].
-
-    Zero at the slack point, positive elsewhere; its derivative by contraction is minus the force.
-    """
+    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N]."""
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
         return (force - spring.stiffness * stretch) / spring.softening
@@ -101,10 +67,9 @@ def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> floa
 
 
 def locking_force(spring: PassiveSpring, contraction: float) -> float:
-    """Force of a stretched braid beyond that of the tube [N], from kappa = 1 - l/l0 [-].
+    """Force of a stretched braid beyond that of the tube [N], from kappa = 1 - l/l0 [-]; else 0.
 
-    Never negative, 0 in contraction. Beyond 95 % of the locking stretch it goes on along its
-    tangent, so that it stays finite where an integrator may step.
+    Beyond 95 % of the locking stretch it goes on along its tangent, finite for any step.
     """
     stretch = spring.slack_contraction - contraction
     if stretch <= 0.0:
@@ -123,14 +88,7 @@ def creep_rate(
 ) -> float:
     """Rate of a creep element's damper, kappa_d' = (kappa - kappa_d) / tau, over an Euler step.
 
-    Args:
-        contraction: kappa [-].
-        relaxed_contraction: kappa_d [-].
-        relaxation_time: tau [s].
-        timestep: [s].
-
-    Returns:
-        Rate [1/s] that takes kappa_d in one step to where it is exactly, if kappa stays: stable
-        however short the relaxation is.
+    It takes kappa_d [-] in one step [s] to where it is exactly if kappa stays: stable for every
+    relaxation time tau [s].
     """
     return (contraction - relaxed_contraction) * -math.expm1(-timestep / relaxation_time) / timestep

@@ -18,18 +18,11 @@ def charged_air_state(m: Parameters, z: Row, tendon_length: float, pressure: flo
 
 
 def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> list[float]:
-    """States of a muscle that has long been at rest.
+    """The ``act`` (count,) of a muscle that has long been at rest at a gauge pressure [Pa].
 
-    Args:
-        m: parameters.
-        count: number n of its states.
-        tendon_length: [m].
-        pressure: gauge pressure [Pa].
-
-    Returns:
-        (n,) ``act``: the operators free of memory, the chain free of force and in the middle of its
-        backlash, the creep relaxed, the command's line at what keeps the valves shut, the tube at
-        the chamber's pressure, the air at the ambient temperature.
+    The operators are free of memory, the chain is free of force and in the middle of its backlash,
+    the creep relaxed, the command's line at what keeps the valves shut, the tube at the chamber's
+    pressure, the air at the ambient temperature.
     """
     length = chain_length(m.chain, tendon_length)
     kappa, pressure_abs = contraction(m, length), pressure + m.chamber.atmosphere
@@ -45,7 +38,7 @@ def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> li
 def quieten(m: Parameters, s: States, tendon_length: float, pressure: float) -> None:
     """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
-    The muscle is at a tendon length [m] and a gauge pressure [Pa].
+    At a tendon length [m] and a gauge pressure [Pa].
     """
     s.creep = s.creep_2 = contraction(m, length_at_muscle(m, s, tendon_length))
     s.line = pressure if m.command == PRESSURE_SET else 0.0

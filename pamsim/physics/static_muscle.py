@@ -20,13 +20,12 @@ from pamsim.physics.chosen_law import (
     law_volume_varies,
     law_work,
 )
-from pamsim.physics.force_laws.swept_volume import GAUSS
+from pamsim.physics.force_laws.force_law import GAUSS
 from pamsim.physics.passive import locking_force, tube_energy, tube_force
 from pamsim.physics.record import Parameters, States
 from pamsim.physics.tension import effective_pressure, force_left, taut
 
 _HIGHER = 10.0  # step of a difference quotient by pressure [Pa]
-_POINTS = 401  # on each side of a cycle; the trapezium rule is right to 1e-6 there
 
 
 def length_at_muscle(m: Parameters, s: States, tendon_length: float) -> float:
@@ -57,9 +56,9 @@ def active_force(m: Parameters, pressure: float, contraction: float) -> float:
 def static_force(m: Parameters, tendon_length: float, pressure: float) -> float:
     """Signed muscle force without hysteresis [N] at a gauge pressure [Pa].
 
-    Pressure stretches the fibres; a model with rigid ones overestimates the force, by up to 70 %
-    for soft braids (Actuators 2022, 11, 219). To first order the length at which the muscle is free
-    grows in proportion, to l0 (1 + e p), and active force and tube take their contraction from it.
+    Pressure stretches the fibres, which weakens soft braids by up to 70 % (Actuators 2022, 11,
+    219). To first order the length at which the muscle is free grows in proportion, to
+    l0 (1 + e p), and active force and tube take their contraction from it.
     """
     free = m.braid.nominal_length * (1.0 + m.braid.extensibility * pressure)
     kappa = 1.0 - muscle_length(m, tendon_length) / free
@@ -80,10 +79,8 @@ def limited(m: Parameters, force: float) -> float:
 def static_volume(m: Parameters, tendon_length: float, pressure: float) -> float:
     """Volume of the air [m^3] in tubing and muscle at a gauge pressure [Pa], without hysteresis.
 
-    The muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp, so the volume
-    changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume at
-    nominal length on. The air then does the work that the muscle gives. The pressure is without
-    influence if the force is linear in it.
+    It changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume
+    at nominal length on: the air does the work that the muscle gives.
     """
     kappa = contraction(m, tendon_length)
     return volume_at_nominal_length(m) + volume_and_slope(m, kappa, pressure)[0]
@@ -95,10 +92,7 @@ def volume_varies(m: Parameters) -> bool:
 
 
 def volume_at_nominal_length(m: Parameters) -> float:
-    """Tubing, and the cylinder that the braid is at nominal length [m^3].
-
-    A pushing actuator is empty where its stroke is zero.
-    """
+    """Tubing and the braid's cylinder [m^3]; a pushing actuator is empty where its stroke is 0."""
     if law_pushes(m):
         return m.chamber.dead_volume - rigid_volume(m, 1.0, 0.0)
     diameter = m.braid.diameter
@@ -143,9 +137,8 @@ def _gain_and_work(
 ) -> tuple[float, float, float, float]:
     """What volume and slope are made of, from the active force and the tube's, F, at one place.
 
-    Returns:
-        Integral of dF/dp from nominal length [m^2]; (1 - q) F plus the integral of F, up to a
-        constant [N]; their derivatives, the first plus (1 - q) dF/dp [m^2] and (1 - q)^2 dF/dq [N].
+    Integral of dF/dp from nominal length [m^2]; (1 - q) F plus the integral of F, up to a constant
+    [N]; their derivatives, the first plus (1 - q) dF/dp [m^2] and (1 - q)^2 dF/dq [N].
     """
     scale = m.force.scale
     active, rise, per_pressure, gain, work = law_derivatives(m, pressure, contraction)
@@ -175,19 +168,14 @@ def _active_gain(m: Parameters, pressure: float, contraction: float) -> float:
 
 
 def _left_by_ends(m: Parameters, pressure: float, contraction: float) -> tuple[float, float]:
-    """Integrals from nominal length of what the ends leave of the force, without the scale.
+    """Integrals of the slope by pressure [m^2] and of the force [N] that the ends leave, unscaled.
 
     Where they leave a share s an integral is, by parts, s times that without ends, less the
     integral of s' times it, for which ten points by Gauss suffice. Exact where the force pulls.
-
-    Returns:
-        Integral of the slope by pressure [m^2], and of the force [N].
     """
-    onset = m.end_shape.onset
-    gain = law_volume(m, pressure, contraction)
-    work = law_work(m, pressure, contraction, gain)
-    left = force_left(m.end_shape, contraction)[0]
-    gain, work = left * gain, left * work
+    onset, left = m.end_shape.onset, force_left(m.end_shape, contraction)[0]
+    inner = law_volume(m, pressure, contraction)
+    gain, work = left * inner, left * law_work(m, pressure, contraction, inner)
     low, high = max(onset, 0.0), max(contraction, onset)
     if low == high:
         return gain, work
@@ -203,20 +191,15 @@ def _left_by_ends(m: Parameters, pressure: float, contraction: float) -> tuple[f
 
 
 def work_ratio(m: Parameters, pressure: float, contraction: float) -> float:
-    """Mechanical over pneumatic work of a cycle [-]; 1 if no energy is made or lost.
+    """Mechanical over pneumatic work of a cycle, without hysteresis [-]; 1 if no energy is made.
 
-    A muscle that shortens at a pressure, is vented, lengthens without pressure and is filled again
-    gives the difference of its force's work on the two ways. Its air does the integral of p dV.
-    Hysteresis is left out.
-
-    Args:
-        m: parameters of a muscle.
-        pressure: gauge, at which it shortens [Pa].
-        contraction: it goes from minus to plus this [-].
+    The muscle shortens at a gauge pressure [Pa] from minus to plus a contraction, is vented,
+    lengthens without pressure and is filled again. Its force does the integral of F dl, its air
+    that of p dV.
     """
-    stroke = np.linspace(-contraction, contraction, _POINTS)
-    filling = np.linspace(0.0, pressure, _POINTS)
-    still = np.ones(_POINTS)
+    # The trapezium rule is right to 1e-6 with 401 points on each side.
+    stroke = np.linspace(-contraction, contraction, 401)
+    filling, still = np.linspace(0.0, pressure, 401), np.ones(401)
     kappa = np.concatenate([stroke, contraction * still, stroke[::-1], -contraction * still])
     held = np.concatenate([pressure * still, filling[::-1], 0.0 * still, filling])
     length: FloatArray = (1.0 - kappa) * m.braid.nominal_length

@@ -18,15 +18,9 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
 
     Extension x and tension T of a muscle of stiffness k obey x' = (C T - x) / tau, dT/dx = -k, a
     lag of time constant tau / (1 + C k). Within its backlash the chain shifts between two such
-    muscles by s' = -2 k s / b. Either grows if an explicit step exceeds twice the time constant.
-
-    Args:
-        muscle: on its chain.
-        tendon_length: where its stiffness is taken [m].
-        pressure: gauge, at which it is [Pa].
-
-    Returns:
-        The smaller of 2 tau / (1 + C k) and b / k [s]; no limit on a rigid chain without backlash.
+    muscles by s' = -2 k s / b. Either grows if an explicit step exceeds twice the time constant:
+    the smaller of 2 tau / (1 + C k) and b / k [s], infinite on a rigid chain without backlash. The
+    stiffness is that at a tendon length [m] and a gauge pressure [Pa].
     """
     chain, limit = muscle.chain, math.inf
     if chain.compliance == 0.0 and chain.backlash == 0.0:
@@ -40,10 +34,7 @@ def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> f
 
 
 def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> float:
-    """Stiffness of the bristles of dry friction before they slip, k [N/m]; 0 without friction.
-
-    The muscle pulls at a tendon length [m] under a gauge pressure [Pa].
-    """
+    """Stiffness of the bristles of dry friction before they slip, k [N/m]; 0 without friction."""
     friction = muscle.friction
     if not rubs(friction):
         return 0.0
@@ -56,11 +47,10 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
 def regulator_time_constant(muscle: Muscle) -> float:
     """Time in which the set-point regulator settles inside its proportional band [s].
 
-    Inside the band the opening is the error over the band, so the pressure follows a lag whose
-    time constant is the band over the pressure's rate at full opening. The rate is taken where it
-    is largest: choked flow from the supply into a muscle at nominal length. A dead zone of the
-    valves leaves the more slope to the rest of the band. Explicit steps longer than the time
-    constant overshoot the set point.
+    There the opening is the error over the band, so the pressure follows a lag: the band over the
+    pressure's rate at full opening, where that is largest, with choked flow from the supply into a
+    muscle at nominal length. A dead zone leaves the more slope to the rest of the band. Explicit
+    steps longer than this overshoot the set point.
     """
     chamber, valve = muscle.chamber, muscle.valve
     air = (valve.critical_ratio, valve.laminar_ratio, chamber.temperature)

@@ -10,44 +10,28 @@ sets in at a contraction without a kink and tends to a largest one:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from pamsim.core.parameters import ParameterGroup, quantity
 
-from pamsim.core.parameters import ParameterGroup, parameter
-
-_HALF = 0.1
-"""Contraction beyond the onset at which half of the loss is reached [-]."""
+_HALF = 0.1  # contraction beyond the onset at which half of the loss is reached
 
 
-@dataclass(frozen=True, kw_only=True)
-class Threshold(ParameterGroup):
+class Threshold(ParameterGroup, group="threshold"):
     """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1).
 
     Above it force and volume do the same work. A cycle that goes below costs up to the threshold
     times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar.
     """
 
-    group: ClassVar[str] = "threshold"
-    pressure: float = parameter(
-        unit="Pa", low=0.0, high=3e5, doc="gauge pressure lost to the tube", default=0.0
-    )
+    pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube", 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class EndShape(ParameterGroup):
+class EndShape(ParameterGroup, group="end_shape"):
     """Share of the active force that the ends take in the end, and where it sets in."""
 
-    group: ClassVar[str] = "end_shape"
-    loss: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="share of the active force lost far beyond the onset; half of it 0.1 beyond",
-        default=0.0,
+    loss: float = quantity(
+        "[0, 1]", "share of the active force lost far beyond the onset; half of it 0.1 beyond", 0.0
     )
-    onset: float = parameter(
-        unit="1", low=-0.1, high=0.5, doc="contraction from which force is lost", default=0.0
-    )
+    onset: float = quantity("[-0.1, 0.5]", "contraction from which force is lost", 0.0)
 
 
 def effective_pressure(pressure: float, threshold: float) -> float:
@@ -58,10 +42,7 @@ def effective_pressure(pressure: float, threshold: float) -> float:
 
 
 def force_left(ends: EndShape, contraction: float) -> tuple[float, float]:
-    """Share in [0, 1] of the active force that the ends leave, and its derivative by contraction.
-
-    Up to the onset 1 and 0, beyond it the derivative is negative; NaN stays NaN.
-    """
+    """Share in [0, 1] of the active force that the ends leave, and its slope; NaN stays NaN."""
     if contraction <= ends.onset:
         return 1.0, 0.0
     x = contraction - ends.onset

@@ -7,12 +7,9 @@ set point that a local regulator turns into an opening.
 
 from __future__ import annotations
 
-import functools
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 
 COMMANDS: tuple[str, ...] = ("valve", "pulse", "pressure_set", "measured")
 """What the control of the actuator means: a signed opening, a signed duty, the set point of a
@@ -25,91 +22,66 @@ VALVE, PULSE, PRESSURE_SET, MEASURED = (float(code) for code in range(len(COMMAN
 WIDEST_DEAD_ZONE = 0.9
 """Opening up to which a valve may stay shut at most [-]."""
 
-_optional = functools.partial(parameter, low=0.0, default=0.0)
-"""Parameter that is 0 where a muscle has nothing of the kind."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class ValvePair(ParameterGroup):
+class ValvePair(ParameterGroup, group="valve"):
     """Fill and exhaust valve of one muscle, with the supply behind them."""
 
-    group: ClassVar[str] = "valve"
-    conductance_fill: float = parameter(
-        unit="m^3/(s*Pa)", low=0.0, high=1e-6, doc="sonic conductance C to the supply"
+    conductance_fill: float = quantity("[0, 1e-6] m^3/(s*Pa)", "sonic conductance C to the supply")
+    conductance_exhaust: float = quantity(
+        "[0, 1e-6] m^3/(s*Pa)", "sonic conductance C to the exhaust"
     )
-    conductance_exhaust: float = parameter(
-        unit="m^3/(s*Pa)", low=0.0, high=1e-6, doc="sonic conductance C to the exhaust"
+    critical_ratio: float = quantity("[0, 0.9]", "critical pressure ratio b")
+    laminar_ratio: float = quantity("[0.95, 0.9999]", "ratio above which flow is linear", 0.999)
+    supply_pressure: float = quantity("[0, 2e6] Pa", "gauge pressure of the supply")
+    pulse_period: float = quantity("[1e-4, 1] s", "period of pulse-width modulation", 0.02)
+    regulator_band: float = quantity(
+        "[1, 1e6] Pa", "pressure error at which the set-point regulator opens a valve fully", 1e4
     )
-    critical_ratio: float = parameter(unit="1", low=0.0, high=0.9, doc="critical pressure ratio b")
-    laminar_ratio: float = parameter(
-        unit="1", low=0.95, high=0.9999, doc="ratio above which flow is linear", default=0.999
+    regulator_dead_band: float = quantity("[0, 1e5] Pa", "error the regulator leaves alone", 0.0)
+    dead_zone: float = quantity(
+        f"[0, {WIDEST_DEAD_ZONE}]", "opening up to which a valve stays shut, mean of both", 0.0
     )
-    supply_pressure: float = parameter(
-        unit="Pa", low=0.0, high=2e6, doc="gauge pressure of the supply"
+    dead_zone_asymmetry: float = quantity(
+        "[-1, 1]",
+        "a: fill valve shut up to 1 + a times the dead zone, exhaust valve up to 1 - a times",
+        0.0,
     )
-    pulse_period: float = parameter(
-        unit="s", low=1e-4, high=1.0, doc="period of pulse-width modulation", default=0.02
+    supply_resistance: float = quantity(
+        "[0, 1e11] Pa*s/kg",
+        "fall of the supply's pressure per mass flow drawn by all its muscles",
+        0.0,
     )
-    regulator_band: float = parameter(
-        unit="Pa",
-        low=1.0,
-        high=1e6,
-        doc="pressure error at which the set-point regulator opens a valve fully",
-        default=1e4,
+    supply_square: float = quantity(
+        "[0, 1e16] Pa*s^2/kg^2",
+        "fall of the supply's pressure per square of that flow, as in fittings and regulators",
+        0.0,
     )
-    regulator_dead_band: float = _optional(
-        unit="Pa", high=1e5, doc="error the regulator leaves alone"
+    supply_volume: float = quantity(
+        "[0, 1] m^3", "volume of air between the supply's resistance and the valves", 0.0
     )
-    dead_zone: float = _optional(
-        unit="1", high=WIDEST_DEAD_ZONE, doc="opening up to which a valve stays shut, mean of both"
+    supply_line: float = quantity(
+        "[0, 1e3]", "number of the supply: muscles that state the same one share it", 0.0
     )
-    dead_zone_asymmetry: float = parameter(
-        unit="1",
-        low=-1.0,
-        high=1.0,
-        doc="a: fill valve shut up to 1 + a times the dead zone, exhaust valve up to 1 - a times",
-        default=0.0,
+    line_lag: float = quantity("[0, 10] s", "time constant from command to valve", 0.0)
+    line_slew_time: float = quantity(
+        "[0, 10] s",
+        "in which the command's line moves by 1 bar or a full opening at its limited rate",
+        0.0,
     )
-    supply_resistance: float = _optional(
-        unit="Pa*s/kg",
-        high=1e11,
-        doc="fall of the supply's pressure per mass flow drawn by all its muscles",
+    travel_time: float = quantity(
+        "[0, 10] s", "in which a valve goes from shut to fully open at its limited speed", 0.0
     )
-    supply_square: float = _optional(
-        unit="Pa*s^2/kg^2",
-        high=1e16,
-        doc="fall of the supply's pressure per square of that flow, as in fittings and regulators",
+    tube_resistance: float = quantity(
+        "[0, 1e11] Pa*s/kg",
+        "R, pressure difference per mass flow along the line from valves and sensor to muscle",
+        0.0,
     )
-    supply_volume: float = _optional(
-        unit="m^3", high=1.0, doc="volume of air between the supply's resistance and the valves"
+    tube_volume: float = quantity(
+        "[1e-6, 1e-2] m^3",
+        "V of the tube at the valves, in addition to the dead volume; limits the time step",
+        5e-6,
     )
-    supply_line: float = _optional(
-        unit="1", high=1e3, doc="number of the supply: muscles that state the same one share it"
-    )
-    line_lag: float = _optional(unit="s", high=10.0, doc="time constant from command to valve")
-    line_slew_time: float = _optional(
-        unit="s",
-        high=10.0,
-        doc="in which the command's line moves by 1 bar or a full opening at its limited rate",
-    )
-    travel_time: float = _optional(
-        unit="s",
-        high=10.0,
-        doc="in which a valve goes from shut to fully open at its limited speed",
-    )
-    tube_resistance: float = _optional(
-        unit="Pa*s/kg",
-        high=1e11,
-        doc="R, pressure difference per mass flow along the line from valves and sensor to muscle",
-    )
-    tube_volume: float = parameter(
-        unit="m^3",
-        low=1e-6,
-        high=1e-2,
-        doc="V of the tube at the valves, in addition to the dead volume; limits the time step",
-        default=5e-6,
-    )
-    delay: float = _optional(unit="s", high=1.0, doc="dead time of the command; in simulate only")
+    delay: float = quantity("[0, 1] s", "dead time of the command; in simulate only", 0.0)
 
 
 def clamped_opening(command: float) -> float:
@@ -122,19 +94,11 @@ def clamped_opening(command: float) -> float:
 
 
 def past_dead_zone(valve: ValvePair, opening: float) -> float:
-    """What is left of a signed opening behind the overlap that shuts a valve around zero.
+    """What is left of an opening in [-1, 1] behind the overlap that shuts a valve around zero.
 
-    The rest is stretched to the full range: the flow sets in without a jump, on which a regulator
-    would chatter, and the conductance stays that of the fully open valve. On/off valves, which open
-    fully or not at all, do not notice.
-
-    Args:
-        valve: its dead zone z and asymmetry a count: the fill valve stays shut up to z (1 + a), the
-            exhaust valve up to z (1 - a), neither beyond 0.9.
-        opening: in [-1, 1].
-
-    Returns:
-        Opening in [-1, 1]; exactly the given one without a dead zone. NaN stays NaN.
+    The fill valve stays shut up to z (1 + a), the exhaust valve up to z (1 - a), with the dead zone
+    z and its asymmetry a, neither beyond 0.9. The rest is stretched to the full range: the flow
+    sets in without a jump, on which a regulator would chatter. NaN stays NaN.
     """
     if valve.dead_zone == 0.0:
         return opening

@@ -3,13 +3,7 @@
 from __future__ import annotations
 
 from pamsim.core.catalog import Catalog
-from pamsim.physics.force_laws import (
-    effective_area,
-    exponential,
-    mckibben,
-    mooney_rivlin,
-    pleated,
-)
+from pamsim.physics.force_laws import effective_area, exponential, mckibben, mooney_rivlin, pleated
 from pamsim.physics.force_laws.force_law import ForceLaw
 
 # The place of a card is the code that saved models hold: a new one comes last.

@@ -16,46 +16,28 @@ contraction is kappa = 1 - s/s0, so (i) without damping reads F = -p A - k s0 ka
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class Stroke(ParameterGroup):
+class Stroke(ParameterGroup, group="stroke"):
     """What a pushing actuator has in place of a braid."""
 
-    group: ClassVar[str] = "stroke"
-    nominal_length: float = parameter(
-        unit="m",
-        low=0.0,
-        high=10.0,
-        low_open=True,
-        doc="s0, stroke at which the wall's spring is free; of a piston without spring its full"
-        " stroke",
+    nominal_length: float = quantity(
+        "(0, 10] m",
+        "s0, stroke at which the wall's spring is free; of a piston without spring its full stroke",
     )
-    damping: float = parameter(
-        unit="N*s/m",
-        low=0.0,
-        high=1e5,
-        doc="c, force against the speed of the stroke; limits the time step",
-        default=0.0,
+    damping: float = quantity(
+        "[0, 1e5] N*s/m", "c, force against the speed of the stroke; limits the time step", 0.0
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class EffectiveArea(ForceParameters):
+class EffectiveArea(ForceParameters, law="effective_area"):
     """Area and spring of a bellows or a piston."""
 
-    law: ClassVar[str] = "effective_area"
-    area: float = parameter(
-        unit="m^2", low=0.0, high=1.0, low_open=True, doc="A, effective area of the pressure"
-    )
-    stiffness: float = parameter(
-        unit="N/m", low=0.0, high=1e6, doc="k of the wall; 0 for a piston", default=0.0
-    )
+    area: float = quantity("(0, 1] m^2", "A, effective area of the pressure")
+    stiffness: float = quantity("[0, 1e6] N/m", "k of the wall; 0 for a piston", 0.0)
 
 
 def effective_area_force(
@@ -63,8 +45,7 @@ def effective_area_force(
 ) -> float:
     """Force of a bellows or a piston at rest [N], equation (i), negative where it pushes.
 
-    The arguments are gauge pressure [Pa], contraction kappa = 1 - s/s0 [-], the fields of
-    `EffectiveArea` after its scale, and s0 [m].
+    The arguments are gauge pressure [Pa], contraction [-], the fields of the group, and s0 [m].
     """
     return -pressure * area - stiffness * nominal_length * contraction
 

@@ -4,8 +4,8 @@ Sarosi (4) is F = (a p + b) exp(c kappa + d) + (e p + f) kappa + g p + h. Its d 
 exp(d) only multiplies a and b, so a fit of all eight constants has no unique answer. What is left
 is the invertible law. The six-parameter law leaves out f kappa, the elasticity without pressure
 that is linear in contraction, and calls e, g, h by d, e, f; `pamsim.physics.force_laws.published`
-has constants in this form. The p-terms are what the air does, the others what the rubber does. Both
-are linear in pressure, which makes them invertible in closed form (5).
+has constants. The p-terms are what the air does, the others what the rubber does. Both laws are
+linear in pressure, which makes them invertible in closed form (5).
 
 Sarosi (3), F = a exp(b kappa + c) + d kappa + e, is one isobar of a force map. Its exp(c) is folded
 into a for the same reason. It does not know what pressure does: it has no inverse p(F, kappa).
@@ -14,24 +14,20 @@ into a for the same reason. It does not know what pressure does: it has no inver
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class SixParameter(ForceParameters):
+class SixParameter(ForceParameters, law="six_parameter"):
     """Coefficients in SI; contraction as a fraction (the papers print it in percent)."""
 
-    law: ClassVar[str] = "six_parameter"
-    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
-    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
-    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    d: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
-    e: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
-    f: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+    a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
+    b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
+    c: float = quantity("[-200, 0]", "decay of the exponential")
+    d: float = quantity("[-1, 1] N/Pa", "loss with contraction, per pressure")
+    e: float = quantity("[0, 1] N/Pa", "force per pressure")
+    f: float = quantity("[-1e4, 1e4] N", "force without pressure")
 
 
 def six_parameter_force(
@@ -39,8 +35,7 @@ def six_parameter_force(
 ) -> float:
     """Force [N] of the six-parameter law (Sarosi, (4), its d and f zero), not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
-    `SixParameter` after its scale.
+    The arguments are gauge pressure p [Pa], contraction kappa [-] and the fields of the group.
     """
     decay = math.exp(c * contraction)
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
@@ -61,10 +56,7 @@ def six_parameter_work(contraction: float, b: float, c: float, f: float) -> floa
 def six_parameter_derivatives(
     pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
 ) -> tuple[float, float, float, float, float]:
-    """Force [N], its derivatives, volume [m^2] and work in one exponential.
-
-    As `ForceLaw.derivatives_function` returns them; arguments as the force's.
-    """
+    """Force [N], its derivatives, volume [m^2] and work [N] in one exponential, see `ForceLaw`."""
     grown = math.expm1(c * contraction)
     swept = contraction if c == 0.0 else grown / c
     per_pressure = a * grown + a + d * contraction + e
@@ -75,7 +67,7 @@ def six_parameter_derivatives(
 
 
 def _exponential_integral(contraction: float, c: float) -> float:
-    """Integral of exp(c kappa) from 0; c = 0 makes the exponential 1."""
+    """Integral of exp(c kappa) from 0."""
     return contraction if c == 0.0 else math.expm1(c * contraction) / c
 
 
@@ -95,18 +87,16 @@ SIX_PARAMETER = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class InvertibleExponential(ForceParameters):
+class InvertibleExponential(ForceParameters, law="invertible_exponential"):
     """Coefficients in SI, in the letters of the paper without d."""
 
-    law: ClassVar[str] = "invertible_exponential"
-    a: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="exponential, per pressure")
-    b: float = parameter(unit="N", low=-1e4, high=1e4, doc="exponential, without pressure")
-    c: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    e: float = parameter(unit="N/Pa", low=-1.0, high=1.0, doc="loss with contraction, per pressure")
-    f: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction, no pressure")
-    g: float = parameter(unit="N/Pa", low=0.0, high=1.0, doc="force per pressure")
-    h: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without pressure")
+    a: float = quantity("[-1, 1] N/Pa", "exponential, per pressure")
+    b: float = quantity("[-1e4, 1e4] N", "exponential, without pressure")
+    c: float = quantity("[-200, 0]", "decay of the exponential")
+    e: float = quantity("[-1, 1] N/Pa", "loss with contraction, per pressure")
+    f: float = quantity("[-1e5, 1e5] N", "change with contraction, no pressure")
+    g: float = quantity("[0, 1] N/Pa", "force per pressure")
+    h: float = quantity("[-1e4, 1e4] N", "force without pressure")
 
 
 def invertible_exponential_force(
@@ -122,8 +112,7 @@ def invertible_exponential_force(
 ) -> float:
     """Force [N] of the invertible law (Sarosi, equation (4) with d = 0).
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-] and the fields of
-    `InvertibleExponential` after its scale.
+    The arguments are gauge pressure p [Pa], contraction kappa [-] and the fields of the group.
     """
     return six_parameter_force(pressure, contraction, a, b, c, e, g, h) + f * contraction
 
@@ -164,15 +153,13 @@ INVERTIBLE = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SinglePressureExponential(ForceParameters):
+class SinglePressureExponential(ForceParameters, law="single_pressure_exponential"):
     """Coefficients of one isobar, in the letters of the paper without c."""
 
-    law: ClassVar[str] = "single_pressure_exponential"
-    a: float = parameter(unit="N", low=-1e4, high=1e4, doc="factor of the exponential")
-    b: float = parameter(unit="1", low=-200.0, high=0.0, doc="decay of the exponential")
-    d: float = parameter(unit="N", low=-1e5, high=1e5, doc="change with contraction")
-    e: float = parameter(unit="N", low=-1e4, high=1e4, doc="force without the exponential")
+    a: float = quantity("[-1e4, 1e4] N", "factor of the exponential")
+    b: float = quantity("[-200, 0]", "decay of the exponential")
+    d: float = quantity("[-1e5, 1e5] N", "change with contraction")
+    e: float = quantity("[-1e4, 1e4] N", "force without the exponential")
 
 
 def single_pressure_force(
@@ -180,10 +167,10 @@ def single_pressure_force(
 ) -> float:
     """Force [N] on one isobar (Sarosi, equation (3)).
 
-    The arguments are gauge pressure [Pa], which has no influence, contraction kappa = 1 - l/l0 [-]
-    and the fields of `SinglePressureExponential` after its scale.
+    The arguments are gauge pressure [Pa], without influence, contraction kappa [-] and the fields
+    of the group.
     """
-    # 0 p is zero for every pressure and NaN for a lost one, which must not go unnoticed.
+    # 0 p is NaN for a lost pressure, which must not go unnoticed.
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
 
 
@@ -195,7 +182,7 @@ def single_pressure_volume(
 
 
 def single_pressure_work(contraction: float, a: float, b: float, d: float, e: float) -> float:
-    """Work from nominal length on, per nominal length [N]; arguments of `single_pressure_force`."""
+    """Work from nominal length on, per nominal length [N]."""
     return invertible_exponential_work(contraction, a, b, d, e)
 
 

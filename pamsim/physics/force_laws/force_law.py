@@ -3,7 +3,10 @@
 A law stands in a file of its own: parameter group, functions, and a card that the catalog lists. It
 is two scalar functions, force and volume, which the actuator kernel calls and the engine compiles.
 They belong together: a muscle without losses has one energy G(l, p) with F = dG/dl and V = -dG/dp,
-so dV/dl = -dF/dp. Their arguments are pressure, contraction, the fields of the parameter group
+so dV/dl = -dF/dp. A law may state the force alone: `swept_volume` and `swept_work` integrate it by
+Gauss's rule with ten points, exact to rounding where the force is smooth in contraction.
+
+The arguments of a law's functions are pressure, contraction, the fields of the parameter group
 after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force` and `ForceLaw.volume`
 wrap them, so that every law takes the same arguments.
 """
@@ -12,12 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
 from pamsim.core.errors import InputError
-from pamsim.core.parameters import ParameterGroup, parameter, specs
+from pamsim.core.parameters import ParameterGroup, quantity, specs
 from pamsim.physics.braid import Braid, volume
-from pamsim.physics.force_laws.swept_volume import swept_volume, swept_work
 
 Range: TypeAlias = tuple[float, float]
 Scalars: TypeAlias = Callable[..., float]
@@ -26,15 +28,22 @@ Scalars: TypeAlias = Callable[..., float]
 FESTO_PRESSURES: Range = (0.0, 6e5)
 """Gauge pressures at which Festo's muscles were measured [Pa]."""
 
+GAUSS = (
+    (0.1488743389816312, 0.2955242247147529),
+    (0.4333953941292472, 0.2692667193099963),
+    (0.6794095682990244, 0.2190863625159820),
+    (0.8650633666889845, 0.1494513491505806),
+    (0.9739065285171717, 0.0666713443086881),
+)
+"""Nodes and weights of Gauss's rule with ten points on (-1, 1), those above 0."""
 
-@dataclass(frozen=True, kw_only=True)
-class ForceParameters(ParameterGroup):
+_APART = 10.0  # half of the step of a difference quotient by pressure [Pa]
+
+
+class ForceParameters(ParameterGroup, group="force"):
     """What the parameters of every force law begin with."""
 
-    group: ClassVar[str] = "force"
-    scale: float = parameter(
-        unit="1", low=0.0, high=5.0, low_open=True, doc="factor on the force", default=1.0
-    )
+    scale: float = quantity("(0, 5]", "factor on the force", 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +57,7 @@ class ForceLaw:
         group: parameter group; its ``law`` is the law's name.
         force_function: scalar force.
         volume_function: scalar volume gained since nominal length, per nominal length [m^2]: the
-            integral of dF/dp by contraction, so that force and volume do the same work; if left
-            out, `swept_volume` of the force.
+            integral of dF/dp by contraction; if left out, `swept_volume` of the force.
         work_function: work of the force at one pressure from nominal length on, per nominal length
             [N]; without pressure times volume gained, which is added, where the force is linear in
             pressure. Its arguments are named as those of the force. If left out there is no such
@@ -115,11 +123,8 @@ class ForceLaw:
     ) -> float:
         """Force [N], positive where it pulls, not limited to tension.
 
-        Args:
-            pressure: gauge pressure [Pa].
-            contraction: kappa = 1 - l/l0 [-].
-            coefficients: fields of `group` in declared order, the scale first [SI].
-            braid: geometry.
+        The arguments are gauge pressure [Pa], contraction kappa = 1 - l/l0 [-], the fields of
+        `group` in declared order, the scale first [SI], and the geometry.
         """
         rest = self._rest(coefficients, braid)
         return coefficients[0] * self.force_function(pressure, contraction, *rest)
@@ -143,10 +148,41 @@ class ForceLaw:
         return self.limits(coefficients, braid) if callable(self.limits) else self.limits
 
     def _rest(self, coefficients: Sequence[float], braid: Braid) -> tuple[float, ...]:
-        geometry = (float(getattr(braid, name)) for name in self.braid_fields)
-        return (*coefficients[1:], *geometry)
+        return (*coefficients[1:], *(getattr(braid, name) for name in self.braid_fields))
 
 
 def coefficients_of(group: ParameterGroup) -> tuple[float, ...]:
     """A law's fields in declared order and in SI, as the functions of the catalog take them."""
     return astuple(group)
+
+
+def swept_volume(force: Scalars) -> Scalars:
+    """Volume gained since nominal length, per nominal length [m^2]: the integral of dF/dp.
+
+    The force [N] takes pressure [Pa], contraction [-], coefficients and geometry.
+    """
+
+    def volume(pressure: float, contraction: float, *rest: float) -> float:
+        gained = 0.0
+        for node, weight in GAUSS:
+            for at in (0.5 - 0.5 * node, 0.5 + 0.5 * node):
+                kappa = at * contraction
+                rise = force(pressure + _APART, kappa, *rest)
+                rise -= force(pressure - _APART, kappa, *rest)
+                gained += weight * rise
+        return 0.25 * gained * contraction / _APART
+
+    return volume
+
+
+def swept_work(force: Scalars) -> Scalars:
+    """Work of a force at one pressure from nominal length on, per nominal length [N]."""
+
+    def work(pressure: float, contraction: float, *rest: float) -> float:
+        done = 0.0
+        for node, weight in GAUSS:
+            for at in (0.5 - 0.5 * node, 0.5 + 0.5 * node):
+                done += weight * force(pressure, at * contraction, *rest)
+        return 0.5 * done * contraction
+
+    return work

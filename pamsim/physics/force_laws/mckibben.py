@@ -6,8 +6,7 @@ The restoring force of the air (Nguyen 2024, equations (3) and (5)) counts from 
 muscle filled to P1 and held at length l1 pulls with F_con = -(P1 - Patm) dV/dl at l1. Pulled to
 another length l, at which the pressure is P, its air pulls back with the rest,
 F_air = -(P - Patm) dV/dl + (P1 - Patm) dV/dl at l1. The print has lost the signs; these are the
-ones that virtual work requires and that make F_air zero at the working point. Patm drops out. How P
-follows from l, P V^k = const (2), belongs to the chamber, not to the law.
+ones that virtual work requires.
 
 The corrected law (Sarosi, equation (2)) is F = mu p pi r0^2 (a (1 - eps kappa)^2 - b) with
 a = 3 / tan^2(alpha0), b = 1 / sin^2(alpha0), eps = a_eps exp(-p/bar) - b_eps and
@@ -24,10 +23,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.core.units import PA_PER_BAR
 from pamsim.physics.braid import Braid, max_contraction, volume_gained, volume_slope
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters, Range
@@ -38,27 +35,17 @@ def _to_largest(coefficients: Sequence[float], braid: Braid) -> Range:
     return 0.0, max_contraction(braid.fibre_angle)
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdealMcKibben(ForceParameters):
+class IdealMcKibben(ForceParameters, law="ideal_mckibben"):
     """The ideal law has the braid for its parameters; only its overall scale is free."""
-
-    law: ClassVar[str] = "ideal_mckibben"
 
 
 def ideal_force(
     pressure: float, length: float, nominal_length: float, diameter: float, fibre_angle: float
 ) -> float:
-    """Tension F = -p dV/dl of an ideal braided muscle (Sarosi, (1); Matiskova 2021, (3)).
+    """Force F = -p dV/dl [N] of an ideal braided muscle (Sarosi, (1); Matiskova 2021, (3)).
 
-    Args:
-        pressure: gauge pressure p [Pa].
-        length: muscle length l [m].
-        nominal_length: l0 [m].
-        diameter: D0 [m].
-        fibre_angle: alpha0 [rad].
-
-    Returns:
-        Force [N], positive when the muscle pulls; not yet limited to tension.
+    Positive when the muscle pulls, not limited to tension. The arguments are gauge pressure p [Pa],
+    length l [m], and l0 [m], D0 [m] and alpha0 [rad] of `Braid`.
     """
     return -pressure * volume_slope(length, nominal_length, diameter, fibre_angle)
 
@@ -94,16 +81,14 @@ IDEAL = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class ElasticEnergy(ForceParameters):
+class ElasticEnergy(ForceParameters, law="elastic_energy"):
     """The working point from which the restoring force counts."""
 
-    law: ClassVar[str] = "elastic_energy"
-    working_pressure: float = parameter(
-        unit="Pa", low=0.0, high=2e6, doc="gauge pressure P1 - Patm at the working point"
+    working_pressure: float = quantity(
+        "[0, 2e6] Pa", "gauge pressure P1 - Patm at the working point"
     )
-    working_contraction: float = parameter(
-        unit="1", low=-0.3, high=0.5, doc="contraction 1 - l1/l0 at the working point"
+    working_contraction: float = quantity(
+        "[-0.3, 0.5]", "contraction 1 - l1/l0 at the working point"
     )
 
 
@@ -117,8 +102,8 @@ def elastic_energy_force(
 ) -> float:
     """Restoring force F_air [N]: the pull beyond that at the working point (Nguyen 2024, (5)).
 
-    The arguments are gauge pressure P - Patm [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `ElasticEnergy` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`.
+    The arguments are gauge pressure P - Patm [Pa], contraction kappa [-], the fields of
+    `ElasticEnergy` after its scale, and D0 [m] and alpha0 [rad] of `Braid`.
     """
     # dV/dl depends on l/l0 alone, so lengths are taken in units of l0.
     held = ideal_tension(working_pressure, working_contraction, 1.0, diameter, fibre_angle)
@@ -164,31 +149,17 @@ RESTORING = ForceLaw(
     notes="Counts from a working point and is zero there: without the load carried at that"
     " point it is not the tension of the muscle, and a limit to tension would cut half of it.",
 )
-
-_VALID_FROM = 2e5
-"""Gauge pressure from which the source of the corrected law claims validity [Pa]."""
+_VALID_FROM = 2e5  # gauge pressure from which the source of the corrected law claims validity [Pa]
 
 
-@dataclass(frozen=True, kw_only=True)
-class CorrectedMcKibben(ForceParameters):
+class CorrectedMcKibben(ForceParameters, law="corrected_mckibben"):
     """The four fitted constants and the decay that the paper fixes at 40."""
 
-    law: ClassVar[str] = "corrected_mckibben"
-    a_eps: float = parameter(
-        unit="1", low=-100.0, high=100.0, doc="part of eps that dies with pressure"
-    )
-    b_eps: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="minus eps at high pressure; -1 is ideal"
-    )
-    a_kappa: float = parameter(
-        unit="1", low=-100.0, high=100.0, doc="part of mu that dies with contraction"
-    )
-    b_kappa: float = parameter(
-        unit="1", low=-10.0, high=10.0, doc="minus mu at large contraction; -1 is ideal"
-    )
-    k0: float = parameter(
-        unit="1", low=0.0, high=200.0, doc="decay of mu with contraction", default=40.0
-    )
+    a_eps: float = quantity("[-100, 100]", "part of eps that dies with pressure")
+    b_eps: float = quantity("[-10, 10]", "minus eps at high pressure; -1 is ideal")
+    a_kappa: float = quantity("[-100, 100]", "part of mu that dies with contraction")
+    b_kappa: float = quantity("[-10, 10]", "minus mu at large contraction; -1 is ideal")
+    k0: float = quantity("[0, 200]", "decay of mu with contraction", 40.0)
 
 
 def corrected_mckibben_force(
@@ -204,9 +175,8 @@ def corrected_mckibben_force(
 ) -> float:
     """Force [N] of the corrected McKibben law (Sarosi, equation (2)), not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `CorrectedMcKibben` after its scale, and diameter D0 = 2 r0 [m] and fibre angle alpha0 [rad] of
-    `Braid`.
+    The arguments are gauge pressure p [Pa], contraction kappa [-], the fields of
+    `CorrectedMcKibben` after its scale, and D0 = 2 r0 [m] and alpha0 [rad] of `Braid`.
     """
     mu = a_kappa * math.exp(-k0 * contraction) - b_kappa
     stretch = 1.0 - (a_eps * math.exp(-pressure / PA_PER_BAR) - b_eps) * contraction

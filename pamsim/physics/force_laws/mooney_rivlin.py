@@ -20,33 +20,23 @@ valid beyond the measured contractions.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.braid import volume_gained, volume_slope
 from pamsim.physics.force_laws.force_law import FESTO_PRESSURES, ForceLaw, ForceParameters
 
 
-@dataclass(frozen=True, kw_only=True)
-class MooneyRivlin(ForceParameters):
+class MooneyRivlin(ForceParameters, law="mooney_rivlin"):
     """Wall of the tube, its free length, and the share of it that contracts."""
 
-    law: ClassVar[str] = "mooney_rivlin"
-    c1: float = parameter(
-        unit="N", low=-1e4, high=1e4, doc="2 C10 times the cross-section of the wall"
-    )
-    c2: float = parameter(
-        unit="N", low=-1e4, high=1e4, doc="2 C01 times the cross-section of the wall"
-    )
+    c1: float = quantity("[-1e4, 1e4] N", "2 C10 times the cross-section of the wall")
+    c2: float = quantity("[-1e4, 1e4] N", "2 C01 times the cross-section of the wall")
     # A nominal length is hardly wrong by 5 %. Where lengths are few, a wider range lets a fit trade
     # a free length that nobody would measure for the shape of the wall.
-    slack_contraction: float = parameter(
-        unit="1", low=-0.05, high=0.05, doc="contraction at which the tube is free", default=0.0
+    slack_contraction: float = quantity(
+        "[-0.05, 0.05]", "contraction at which the tube is free", 0.0
     )
-    active_share: float = parameter(
-        unit="1", low=0.7, high=1.3, doc="share of the length that works as a braid", default=1.0
-    )
+    active_share: float = quantity("[0.7, 1.3]", "share of the length that works as a braid", 1.0)
 
 
 def mooney_rivlin_force(
@@ -61,9 +51,9 @@ def mooney_rivlin_force(
 ) -> float:
     """Force [N] of a braid over a Mooney-Rivlin tube, not limited to tension.
 
-    The arguments are gauge pressure p [Pa], contraction kappa = 1 - l/l0 [-], the fields of
-    `MooneyRivlin` after its scale, and diameter D0 [m] and fibre angle alpha0 [rad] of `Braid`. NaN
-    where the braid cannot be: stretched until its fibres lie straight, or shorter than nothing.
+    The arguments are gauge pressure p [Pa], contraction kappa [-], the fields of the group, and D0
+    [m] and alpha0 [rad] of `Braid`. NaN where the braid cannot be: stretched until its fibres lie
+    straight, or shorter than nothing.
     """
     braid = (contraction - slack_contraction) / active_share
     _, wall = _wall(braid, c1, c2, fibre_angle)

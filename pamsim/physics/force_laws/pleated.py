@@ -4,12 +4,11 @@ The force is F = p l0^2 f_t0(eps) (Van Damme 2008, equation (1)), eps = 1 - l/l0
 f_t0 = f0 / eps + f1 + f2 eps + f3 eps^2 + f4 eps^3 (2) is good above 5 % contraction. Van Damme
 2008 prints no coefficients; `SLENDERNESS_6` has those fitted to the exact shape.
 
-The exact f_t0 (N -> inf) Van Damme 2008 names as a system of equations with elliptic integrals and
-does not print; it follows from three assumptions. The membrane carries no tension round its
-circumference (the pleats unfold freely), the fibres along its meridian do not stretch, and friction
-is absent, so that the total fibre tension T is the same everywhere on the meridian. End discs have
-radius R, the meridian has length l0, phi is its angle to the axis, r its radius, s its arc length.
-Cut at radius r: the fibres hold the load F and the pressure on the cut,
+The exact f_t0 (N -> inf) is not printed; it follows from three assumptions. The membrane carries no
+tension round its circumference (the pleats unfold freely), the fibres along its meridian do not
+stretch, and friction is absent, so that the total fibre tension T is the same everywhere. End discs
+have radius R, the meridian has length l0, phi is its angle to the axis, r its radius, s its arc
+length. Cut at radius r: the fibres hold the load F and the pressure on the cut,
     T cos(phi) = F + pi p r^2.                                                                  (i)
 At the equator phi = 0 and r = r_m, so T = F + pi p r_m^2, and subtracting (i) gives
     sin^2(phi / 2) = pi p (r_m^2 - r^2) / (2 T).
@@ -23,26 +22,23 @@ integrals of the first and second kind, F(a|m) and E(a|m),
 and (i) at the equator is the force, F = T - pi p r_m^2 = p l0^2 f_t0, with
     f_t0 = pi (1 - 2 m) / (2 F(a|m)^2).                                                        (iv)
 For a slenderness l0/R, (ii) gives a for every m and (iii) then grows with m, from eps = 0 at m = 0.
-The pull ends at m = 1/2: there eps is the largest contraction, 40.3 % for l0/R = 6 and
-2 (1 - E(1/2) / K(1/2)) = 54.3 % for an infinitely slender muscle. Beyond it the muscle pushes. The
-meridian turned round the axis encloses V = 2 pi times the integral of r^2 dz from 0 to a:
+The pull ends at m = 1/2: there eps is the largest contraction, 40.3 % for l0/R = 6 and 54.3 % for
+an infinitely slender muscle. The meridian turned round the axis encloses
     V = pi l0^3 m (F + (1 - 2 m) B + 2 sin(a) cos(a) D(a)) / (3 F^3),  B = (F - E) / m,         (v)
 from the cylinder pi R^2 l0 at eps = 0. Its derivative is the force, dV/deps = l0 F / p. In the code
 F and B stand for themselves and E for F - m B, so that no digits are lost as m -> 0.
 
-At and below eps = 0 there is no force: the membrane cannot be longer than l0, and both laws are NaN
-there so that a run stops. As eps -> 0 the exact f_t0 -> pi R / (l0 sqrt(6 eps)), more slowly than
-f0 / eps; between 0 and 5 % the elasticity of the fibres, which both neglect, limits the real force.
+The membrane cannot be longer than l0: both laws are NaN for eps <= 0, so that a run stops. Near 0
+the exact f_t0 goes as pi R / (l0 sqrt(6 eps)); between 0 and 5 % the elasticity of the fibres,
+which both neglect, limits the real force.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.force_law import ForceLaw, ForceParameters, Range
 
@@ -52,16 +48,14 @@ FIT_RANGE: Range = (0.05, 0.35)
 _PRESSURES: Range = (1e5, 2.5e5)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Pleated(ForceParameters):
+class Pleated(ForceParameters, law="pleated"):
     """Coefficients of the dimensionless force function."""
 
-    law: ClassVar[str] = "pleated"
-    f0: float = parameter(unit="1", low=-10.0, high=10.0, doc="coefficient of 1/eps")
-    f1: float = parameter(unit="1", low=-100.0, high=100.0, doc="constant")
-    f2: float = parameter(unit="1", low=-1e3, high=1e3, doc="coefficient of eps")
-    f3: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^2")
-    f4: float = parameter(unit="1", low=-1e4, high=1e4, doc="coefficient of eps^3")
+    f0: float = quantity("[-10, 10]", "coefficient of 1/eps")
+    f1: float = quantity("[-100, 100]", "constant")
+    f2: float = quantity("[-1e3, 1e3]", "coefficient of eps")
+    f3: float = quantity("[-1e4, 1e4]", "coefficient of eps^2")
+    f4: float = quantity("[-1e4, 1e4]", "coefficient of eps^3")
 
 
 SLENDERNESS_6 = Pleated(
@@ -73,11 +67,7 @@ SLENDERNESS_6 = Pleated(
 def pleated_function(
     contraction: float, f0: float, f1: float, f2: float, f3: float, f4: float
 ) -> float:
-    """Dimensionless force function f_t0 [-] (Van Damme 2008, equation (2)).
-
-    The arguments are contraction eps = 1 - l/l0 [-] and the fields of `Pleated` after its scale.
-    NaN at and below zero contraction.
-    """
+    """Dimensionless force function f_t0 [-] of eps (Van Damme 2008, (2)); NaN for eps <= 0."""
     if not contraction > 0.0:
         return math.nan
     return f0 / contraction + f1 + contraction * (f2 + contraction * (f3 + contraction * f4))
@@ -95,8 +85,8 @@ def pleated_force(
 ) -> float:
     """Force of a pleated muscle [N] (Van Damme 2008, equations (1) and (2)); NaN for eps <= 0.
 
-    The arguments are gauge pressure p [Pa], contraction eps = 1 - l/l0 [-], the fields of `Pleated`
-    after its scale, and the length l0 of the membrane [m].
+    The arguments are gauge pressure p [Pa], contraction eps [-], the fields of the group, and the
+    length l0 of the membrane [m].
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_function(contraction, f0, f1, f2, f3, f4)
@@ -144,23 +134,20 @@ FITTED = ForceLaw(
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class PleatedShape(ForceParameters):
+class PleatedShape(ForceParameters, law="pleated_shape"):
     """The one design number that sets the shape."""
 
-    law: ClassVar[str] = "pleated_shape"
-    slenderness: float = parameter(
-        unit="1", low=0.1, high=1e3, doc="l0/R, length of the membrane over radius of its ends"
+    slenderness: float = quantity(
+        "[0.1, 1e3]", "l0/R, length of the membrane over radius of its ends"
     )
 
 
 def carlson_integrals(x: float, y: float, z: float) -> tuple[float, float]:
-    """Carlson's symmetric elliptic integrals R_F and R_D [-] (DLMF 19.16.1, 19.16.5) in scalars.
+    """Carlson's elliptic integrals R_F and R_D [-] (DLMF 19.16.1, 19.16.5), x, y >= 0, z > 0.
 
-    scipy's cannot be compiled with the law. The duplication theorem (Carlson 1995; DLMF 19.26.18)
-    brings the three arguments together four times closer per step, so that some ten do; only NaN
-    goes on to the bound of the loop. A series in what is left of their spread ends it (DLMF
-    19.36.1, 19.36.2). x and y are not negative and not both zero, z is positive.
+    scipy's cannot be compiled with the law. Each step of the duplication theorem (Carlson 1995;
+    DLMF 19.26.18) brings the arguments four times closer together, so that some ten do; a series
+    in what is left of their spread ends it (DLMF 19.36.1, 19.36.2).
     """
     total, weight = 0.0, 1.0
     for _ in range(40):
@@ -238,10 +225,9 @@ def _shape(parameter: float, slenderness: float) -> tuple[float, float, float, f
 
 
 def shape_parameter(contraction: float, slenderness: float) -> float:
-    """Shape parameter m of a contraction eps [-] at a slenderness l0/R: from (ii) and (iii).
+    """Shape parameter m in (0, 1) [-] of a contraction eps and l0/R: from (ii) and (iii).
 
-    In (0, 1), above 1/2 where the muscle pushes; NaN at and below zero contraction, and where no
-    shape has that contraction.
+    Above 1/2 the muscle pushes. NaN for eps <= 0, and where no shape has that contraction.
     """
     if not (contraction > 0.0 and slenderness > 0.0):
         return math.nan
@@ -267,10 +253,7 @@ def shape_parameter(contraction: float, slenderness: float) -> float:
 
 
 def pleated_shape_function(contraction: float, slenderness: float) -> float:
-    """Dimensionless force function f_t0 = F / (p l0^2) [-] of the exact shape, equation (iv).
-
-    Negative beyond the largest contraction; NaN and arguments as `shape_parameter`.
-    """
+    """Dimensionless force function f_t0 [-] of the exact shape (iv); NaN as `shape_parameter`."""
     parameter = shape_parameter(contraction, slenderness)
     first = _shape(parameter, slenderness)[2]
     return 0.5 * math.pi * (1.0 - 2.0 * parameter) / (first * first)
@@ -286,8 +269,7 @@ def pleated_shape_force(
 ) -> float:
     """Force [N] of a pleated muscle with many fibres (Van Damme 2008, (1)); NaN for eps <= 0.
 
-    The arguments are gauge pressure p [Pa], contraction eps [-], slenderness l0/R and the length
-    l0 of the membrane [m].
+    The arguments are gauge pressure p [Pa], contraction eps [-], l0/R and l0 of the membrane [m].
     """
     area = nominal_length * nominal_length
     return pressure * area * pleated_shape_function(contraction, slenderness)

@@ -1,8 +1,4 @@
-"""Published constants of the six-parameter force law, in SI.
-
-Sarosi's group prints them for F = (a p + b) exp(c kappa) + d p kappa + e p + f with p in
-bar, kappa in percent and F in N.
-"""
+"""Published constants of the six-parameter force law, in SI; printed for bar, percent and N."""
 
 from __future__ import annotations
 
@@ -12,7 +8,6 @@ from types import MappingProxyType
 from pamsim.core.units import PA_PER_BAR
 from pamsim.physics.force_laws.exponential import SixParameter
 
-_PERCENT = 100.0
 _PRINTED = {
     # Later work of Sarosi's group, of the type that Sarosi measured; Sarosi prints none.
     "DMSP-20-200": (-4.00180705, 292.4620246, -0.32930845, -9.33564098, 294.0538256, -280.498151),
@@ -26,12 +21,7 @@ _PRINTED = {
 PUBLISHED: Mapping[str, SixParameter] = MappingProxyType(
     {
         muscle: SixParameter(
-            a=a / PA_PER_BAR,
-            b=b,
-            c=c * _PERCENT,
-            d=d * _PERCENT / PA_PER_BAR,
-            e=e / PA_PER_BAR,
-            f=f,
+            a=a / PA_PER_BAR, b=b, c=c * 100.0, d=d * 100.0 / PA_PER_BAR, e=e / PA_PER_BAR, f=f
         )
         for muscle, (a, b, c, d, e, f) in _PRINTED.items()
     }

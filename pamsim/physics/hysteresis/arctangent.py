@@ -7,9 +7,8 @@ turning point; there the inner loop is forgotten and the outer branch continues.
 new branch from the one it leaves is the width of the major loop, shifted and scaled by the same
 factor in both directions to the interval between the two turning points. So every inner loop is a
 small image of the major one: the rule adds no parameter, keeps return-point memory, closes every
-loop and never reverses its direction, so it generates no energy. Shifting and scaling the branches
-themselves would place inner branches far outside a narrow major loop; pieces cut out of them would
-reverse loops in their tails.
+loop and never reverses its direction, so it generates no energy. Branches that are shifted and
+scaled themselves, or cut into pieces, would leave a narrow major loop or reverse loops.
 
 The printed fits do not meet: they are 0.07 mm apart at no pressure and 0.6 mm at 500 kPa, of at
 most 5 mm between. The operator makes them meet at both ends of its span. The paper's contraction
@@ -25,54 +24,29 @@ loops inside the innermost are lost.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 SMALLEST_MOVE = 1e-9
 """Moves below this share of the span are rounding errors of the state, not reversals."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Arctangent(Hysteresis):
+class Arctangent(Hysteresis, law="arctangent", count_field="turning_points"):
     """Steepness |k_1| (p_high - p_low) and middle of each branch as a fraction of the span."""
 
-    law: ClassVar[str] = "arctangent"
-    count_field: ClassVar[str] = "turning_points"
-    turning_points: float = parameter(
-        unit="1", low=1.0, high=32.0, doc="number of turning points remembered", default=8.0
+    turning_points: float = quantity("[1, 32]", "number of turning points remembered", 8.0)
+    low_contraction: float = quantity("[-0.5, 0]", "contraction where the branches meet below", 0.0)
+    high_contraction: float = quantity("(0, 1]", "contraction where the branches meet above")
+    steepness_rising: float = quantity(
+        "[0.1, 50]", "rising branch: steepness over the span", 4.1606
     )
-    low_contraction: float = parameter(
-        unit="1", low=-0.5, high=0.0, doc="contraction where the branches meet below", default=0.0
+    middle_rising: float = quantity("[0, 1]", "rising branch: place of the steepest point", 0.3221)
+    steepness_falling: float = quantity(
+        "[0.1, 50]", "falling branch: steepness over the span", 4.41295
     )
-    high_contraction: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction where the branches meet above",
-    )
-    steepness_rising: float = parameter(
-        unit="1", low=0.1, high=50.0, doc="rising branch: steepness over the span", default=4.1606
-    )
-    middle_rising: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="rising branch: place of the steepest point",
-        default=0.3221,
-    )
-    steepness_falling: float = parameter(
-        unit="1", low=0.1, high=50.0, doc="falling branch: steepness over the span", default=4.41295
-    )
-    middle_falling: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        doc="falling branch: place of the steepest point",
-        default=0.2695,
+    middle_falling: float = quantity(
+        "[0, 1]", "falling branch: place of the steepest point", 0.2695
     )
 
     @property
@@ -82,13 +56,10 @@ class Arctangent(Hysteresis):
 
 
 def kept_and_added(slots: int, z: Row, t: float) -> tuple[int, int]:
-    """How the turning points change when the input goes to t, a pure number.
+    """Number of turning points that stay when the input goes to t, and 1 if a new one is added.
 
     Turning points alternate, the first is a maximum: with an even number of them the input is on
     a rising branch, which ends at the maximum before last, with an odd number on a falling one.
-
-    Returns:
-        Number of old turning points that stay, and 1 if the last input becomes a new one.
     """
     count = 0
     while count < slots and z[1 + count] > SMALLEST_MOVE:
@@ -126,10 +97,7 @@ def branch(t: float, steepness: float, middle: float) -> tuple[float, float]:
 
 
 def half_width(h: Arctangent, t: float) -> tuple[float, float]:
-    """Half the distance of the falling branch above the rising one, and its integral from 0 to t.
-
-    Both are pure numbers.
-    """
+    """Half the distance of the falling branch above the rising one, and its integral [-]."""
     rising, under_rising = branch(t, h.steepness_rising, h.middle_rising)
     falling, under_falling = branch(t, h.steepness_falling, h.middle_falling)
     return 0.5 * (falling - rising), 0.5 * (under_falling - under_rising)

@@ -8,32 +8,20 @@ while it lengthens, so z, with x = kappa, is the output of the operator as it st
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
-@dataclass(frozen=True, kw_only=True)
-class BoucWen(Hysteresis):
+class BoucWen(Hysteresis, law="bouc_wen", states=1):
     """Half-width of the force loop and the travel that turns it over; width 0 turns it off."""
 
-    law: ClassVar[str] = "bouc_wen"
-    states: ClassVar[int] = 1
     # Loops of fluidic muscles turn over within a few millimetres.
-    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"yield_contraction": 5e-3})
-    yield_contraction: float = parameter(
-        unit="1", low=0.0, high=0.5, low_open=True, doc="travel D that turns the loop over"
-    )
-    sigma: float = parameter(
-        unit="1", low=0.5, high=10.0, doc="shape: 0.5 unloads along the initial slope", default=0.5
-    )
-    sharpness: float = parameter(
-        unit="1", low=1.0, high=20.0, doc="exponent n of the knee", default=1.0
-    )
+    usual = MappingProxyType({"yield_contraction": 5e-3})
+    yield_contraction: float = quantity("(0, 0.5]", "travel D that turns the loop over")
+    sigma: float = quantity("[0.5, 10]", "shape: 0.5 unloads along the initial slope", 0.5)
+    sharpness: float = quantity("[1, 20]", "exponent n of the knee", 1.0)
 
 
 def bouc_wen_rate(

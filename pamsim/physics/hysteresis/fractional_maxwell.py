@@ -19,44 +19,24 @@ The memory z holds the positions q_k of the branches' dashpots [contraction].
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
-@dataclass(frozen=True, kw_only=True)
-class FractionalMaxwell(Hysteresis):
+class FractionalMaxwell(Hysteresis, law="fractional_maxwell", count_field="branches"):
     """Order and time constant of the element, and the rates of the branches that stand for it."""
 
-    law: ClassVar[str] = "fractional_maxwell"
-    count_field: ClassVar[str] = "branches"
-    branches: float = parameter(
-        unit="1", low=4.0, high=64.0, doc="number of Maxwell branches", default=16.0
-    )
-    order: float = parameter(unit="1", low=0.05, high=0.95, doc="alpha")
-    time_constant: float = parameter(unit="s", low=1e-4, high=1e4, doc="beta")
-    span: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction whose instantaneous response is 1",
-    )
-    slowest_rate: float = parameter(
-        unit="1/s", low=1e-6, high=1.0, doc="lower end of the rates r", default=3e-3
-    )
-    fastest_rate: float = parameter(
-        unit="1/s", low=10.0, high=1e6, doc="upper end of the rates r", default=3e4
-    )
+    branches: float = quantity("[4, 64]", "number of Maxwell branches", 16.0)
+    order: float = quantity("[0.05, 0.95]", "alpha")
+    time_constant: float = quantity("[1e-4, 1e4] s", "beta")
+    span: float = quantity("(0, 1]", "contraction whose instantaneous response is 1")
+    slowest_rate: float = quantity("[1e-6, 1] 1/s", "lower end of the rates r", 3e-3)
+    fastest_rate: float = quantity("[10, 1e6] 1/s", "upper end of the rates r", 3e4)
 
 
 def density(rate: float, order: float, time_constant: float) -> float:
-    """Density k of the relaxation function per ln r [-].
-
-    Of rate r [1/s], order alpha and time constant beta [s] (Gorenflo and Mainardi 1997).
-    """
+    """Density k per ln r [-] of rate r [1/s], order alpha and time constant beta [s]."""
     v = (rate * time_constant) ** order
     turn = math.pi * order
     return math.sin(turn) / math.pi * v / (v * v + 2.0 * v * math.cos(turn) + 1.0)
@@ -124,10 +104,9 @@ def fractional_maxwell_energy(h: FractionalMaxwell, z: Row, x: float) -> float:
 def fractional_maxwell_rates(
     h: FractionalMaxwell, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
 ) -> None:
-    """Write the mean rates [1/s] of the dashpots over one step, dq/dt = r (x - q).
+    """Write the mean rates [1/s] of the dashpots over one step of dq/dt = r (x - q).
 
-    The step is solved exactly for an input that goes on at its present rate: explicit Euler of the
-    equation itself would blow up in the fast branches.
+    Exact for an input that goes on at its rate: explicit Euler would blow up in the fast branches.
     """
     for k in range(int(h.branches)):
         rate = branch_rate(h, k)

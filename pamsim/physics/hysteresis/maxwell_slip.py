@@ -13,70 +13,39 @@ muscle's state, so that it can be added to a compiled model.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar
 
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 BLOCKS = 5
 """Number of elements of the one in parallel."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class MaxwellSlip(Hysteresis):
+class MaxwellSlip(Hysteresis, law="maxwell_slip", count_field="elements"):
     """Slip limits Delta_k = full_slip k/n, force shares in the ratio 1 : decay : decay^2 ..."""
 
-    law: ClassVar[str] = "maxwell_slip"
-    count_field: ClassVar[str] = "elements"
-    usual: ClassVar[Mapping[str, float]] = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
-    elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of elements")
-    full_slip: float = parameter(
-        unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which every block slips"
-    )
-    decay: float = parameter(
-        unit="1",
-        low=0.1,
-        high=10.0,
-        doc="ratio of the shares of neighbours, late slipping over early",
-        default=1.0,
+    usual = MappingProxyType({"elements": 8.0, "full_slip": 0.01})
+    elements: float = quantity("[1, 64]", "number n of elements")
+    full_slip: float = quantity("(0, 0.5]", "contraction at which every block slips")
+    decay: float = quantity(
+        "[0.1, 10]", "ratio of the shares of neighbours, late slipping over early", 1.0
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class ParallelHysteresis(ParameterGroup):
+class ParallelHysteresis(ParameterGroup, group="parallel_hysteresis"):
     """Half-width of its loop, without and with pressure; both 0 turn it off."""
 
-    group: ClassVar[str] = "parallel_hysteresis"
-    force: float = parameter(
-        unit="N", low=0.0, high=1e3, doc="half-width of the loop, without pressure", default=0.0
+    force: float = quantity("[0, 1e3] N", "half-width of the loop, without pressure", 0.0)
+    force_per_pressure: float = quantity("[0, 1e-2] N/Pa", "half-width per gauge pressure", 0.0)
+    chord: float = quantity(
+        "[0, 1e3]",
+        "output per contraction taken off, so that the loop lies about the static curve",
+        0.0,
     )
-    force_per_pressure: float = parameter(
-        unit="N/Pa", low=0.0, high=1e-2, doc="half-width per gauge pressure", default=0.0
-    )
-    chord: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1e3,
-        doc="output per contraction taken off, so that the loop lies about the static curve",
-        default=0.0,
-    )
-    full_slip: float = parameter(
-        unit="1",
-        low=0.0,
-        high=0.5,
-        low_open=True,
-        doc="contraction at which every block slips",
-        default=0.01,
-    )
-    decay: float = parameter(
-        unit="1",
-        low=0.1,
-        high=10.0,
-        doc="ratio of the shares of neighbours, late slipping over early",
-        default=1.0,
+    full_slip: float = quantity("(0, 0.5]", "contraction at which every block slips", 0.01)
+    decay: float = quantity(
+        "[0.1, 10]", "ratio of the shares of neighbours, late slipping over early", 1.0
     )
 
 
@@ -85,8 +54,7 @@ def play(x: float, held: float, threshold: float) -> float:
 
     The memory z follows the input x at a threshold r >= 0, half the dead travel:
     z+ = max(x - r, min(x + r, z)) (Krasnosel'skii and Pokrovskii 1989; Brokate and Sprekels 1996).
-    x - z is the stop operator, an elastic-ideally plastic element. A NaN in input or memory stays
-    NaN: neither comparison holds for it.
+    x - z is the stop operator, an elastic-ideally plastic element. NaN stays NaN.
     """
     if held < x - threshold:
         return x - threshold
@@ -95,31 +63,23 @@ def play(x: float, held: float, threshold: float) -> float:
     return x if math.isnan(x) else held
 
 
-def slip_output(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Sum of the elements' forces over the largest possible (Iwan 1966), 1 once all slip forward.
+def slip_output_and_energy(
+    elements: int, full_slip: float, decay: float, z: Row, at: int, x: float
+) -> tuple[float, float]:
+    """Sum of the elements' forces over the largest possible (Iwan 1966), and energy [contraction].
 
-    Of the fields of `MaxwellSlip`, states z that hold the positions of the blocks x_k
-    [contraction], the place of the first of them, and the contraction x [-].
+    The force is 1 once all slip forward. Of the fields of `MaxwellSlip`, states z that hold the
+    positions of the blocks x_k [contraction], the place of the first, and the contraction x [-].
     """
-    share, shares, total = 1.0, 0.0, 0.0
-    for k in range(elements):
-        slip = full_slip / elements * (k + 1)
-        total += share * (x - play(x, z[at + k], slip)) / slip
-        shares += share
-        share *= decay
-    return total / shares
-
-
-def slip_energy(elements: int, full_slip: float, decay: float, z: Row, at: int, x: float) -> float:
-    """Energy in the springs [contraction]; the arguments are those of `slip_output`."""
-    share, shares, total = 1.0, 0.0, 0.0
+    share, shares, force, energy = 1.0, 0.0, 0.0, 0.0
     for k in range(elements):
         slip = full_slip / elements * (k + 1)
         stretch = x - play(x, z[at + k], slip)
-        total += 0.5 * share * stretch * stretch / slip
+        force += share * stretch / slip
+        energy += 0.5 * share * stretch * stretch / slip
         shares += share
         share *= decay
-    return total / shares
+    return force / shares, energy / shares
 
 
 def slip_rates(
@@ -132,13 +92,13 @@ def slip_rates(
 
 
 def maxwell_slip_output(h: MaxwellSlip, z: Row, x: float) -> float:
-    """Output w in [-1, 1] of blocks at the positions z, see `slip_output`; a pure number."""
-    return slip_output(int(h.elements), h.full_slip, h.decay, z, 0, x)
+    """Output w in [-1, 1], a pure number, of blocks at the positions z."""
+    return slip_output_and_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)[0]
 
 
 def maxwell_slip_energy(h: MaxwellSlip, z: Row, x: float) -> float:
     """Energy in the springs [contraction]."""
-    return slip_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)
+    return slip_output_and_energy(int(h.elements), h.full_slip, h.decay, z, 0, x)[1]
 
 
 def maxwell_slip_rates(

@@ -13,45 +13,26 @@ therefore takes the force from the contraction by the inverse operator.
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from pamsim.core.errors import InputError
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 from pamsim.physics.hysteresis.maxwell_slip import play
 
 
-@dataclass(frozen=True, kw_only=True)
-class PrandtlIshlinskii(Hysteresis):
+class PrandtlIshlinskii(Hysteresis, law="prandtl_ishlinskii", count_field="elements"):
     """Thresholds (k - 1/2)/n of the largest output, weights in the ratio 1 : decay : decay^2 ..."""
 
-    law: ClassVar[str] = "prandtl_ishlinskii"
-    count_field: ClassVar[str] = "elements"
-    elements: float = parameter(unit="1", low=1.0, high=64.0, doc="number n of plays")
-    span: float = parameter(
-        unit="1", low=0.0, high=0.5, low_open=True, doc="contraction at which the output is 1"
+    elements: float = quantity("[1, 64]", "number n of plays")
+    span: float = quantity("(0, 0.5]", "contraction at which the output is 1")
+    decay: float = quantity("[0.1, 10]", "ratio of the weights of neighbouring plays", 1.0)
+    linear_share: float = quantity(
+        "(0, 1]",
+        "share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
     )
-    decay: float = parameter(
-        unit="1", low=0.1, high=10.0, doc="ratio of the weights of neighbouring plays", default=1.0
-    )
-    linear_share: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="share w_0 of the play-free part in the sum of the weights; 1 leaves no hysteresis",
-    )
-
-    def compliance(self) -> PlaySum:
-        """The operator P from output w to scaled contraction, whose inverse the kernel runs."""
-        count, first = int(self.elements), scale_and_weight(self)[1]
-        return PlaySum(
-            linear=self.linear_share,
-            thresholds=tuple((k + 0.5) / count for k in range(count)),
-            weights=tuple(first * self.decay**k for k in range(count)),
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,13 +50,12 @@ class PlaySum:
     weights: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Check the thresholds, and that the operator can be inverted.
+        """Check that the operator can be inverted.
 
         Raises:
             InputError: if thresholds do not increase from above 0 or a partial sum is not positive.
         """
-        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
-        if len(self.weights) != len(self.thresholds) or any(step <= 0.0 for step in steps):
+        if len(self.weights) != len(self.thresholds) or min(self._steps(), default=1.0) <= 0.0:
             raise InputError("thresholds must increase from above 0, with one weight for each")
         if min(self._partial_sums()) <= 0.0:
             raise InputError("every partial sum of the weights must be positive")
@@ -92,14 +72,12 @@ class PlaySum:
     def inverse(self) -> PlaySum:
         """The operator that undoes this one exactly (Kuhnen 2003)."""
         sums = self._partial_sums()
-        steps = [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
-        risen = (s * step for s, step in zip(sums, steps, strict=False))
-        weights = tuple(-w / (sums[k] * sums[k + 1]) for k, w in enumerate(self.weights))
-        return PlaySum(
-            linear=1.0 / self.linear,
-            thresholds=tuple(itertools.accumulate(risen)),
-            weights=weights,
-        )
+        risen = itertools.accumulate(map(operator.mul, sums, self._steps()))
+        weights = (-w / (low * s) for w, low, s in zip(self.weights, sums, sums[1:], strict=False))
+        return PlaySum(linear=1.0 / self.linear, thresholds=tuple(risen), weights=tuple(weights))
+
+    def _steps(self) -> list[float]:
+        return [b - a for a, b in itertools.pairwise((0.0, *self.thresholds))]
 
     def _partial_sums(self) -> list[float]:
         """S_0 ... S_n: gradients of the pieces of the initial curve."""
@@ -110,7 +88,7 @@ def scale_and_weight(h: PrandtlIshlinskii) -> tuple[float, float]:
     """Factor [-] from contraction to the output of P, and weight w_1 [-] of its first play.
 
     The factor is P's initial curve at 1, w_0 + sum of w_k (1 - r_k), over ``span``, so that a
-    contraction of ``span`` gives w = 1. The other weights follow by the factor ``decay``.
+    contraction of ``span`` gives w = 1.
     """
     weight, weights, reached = 1.0, 0.0, 0.0
     for k in range(int(h.elements)):
@@ -124,9 +102,8 @@ def scale_and_weight(h: PrandtlIshlinskii) -> tuple[float, float]:
 def output_and_energy(h: PrandtlIshlinskii, z: Row, x: float) -> tuple[float, float]:
     """Output w of the inverse operator (Kuhnen 2003), a pure number, and its energy [contraction].
 
-    With plays y - stop, the inverse is a spring of unit stiffness and stops with positive weights:
-    each holds half its stiffness times its stretch squared. z are the outputs of its plays. w is 1
-    where a virgin muscle has contracted by ``span``; outside it grows on.
+    The inverse is a spring of unit stiffness and stops with positive weights, each of which holds
+    half its stiffness times its stretch squared. z are the outputs of its plays.
     """
     scale, weight = scale_and_weight(h)
     y = x * scale

@@ -19,64 +19,37 @@ symmetry it passes through the origin.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
-from pamsim.core.parameters import parameter
+from pamsim.core.parameters import quantity
 from pamsim.physics.hysteresis.group import Hysteresis, MutableRow, Operator, Row
 
 
-@dataclass(frozen=True, kw_only=True)
-class Preisach(Hysteresis):
+class Preisach(Hysteresis, law="preisach", count_field="levels"):
     """Grid and weight (5): exp(-(alpha - beta + c)^2 - (|alpha + beta| + d)^2)."""
 
-    law: ClassVar[str] = "preisach"
-    count_field: ClassVar[str] = "levels"
-    levels: float = parameter(unit="1", low=2.0, high=200.0, doc="number n of levels of the grid")
-    low_contraction: float = parameter(
-        unit="1", low=-0.5, high=0.0, doc="contraction that is the lower saturation", default=0.0
-    )
-    high_contraction: float = parameter(
-        unit="1",
-        low=0.0,
-        high=1.0,
-        low_open=True,
-        doc="contraction that is the upper saturation",
-        default=0.35,
-    )
-    c: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus the most frequent width of a relay", default=-0.1
-    )
-    d: float = parameter(
-        unit="1", low=-2.0, high=2.0, doc="minus twice the most frequent middle", default=-1.0
-    )
+    levels: float = quantity("[2, 200]", "number n of levels of the grid")
+    low_contraction: float = quantity("[-0.5, 0]", "contraction that is the lower saturation", 0.0)
+    high_contraction: float = quantity("(0, 1]", "contraction that is the upper saturation", 0.35)
+    c: float = quantity("[-2, 2]", "minus the most frequent width of a relay", -0.1)
+    d: float = quantity("[-2, 2]", "minus twice the most frequent middle", -1.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PleatedFactor(Preisach):
+class PleatedFactor(Preisach, law="pleated_factor"):
     """Fields of `Preisach`; ``force_share`` is delta of the paper, ``high_contraction`` eps_max.
 
     Printed delta: 0.299 of the muscle with 40 fibres, 0.139 with 25 (Van Damme 2008, III.E).
     """
 
-    law: ClassVar[str] = "pleated_factor"
-
 
 def levels_reached(levels: int, u: float) -> int:
-    """Number of levels that are not above input u in [-1, 1]; any u but NaN is allowed."""
-    scaled = 0.5 * (u + 1.0) * levels + 0.5
-    if scaled <= 0.0:
-        return 0
-    if scaled >= levels:
-        return levels
-    return math.floor(scaled)
+    """Number of levels that are not above an input u, which is not NaN."""
+    return math.floor(min(max(0.5 * (u + 1.0) * levels + 0.5, 0.0), levels))
 
 
 def virgin_count(levels: int, i: int) -> float:
-    """Number of relays [-] that are up in row i of a demagnetised state.
+    """Number of relays [-] that are up in row i of a demagnetised state: alpha + beta < 0.
 
-    Relays of alpha + beta < 0 are up, the others down. The one with alpha + beta = 0 is half up:
-    it sits on the line, and so the virgin output is exactly neutral.
+    The one on the line alpha + beta = 0 is half up, so that the virgin output is exactly neutral.
     """
     return min(i + 1.0, levels - i - 0.5)
 
@@ -94,9 +67,8 @@ def updated_count(levels: int, i: int, z: Row, reached: int) -> float:
 def column(levels: int, j: int, c: float, d: float) -> tuple[float, float, float]:
     """Level beta of a column, and its factors in weight (5) below and above alpha + beta = 0 [-].
 
-    By the weight's symmetry about that line a row's factors are those of the column n - 1 - i: the
-    weight is the second of the row times the first of the column below the line, and the other way
-    round above it, up to a constant.
+    By the weight's symmetry a row's factors are those of the column n - 1 - i: the weight is the
+    second of the row times the first of the column below that line, the other way round above it.
     """
     beta = (2.0 * j + 1.0) / levels - 1.0
     minus = math.exp(-2.0 * beta * beta + 2.0 * (d + c) * beta)
@@ -106,10 +78,9 @@ def column(levels: int, j: int, c: float, d: float) -> tuple[float, float, float
 def row_sum(
     near: float, far: float, minus: float, plus: float, line_minus: float, line_plus: float
 ) -> float:
-    """Sum of a row's weights over the columns up to some one [-].
+    """Sum of a row's weights over columns [-], from its factors and their sums, see `column`.
 
-    From the row's two factors, the sums of the columns' factors, and those up to the line
-    alpha + beta = 0; see `column`. Factors are positive, so that the smaller sum ends first.
+    Factors are positive, so the smaller of the sums up to a column and up to the line ends first.
     """
     return far * min(minus, line_minus) + near * max(plus - line_plus, 0.0)
 
@@ -127,12 +98,7 @@ def staircase_sums(
     has taken up u - beta since it went down, or alpha - u since it went up, and gives it back on
     the way there. The rest, alpha - beta in all, is lost as it switches.
 
-    Args:
-        levels: n.
-        c: of weight (5).
-        d: of weight (5).
-        z: counts of relays that are up, less those of the virgin state.
-        u: input in [-1, 1], or beyond.
+    The arguments are n, c and d of weight (5), the memory z and the input u in [-1, 1], or beyond.
 
     Returns:
         W in [-1, 1]; the middle of the major loop at this input; the half width of the major loop
@@ -216,10 +182,7 @@ def scaled_input(h: Preisach, x: float) -> float:
 
 
 def preisach_output(h: Preisach, z: Row, x: float) -> float:
-    """Distance of W below the middle of its major loop, +1 in its centre while contracting.
-
-    In units of the half width there, a pure number.
-    """
+    """Distance of W below the middle of its major loop over the half width in its centre [-]."""
     u = scaled_input(h, x)
     output, middle, half_width, _, _, _ = staircase_sums(int(h.levels), h.c, h.d, z, u)
     return (middle - output) / half_width
@@ -254,11 +217,7 @@ def pleated_factor_output(h: PleatedFactor, z: Row, x: float) -> float:
 
 
 def pleated_factor_energy(h: PleatedFactor, z: Row, x: float) -> float:
-    """Energy that the operator holds [contraction].
-
-    It is that of the relays and of what does not depend on the path, the distance of the straight
-    line from the middle of the major loop.
-    """
+    """Energy [contraction] of the relays and of the line's distance from the loop's middle."""
     u = scaled_input(h, x)
     _, middle, _, slope, below, held = staircase_sums(int(h.levels), h.c, h.d, z, u)
     line = abs(u) - 0.5 if abs(u) > 1.0 else 0.5 * u * u

@@ -10,7 +10,14 @@ import pint
 import pytest
 
 from pamsim.core.errors import ParameterError
-from pamsim.core.parameters import FieldSpec, ParameterGroup, Sourced, check_value, specs
+from pamsim.core.parameters import (
+    FieldSpec,
+    ParameterGroup,
+    Sourced,
+    check_value,
+    quantity,
+    specs,
+)
 from pamsim.core.units import to_si
 from tests.unit.core import law_rooms
 from tests.unit.core.refusals import refused
@@ -53,6 +60,20 @@ def test_group_is_a_frozen_dataclass_whose_every_number_is_declared(name):
     first = dataclasses.fields(group)[0].name
     with pytest.raises(dataclasses.FrozenInstanceError):
         setattr(made, first, 1.0)
+
+
+def test_a_quantity_is_declared_as_its_range_is_printed():
+    class Pipe(ParameterGroup, group="pipe"):
+        bore: float = quantity("(0, 1e-2] m", "inner diameter")
+        share: float = quantity("[-1, 1]", "share", 0.5)
+
+    bore, share = dict(specs(Pipe)).values()
+    assert (bore.range_text(), bore.doc) == ("(0, 0.01] m", "inner diameter")
+    assert share == FieldSpec(unit="1", low=-1.0, high=1.0, low_open=False, doc="share")
+    assert Pipe.group == "pipe"
+    assert Pipe(bore=1e-3) == Pipe(bore=1e-3, share=0.5)
+    with pytest.raises(ParameterError, match=r"pipe\.bore = 0 is outside \(0, 0\.01\] m"):
+        Pipe(bore=0.0)
 
 
 def test_names_of_groups_and_laws_are_unique():

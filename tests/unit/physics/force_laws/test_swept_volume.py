@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pamsim.physics.force_laws.swept_volume import swept_volume
+from pamsim.physics.force_laws.force_law import swept_volume
 
 
 def test_volume_is_the_integral_of_the_slope_of_the_force_by_pressure():

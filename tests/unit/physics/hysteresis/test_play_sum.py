@@ -10,7 +10,11 @@ from hypothesis import strategies as st
 
 from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip, play
-from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum, PrandtlIshlinskii
+from pamsim.physics.hysteresis.prandtl_ishlinskii import (
+    PlaySum,
+    PrandtlIshlinskii,
+    scale_and_weight,
+)
 from tests.unit.physics.hysteresis.operator_runs import path, run
 
 many = settings(max_examples=80, derandomize=True, deadline=None, database=None)
@@ -88,7 +92,12 @@ def test_what_has_no_inverse_is_refused(linear, thresholds, weights):
 def test_engine_operator_is_the_inverse_of_its_compliance(decay):
     """Handed back to the compliance, the output gives the contraction that it came from."""
     group = PrandtlIshlinskii(elements=5, span=0.2, decay=decay, linear_share=0.4)
-    compliance = group.compliance()
+    first = scale_and_weight(group)[1]
+    compliance = PlaySum(
+        linear=group.linear_share,
+        thresholds=tuple((k + 0.5) / 5 for k in range(5)),
+        weights=tuple(first * decay**k for k in range(5)),
+    )
     xs = path([0.2, -0.1, 0.15, 0.05, 0.3, -0.3], 7)
     memory, back = compliance.virgin(), []
     for w in run(group, xs)[0]:
