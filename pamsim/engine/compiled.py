@@ -111,7 +111,7 @@ def prepare(rows: Iterable[Any]) -> None:
             supply_fall: sags(m),
         }
         keys.update(PARTS * KIND + part for part, one in enumerate(_PARTS) if needed[one])
-        keys.update(law_table.keys_of(row))
+        keys.update(law_table.keys_of(m))
     function_table.load(sorted(keys))
 
 

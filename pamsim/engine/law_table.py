@@ -37,7 +37,7 @@ from pamsim.physics.chosen_law import (
 )
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
-from pamsim.physics.record import laws_of, record_dtype, view
+from pamsim.physics.record import Parameters, record_dtype
 from pamsim.physics.static_muscle import volume_varies
 
 _LAW = {place: kind for kind, place in enumerate(OF_LAW)}
@@ -53,23 +53,17 @@ for _place, _kind in _OPERATOR.items():
     compiled_as(_place, OPTIONS)(by_address.called(_place, _key))
 
 
-def keys_of(row: Any) -> list[int]:
-    """Keys of the functions that the laws of a muscle with a row (SIZE,) need.
-
-    Raises:
-        EngineError: if a code in it stands for no law that is known here.
-    """
-    (force, hysteresis), m = laws_of(row), view(row)
+def keys_of(m: Parameters) -> list[int]:
+    """Keys of the functions that the laws of a muscle need."""
     at_force = [law_force, law_volume]
     if volume_varies(m):
         at_force += [law_work, law_derivatives]
-    keys = [_LAW[place] * KIND + int(FORCE_LAWS.code(force)) for place in at_force]
-    if hysteresis is not None:
-        code = int(OPERATORS.code(hysteresis))
+    keys = [_LAW[place] * KIND + int(m.force.law) for place in at_force]
+    if m.hysteresis.law != 0.0:
         at_loop = [operator_output, operator_rates]
         if m.hysteresis.force_per_pressure != 0.0:
             at_loop.append(operator_energy)
-        keys += [_OPERATOR[place] * KIND + code for place in at_loop]
+        keys += [_OPERATOR[place] * KIND + int(m.hysteresis.law) for place in at_loop]
     return keys
 
 

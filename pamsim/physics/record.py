@@ -256,14 +256,28 @@ def view(row: Row) -> Parameters:
         EngineError: if a code stands for no law.
     """
     numbers = np.asarray(row, dtype=float).tolist()
-    groups: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-    for name, place in places_in_row(*laws_of(row)).items():
+
+    def named(places: Sequence[tuple[str, int]]) -> dict[str, float]:
+        return {name: numbers[place] for name, place in places}
+
+    own, groups = _places_by_group(*laws_of(row))
+    records = {group: SimpleNamespace(**named(places)) for group, places in groups}
+    return SimpleNamespace(**named(own), **records)
+
+
+_Places: TypeAlias = list[tuple[str, int]]
+
+
+@functools.cache
+def _places_by_group(
+    *laws: type[ParameterGroup] | None,
+) -> tuple[_Places, list[tuple[str, _Places]]]:
+    """Places of the numbers outside groups, and of those in each; every run of a batch asks."""
+    groups: defaultdict[str, _Places] = defaultdict(list)
+    for name, place in places_in_row(*laws).items():
         group, _, field = name.rpartition(".")
-        groups[group][field] = numbers[place]
-    own = groups.pop("")
-    return SimpleNamespace(
-        **own, **{name: SimpleNamespace(**group) for name, group in groups.items()}
-    )
+        groups[group].append((field, place))
+    return groups.pop(""), [*groups.items()]
 
 
 def parameters(muscle: Muscle) -> Parameters:
