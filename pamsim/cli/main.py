@@ -7,6 +7,7 @@ names an argument in backticks, such as `hold_out`; on the command line the flag
 from __future__ import annotations
 
 import errno
+import gc
 import importlib
 import os
 import re
@@ -23,6 +24,8 @@ from pamsim.cli.command import verbose
 from pamsim.core.errors import PamsimError, nearest
 
 OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+_OBJECTS = 50_000  # that may come to be between two collections, about as many as imports leave
 
 _COMMANDS = {
     "demo": "Hide an effect in recordings of the arm and find it: what pamsim is for, in a minute.",
@@ -130,6 +133,8 @@ def main() -> None:
     if threading.current_thread() is threading.main_thread():
         # To be ended is to be interrupted: what is computed is kept, and folders are released.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # What is imported stays: to look through it for cycles time and again costs a tenth of a second.
+    gc.set_threshold(_OBJECTS)
     try:
         # Without a terminal click prints no colours; NO_COLOR asks for none on one.
         color = False if os.environ.get("NO_COLOR") else None
