@@ -65,7 +65,8 @@ class Gauges:
 
     def _of(self, act: FloatArray, length: FloatArray, speed: FloatArray, what: int) -> FloatArray:
         out = np.empty((len(act), len(self._ids)))
-        given = (np.require(one, float, ["C", "W"]) for one in (act, length, speed))
+        # Compiled code takes contiguous arrays that may be written; asking numpy takes longer.
+        given = (one if one.flags.carray else one.copy("C") for one in (act, length, speed))
         self._read(self.rows, *given, self._places, what, out)
         return out
 
