@@ -73,8 +73,8 @@ PARTS: dict[str, tuple[Room, ...]] = {
         Room(
             ("engine",),
             (_ENGINE, "integration/test_own_physics.py unit/envs unit/recordings unit/sweeps"),
-            left_out=("muscle_step.py", "gauges.py", "law_table.py", "memory.py", "compiled.py",
-                      "jit.py"),
+            left_out=("muscle_step.py", "gauges.py", "law_table.py", "function_table.py",
+                      "by_address.py", "memory.py", "compiled.py", "jit.py"),
         ),
     ),
     "effects": (
