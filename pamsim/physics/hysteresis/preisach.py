@@ -43,7 +43,7 @@ class PleatedFactor(Preisach, law="pleated_factor"):
 
 def levels_reached(levels: int, u: float) -> int:
     """Number of levels that are not above an input u, which is not NaN."""
-    return math.floor(min(max(0.5 * (u + 1.0) * levels + 0.5, 0.0), levels))
+    return math.floor(min(max(0.5 * (u + 1.0) * levels + 0.5, 0.0), float(levels)))
 
 
 def virgin_count(levels: int, i: int) -> float:
