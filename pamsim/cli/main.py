@@ -133,7 +133,7 @@ def main() -> None:
     if threading.current_thread() is threading.main_thread():
         # To be ended is to be interrupted: what is computed is kept, and folders are released.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # What is imported stays: to look through it for cycles time and again costs a tenth of a second.
+    # What is imported stays: to search it for cycles time and again costs a tenth of a second.
     gc.set_threshold(_OBJECTS)
     try:
         # Without a terminal click prints no colours; NO_COLOR asks for none on one.

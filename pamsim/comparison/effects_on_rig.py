@@ -11,7 +11,8 @@ from pamsim.core.catalog import installed
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
-from pamsim.engine.parameters import ParameterName, RigParameter, rig_parameter
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.rig_file import EFFECTS

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import Sourced
 from pamsim.core.units import parse_quantity, to_si
-from pamsim.engine.parameters import ParameterName, RigParameter, rig_parameter
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter, Prior, Scale
 

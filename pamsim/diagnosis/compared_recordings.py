@@ -12,7 +12,7 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_residuals import TrialSimulator
 from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.diagnosis.held_out_split import HeldOutSplit, held_out_split
-from pamsim.engine.parameters import ParameterName
+from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.physics.chamber import Chamber

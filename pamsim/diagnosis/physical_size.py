@@ -27,7 +27,8 @@ from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
 from pamsim.effects.effect import AT
-from pamsim.engine.parameters import ParameterName, rig_parameter
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 

@@ -1,86 +1,16 @@
-"""The parameters of a rig: their names, the muscles that have them, values and sources."""
+"""The parameters of a rig: their values, ranges and sources."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
 
 from pamsim.core.encoding import INLINE, json_property
-from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, specs
-from pamsim.engine.mjcf_fields import is_native, native_field, native_names, native_value
-from pamsim.physics.hysteresis.group import Hysteresis
-from pamsim.physics.record import has_parameter
+from pamsim.engine.mjcf_fields import native_field, native_names, native_value
+from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
+from pamsim.engine.rig import Rig
 from pamsim.recordings.sensors import MeasurementChain
-
-if TYPE_CHECKING:
-    from pamsim.engine.rig import Rig
-
-
-@dataclass(frozen=True)
-class ParameterName:
-    """A parameter's name, taken apart; whether a rig has such a parameter is not looked up."""
-
-    text: str
-    owner: Literal["native", "sensor", "muscle"]  # native: ``element.name.field`` of the MJCF
-    muscle: str  # of ``muscle:group.field``; empty for all
-    group: str
-    field: str
-    operator: str  # of ``hysteresis.operator.field``, the hysteresis that it chooses; or empty
-
-    @classmethod
-    def parse(cls, text: str) -> ParameterName:
-        """Take a name apart."""
-        native = is_native(text)
-        muscle, _, parameter = ("", "", text) if native else text.rpartition(":")
-        group, _, part = parameter.partition(".")
-        owner = "sensor" if text.startswith(f"{MeasurementChain.group}.") else "muscle"
-        operator = ""
-        if group == Hysteresis.group and part.count(".") == 1:
-            operator, _, part = part.partition(".")
-        return cls(text, "native" if native else owner, muscle, group, part, operator)
-
-    @property
-    def parameter(self) -> str:
-        """``group.field``, or the native name."""
-        return f"{self.group}.{self.field}"
-
-    @property
-    def without_operator(self) -> str:
-        """The name in a rig that has the operator already."""
-        return f"{self.muscle}:{self.parameter}" if self.muscle else self.parameter
-
-
-def sensor_spec(field: str, where: str = "") -> FieldSpec:
-    """Unit and range of a field of the measurement chain; ``where`` states it, for errors.
-
-    Raises:
-        InputError: if there is no such field, with the nearest one.
-    """
-    fields = dict(specs(MeasurementChain))
-    if field not in fields:
-        what = f"{where}: unknown sensor." if where else "no parameter sensor."
-        raise InputError(f"{what}{field}; {nearest(field, fields)}")
-    return fields[field]
-
-
-def muscles_with(name: ParameterName, rig: Rig) -> list[str]:
-    """The muscle that a parameter is of, or all that have it: bellows have no braid.
-
-    Raises:
-        InputError: if there is no such muscle or parameter, with the nearest one.
-    """
-    if name.muscle and name.muscle not in rig.muscles:
-        raise InputError(f"no muscle {name.muscle!r}; {nearest(name.muscle, rig.muscles)}")
-    asked = [name.muscle] if name.muscle else list(rig.muscles)
-    found = [one for one in asked if has_parameter(rig.muscles[one], name.parameter)]
-    if not found:
-        groups = {type(group) for one in asked for group in rig.muscles[one].groups}
-        known = [f"{group.group}.{part}" for group in groups for part, _ in specs(group)]
-        near = nearest(name.text, [*known, *rig.file.native])
-        raise InputError(f"no parameter {name.text!r}; {near}")
-    return found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +64,7 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         spec, stated = sensor_spec(part), rig.file.sensor.get(part)
         value = float(getattr(rig.sensor or MeasurementChain(), part))
     else:
-        muscle = muscles_with(parsed, rig)[0]
+        muscle = muscles_with(parsed, rig.muscles, rig.file.native)[0]
         numbers = getattr(rig.muscles[muscle], group)
         value, spec = float(getattr(numbers, part)), dict(specs(type(numbers)))[part]
         shared, own = rig.file.muscle.get(group, {}), rig.file.overrides[muscle].get(group, {})

@@ -17,7 +17,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import compile_model, rig_spec
-from pamsim.engine.parameters import ParameterName, muscles_with, sensor_spec
+from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
 from pamsim.engine.preflight import state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.hysteresis.group import Hysteresis
@@ -170,8 +170,8 @@ class Rig:
         natives = {name.text: values[name.text] for name in names if name.owner == "native"}
         mjcf_fields.set_natives(model, natives, self.compiled, data=data)
         rows = dict(zip(self.muscles, model.actuator_user, strict=True))
-        for name in names:
-            for muscle in muscles_with(name, self) if name.owner == "muscle" else ():
+        for name in (one for one in names if one.owner == "muscle"):
+            for muscle in muscles_with(name, self.muscles, self.file.native):
                 rows[muscle][slot(name.parameter, self.muscles[muscle])] = values[name.text]
         state_control_ranges(model)
         muscles = {name: with_row(muscle, rows[name]) for name, muscle in self.muscles.items()}

@@ -9,7 +9,8 @@ from pamsim.comparison.readable_unit import readable_unit
 from pamsim.core.errors import InputError
 from pamsim.core.units import to_si
 from pamsim.effects.effect import AT, Effect
-from pamsim.engine.parameters import ParameterName, rig_parameter
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.sweeps.factor import Value
 

@@ -6,7 +6,8 @@ import mujoco
 import pytest
 
 from pamsim.core.parameters import Sourced
-from pamsim.engine.parameters import ParameterName, rig_parameter, rig_parameters
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import rig_parameter, rig_parameters
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.recordings.rig_file import shipped_rig_names
