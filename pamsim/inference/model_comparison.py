@@ -236,11 +236,11 @@ def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
     if _countable(units):
         for begin in range(0, 2**units, _BLOCK):
             numbers = np.arange(begin, min(begin + _BLOCK, 2**units))[:, np.newaxis]
-            yield 1.0 - 2.0 * ((numbers >> np.arange(units)) & 1)
+            yield np.where((numbers >> np.arange(units)) & 1, -1.0, 1.0)
         return
     yield np.ones((1, units))
     for begin in range(0, DRAWN, _BLOCK):
-        yield rng.choice([-1.0, 1.0], (min(_BLOCK, DRAWN - begin), units))
+        yield np.where(rng.integers(2, size=(min(_BLOCK, DRAWN - begin), units)), -1.0, 1.0)
 
 
 def _countable(units: int) -> bool:

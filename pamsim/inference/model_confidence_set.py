@@ -73,29 +73,28 @@ def model_confidence_set(losses: FloatArray, alpha: float, *, seed: int = 0) -> 
         raise InputError(f"alpha {alpha:g} is not between 0 and 1")
     units, models = losses.shape
     smallest = smallest_p_value(units, two_sided=True)
-    pairs = np.array(list(combinations(range(models), 2)), dtype=int).reshape(-1, 2)
-    scaled = standardised(losses[:, pairs[:, 0]] - losses[:, pairs[:, 1]]) if pairs.size else losses
+    if models == 1:
+        return ConfidenceSet(
+            kept=np.ones(1, dtype=bool), p_values=np.ones(1), alpha=alpha, smallest=smallest
+        )
+    pairs = np.array(list(combinations(range(models), 2)))
+    scaled = standardised(losses[:, pairs[:, 0]] - losses[:, pairs[:, 1]])
     scaled = scaled[unit_order(scaled)]
     behind = np.zeros((models, models))  # of the row's model: positive if its loss is the larger
-    if pairs.size:
-        behind[pairs[:, 0], pairs[:, 1]] = scaled.sum(axis=0)
-        behind -= behind.T
-    step, statistics = _eliminate(behind)
-    p_of_step = np.ones(len(statistics) + 1)
-    if statistics:
-        # A pair is in the sets of all steps up to the first that takes out one of the two.
-        last = np.minimum(*step[pairs].T)
-        first_columns = np.argsort(last, kind="stable")
-        used = first_columns[last[first_columns] < len(statistics)]
-        begins = np.searchsorted(last[used], np.arange(len(statistics)))
-        limit = np.array(statistics) - _ROUNDING * np.sqrt(units)
-        reached, patterns = np.zeros(limit.size), 0
-        for signs in sign_patterns(units, np.random.default_rng(seed)):
-            own = np.maximum.reduceat(np.abs(signs @ scaled[:, used]), begins, axis=1)
-            largest = np.maximum.accumulate(own[:, ::-1], axis=1)[:, ::-1]
-            reached += np.sum(largest >= limit, axis=0)
-            patterns += len(signs)
-        p_of_step[:-1] = np.maximum.accumulate(reached / patterns)
+    behind[pairs[:, 0], pairs[:, 1]] = scaled.sum(axis=0)
+    step, statistics = _eliminate(behind - behind.T)
+    # A pair is in the sets of all steps up to the first that takes out one of the two.
+    last = np.minimum(*step[pairs].T)
+    columns = np.argsort(last, kind="stable")
+    begins = np.searchsorted(last[columns], np.arange(models - 1))
+    limit = np.array(statistics) - _ROUNDING * np.sqrt(units)
+    reached, patterns = np.zeros(models - 1), 0
+    for signs in sign_patterns(units, np.random.default_rng(seed)):
+        own = np.maximum.reduceat(np.abs(signs @ scaled[:, columns]), begins, axis=1)
+        largest = np.maximum.accumulate(own[:, ::-1], axis=1)[:, ::-1]
+        reached += np.sum(largest >= limit, axis=0)
+        patterns += len(signs)
+    p_of_step = np.append(np.maximum.accumulate(reached / patterns), 1.0)
     p_values = p_of_step[step]
     return ConfidenceSet(kept=p_values > alpha, p_values=p_values, alpha=alpha, smallest=smallest)
 
@@ -103,25 +102,20 @@ def model_confidence_set(losses: FloatArray, alpha: float, *, seed: int = 0) -> 
 def _eliminate(behind: FloatArray) -> tuple[NDArray[np.intp], list[float]]:
     """Order in which models are taken out: it depends on what is observed alone.
 
-    Models of the same losses go together.
-
     Args:
         behind: (m, m) statistic of each pair, antisymmetric.
 
     Returns:
-        Step at which each model goes, (m,), the last one for those that stay; and the statistic of
-        the set before each step.
+        Step at which each model goes, (m,), the last one for the best; and the statistic of the set
+        before each step.
     """
-    left = np.arange(len(behind))
-    step = np.zeros(left.size, dtype=np.intp)
+    left = list(range(len(behind)))
+    step = np.zeros(len(left), dtype=np.intp)
     statistics: list[float] = []
-    while left.size > 1:
-        worst = behind[np.ix_(left, left)].max(axis=1)
-        goes = worst >= worst.max() - _ROUNDING
-        if np.all(goes):
-            break
-        step[left[goes]] = len(statistics)
-        statistics.append(float(worst.max()))
-        left = left[~goes]
+    while len(left) > 1:
+        farthest = behind[np.ix_(left, left)].max(axis=1)
+        worst = int(np.argmax(farthest))
+        statistics.append(float(farthest[worst]))
+        step[left.pop(worst)] = len(statistics) - 1
     step[left] = len(statistics)
     return step, statistics

@@ -98,12 +98,13 @@ class FreeForms:
             raise InputError(f"forms of shape {forms.shape}, not ({stack.residual.size}, f)")
         self.units = stack.units
         self._unit = stack.unit
+        self._own = [np.flatnonzero(stack.unit == u) for u in range(len(stack.units))]
         self._rows = np.bincount(stack.unit, minlength=len(stack.units)).astype(np.float64)
         self._basis = _orthonormal(np.hstack([stack.jacobian, forms]))
         # In each unit the directions of (1 - Q_u' Q_u)^(-1/2), undetermined ones left out.
         self._roots: list[FloatArray] = []
-        for u in range(len(stack.units)):
-            own = self._basis[stack.unit == u]
+        for rows in self._own:
+            own = self._basis[rows]
             known, turn = np.linalg.eigh(np.eye(own.shape[1]) - own.T @ own)
             good = known > _RANK**2
             self._roots.append((own @ turn[:, good]) / np.sqrt(known[good]))
@@ -143,9 +144,7 @@ class FreeForms:
         others = kept - curvature  # what the other units know of the size
         known = others > _RANK**2 * kept
         sizes = np.where(known, (along + slope) / np.where(known, others, 1.0), 0.0)
-        shared = np.stack(
-            [left[self._unit == u] @ self._basis[self._unit == u] for u in range(self._rows.size)]
-        )
+        shared = np.stack([left[rows] @ self._basis[rows] for rows in self._own])
         return ProjectedEffect(
             share=min(kept / whole, 1.0),
             size=along / kept,
@@ -159,14 +158,14 @@ class FreeForms:
     def _products(self, a: FloatArray, b: FloatArray) -> FloatArray:
         """Products of projected rows in the metric of each unit's prediction, (u,)."""
         inside = self._sums(a * b)
-        for u, root in enumerate(self._roots):
-            own = self._unit == u
-            inside[u] += float((root.T @ a[own]) @ (root.T @ b[own]))
+        for u, (rows, root) in enumerate(zip(self._own, self._roots, strict=True)):
+            inside[u] += float((root.T @ a[rows]) @ (root.T @ b[rows]))
         return inside
 
     def _sums(self, values: FloatArray) -> FloatArray:
         """Sums over the rows of each unit, (u,)."""
-        return np.bincount(self._unit, weights=values, minlength=self._rows.size)
+        sums = np.bincount(self._unit, weights=values, minlength=self._rows.size)
+        return sums.astype(np.float64)
 
 
 def compare_effects(
@@ -183,7 +182,12 @@ def compare_effects(
             have either sign enters one-sided with its signature and with the negative of it.
         two_sided: True if all sizes may have either sign.
         seed: random seed of the sign patterns, where they are drawn.
+
+    Raises:
+        InputError: no candidates.
     """
+    if not effects:
+        raise InputError("no candidate effects to compare")
     return compare_paired(
         np.stack([effect.scores for effect in effects], axis=1),
         two_sided=two_sided,

@@ -6,10 +6,20 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.inference.blocks import Block, Stack, columns_per_source, stack
+from pamsim.inference.blocks import (
+    Block,
+    Stack,
+    columns_per_source,
+    correlation_length,
+    cut,
+    noise_from_repeats,
+    stack,
+    whitened,
+)
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.projected_effect import FreeForms, compare_effects
+from tests.unit.inference.closed_form_rigs import coloured
 
 ROWS = 80
 
@@ -260,6 +270,26 @@ def test_what_all_parts_of_a_log_share_needs_columns_of_its_own():
     assert claims["shared"] / runs > 0.3
 
 
+def test_purged_parts_of_one_drifting_log_are_units():
+    """Noise with a memory, known from repeats; ten parts of one log hold the level."""
+    rng = np.random.default_rng(12)
+    noise = noise_from_repeats([np.stack([coloured(rng, 1500, 0.9) for _ in range(3)])])
+    gap = correlation_length(noise, 3000)
+    log = Block(unit="log", channel="angle", rows=slice(0, 1500), noise=noise)
+    parts = cut(log, 10, gap)
+    time = np.linspace(0.0, 1.0, 1500)
+    columns = np.stack([np.ones(1500), np.sin(20.0 * time)], axis=1)
+    runs, values = 300, []
+    for _ in range(runs):
+        data = stack(parts, coloured(rng, 1500, 0.9), columns)
+        free = FreeForms(data, np.empty((data.residual.size, 0)))
+        effect = free.effect(whitened(parts, np.sign(np.sin(20.0 * time + 0.5))))
+        values.append(compare_effects([effect]).p_value[0])
+    levels = np.arange(1, 1024) / 1024
+    share = np.mean(np.array(values)[:, np.newaxis] <= levels + 1e-9, axis=0)
+    assert np.max(np.abs(share - levels)) < np.sqrt(np.log(2 / 0.05) / (2 * runs))
+
+
 def test_useless_input_is_refused():
     rng = np.random.default_rng(8)
     model = Friction(rng, 3)
@@ -270,3 +300,5 @@ def test_useless_input_is_refused():
         FreeForms(stacked(data.residual, data.jacobian, 1), model.forms)
     with pytest.raises(InputError, match="signature"):
         FreeForms(data, model.forms).effect(np.full(3 * ROWS, np.nan))
+    with pytest.raises(InputError, match="no candidate"):
+        compare_effects([])
