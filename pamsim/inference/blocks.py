@@ -1,0 +1,305 @@
+"""Residual blocks: rows of a residual, the unit they are held out with, and their noise.
+
+Trials, tables at rest and loops are the same kind of data: rows of one channel whose noise is known
+up to independence, in units that are fitted or held out as a whole and that are exchanged by a
+test.
+
+* Recordings: a unit is a trial, or a part of a trial.
+* Tables at rest: a unit is a row.
+* Loops: a unit is a level of the input, with its readings on all branches.
+
+Units must be independent of each other. Neighbouring parts of one log are so only if a gap as long
+as the noise's correlation separates them (`correlation_length`, `cut`, `fitted_runs`), and if
+nothing varies from log to log: all parts of one log share such a variation. Its directions belong
+into the model with sizes of their own for every log (`columns_per_source`).
+
+Whitened rows have independent noise of variance 1, so that their sum of squares is -2 log
+likelihood up to a constant, however densely a channel is sampled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+
+_helmert: Any = scipy.linalg.helmert
+
+Noise = ArNoise | FloatArray
+"""Autoregressive model of a series, or covariance (n, n) of n rows [SI unit of the channel^2]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """Rows of one channel in one unit.
+
+    Attributes:
+        unit: name of what is held out or exchanged as a whole; all channels of a trial, or of a
+            part of one, share it.
+        channel: such as ``angle``.
+        rows: where they are in the residual of a simulation, with start and stop.
+        noise: of the rows; white noise is ``ArNoise((), variance)``.
+        source: name of the log or table that they come from.
+    """
+
+    unit: str
+    channel: str
+    rows: slice
+    noise: Noise
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Check rows and noise.
+
+        Raises:
+            InputError: no rows, or a noise that is not positive and finite.
+        """
+        where = f"unit {self.unit}, channel {self.channel}"
+        if self.size < 1:
+            raise InputError(f"{where}: no rows ({self.rows.start} to {self.rows.stop})")
+        if isinstance(self.noise, ArNoise):
+            if not (np.isfinite(self.noise.variance) and self.noise.variance > 0.0):
+                raise InputError(f"{where}: noise variance {self.noise.variance:g} is not positive")
+        elif self.noise.shape != (self.size, self.size):
+            raise InputError(
+                f"{where}: noise covariance of shape {self.noise.shape} for {self.size} rows"
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return self.rows.stop - self.rows.start
+
+    def part(self, unit: str, start: int, stop: int) -> Block:
+        """Rows ``start`` to ``stop`` of the block, counted from its first, as a unit."""
+        inside = slice(start, stop)
+        noise = self.noise if isinstance(self.noise, ArNoise) else self.noise[inside, inside]
+        rows = slice(self.rows.start + start, self.rows.start + stop)
+        return replace(self, unit=unit, rows=rows, noise=noise)
+
+    def whiten(self, values: FloatArray) -> FloatArray:
+        """Rows of a residual or a Jacobian, with noise that is white and of variance 1.
+
+        Args:
+            values: (N, ...) of all rows of a simulation [SI unit of the channel].
+
+        Returns:
+            Shape (n, ...).
+
+        Raises:
+            InputError: a covariance that is not positive definite.
+        """
+        own = values[self.rows]
+        if isinstance(self.noise, ArNoise):
+            noise = _of_order_at_most(self.noise, self.size)
+            return noise.whiten(own) / np.sqrt(noise.variance)
+        try:
+            root = np.linalg.cholesky(self.noise)
+        except np.linalg.LinAlgError:
+            raise InputError(
+                f"unit {self.unit}, channel {self.channel}: noise covariance is not positive"
+                " definite"
+            ) from None
+        return np.asarray(scipy.linalg.solve_triangular(root, own, lower=True), dtype=np.float64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stack:
+    """Whitened rows of many blocks, in the order of the blocks.
+
+    Attributes:
+        units: names, in the order of their first block.
+        unit: number of the unit of every row, (n,).
+        residual: simulated minus measured, (n,).
+        jacobian: change of the residual with each parameter, (n, p) [1 / parameter unit].
+    """
+
+    units: tuple[str, ...]
+    unit: NDArray[np.intp]
+    residual: FloatArray
+    jacobian: FloatArray
+
+
+def unit_names(blocks: Sequence[Block]) -> tuple[str, ...]:
+    """Names of the units, in the order of their first block."""
+    return tuple(dict.fromkeys(block.unit for block in blocks))
+
+
+def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
+    """Whitened rows of all blocks, one after the other.
+
+    Args:
+        blocks: (N rows in the simulation, n in the blocks).
+        values: residual (N,), or residuals or Jacobian (N, k), as simulated [SI].
+
+    Returns:
+        Shape (n,) or (n, k).
+    """
+    return np.concatenate([block.whiten(values) for block in blocks])
+
+
+def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -> Stack:
+    """Stack whitened residual and Jacobian.
+
+    Args:
+        blocks: to stack.
+        residual: (N,) simulated minus measured [SI].
+        jacobian: (N, p) of the residual [SI per parameter unit].
+
+    Raises:
+        InputError: no blocks, or a residual that is not finite.
+    """
+    if not blocks:
+        raise InputError("no residual blocks to stack")
+    units = unit_names(blocks)
+    number = {name: k for k, name in enumerate(units)}
+    unit = np.repeat([number[b.unit] for b in blocks], [b.size for b in blocks])
+    rows = whitened(blocks, residual)
+    if not np.all(np.isfinite(rows)):
+        raise InputError("a residual is not finite; leave out what cannot be simulated")
+    return Stack(units=units, unit=unit, residual=rows, jacobian=whitened(blocks, jacobian))
+
+
+def unit_losses(blocks: Sequence[Block], residuals: FloatArray) -> FloatArray:
+    """Mean square of each unit's whitened rows: 1 on average where only noise is left.
+
+    Args:
+        blocks: of the units.
+        residuals: (N,) of one model, or (N, m) of m models [SI].
+
+    Returns:
+        Shape (u,) or (u, m), units in the order of `unit_names`.
+    """
+    number = {name: k for k, name in enumerate(unit_names(blocks))}
+    squares = np.zeros((len(number), *residuals.shape[1:]))
+    rows = np.zeros(len(number))
+    for block in blocks:
+        squares[number[block.unit]] += np.sum(block.whiten(residuals) ** 2, axis=0)
+        rows[number[block.unit]] += block.size
+    return (squares.T / rows).T
+
+
+def columns_per_source(blocks: Sequence[Block], columns: FloatArray) -> FloatArray:
+    """Columns whose size differs from log to log, such as start pressures.
+
+    Args:
+        blocks: of s sources.
+        columns: (N, k) of all rows of a simulation [SI].
+
+    Returns:
+        (N, s k): each column once per source, zero on the rows of the others.
+    """
+    sources = tuple(dict.fromkeys(block.source for block in blocks))
+    count = columns.shape[1]
+    result = np.zeros((columns.shape[0], len(sources) * count))
+    for block in blocks:
+        first = sources.index(block.source) * count
+        result[block.rows, first : first + count] = columns[block.rows]
+    return result
+
+
+def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
+    """Noise of a channel by what repeats of a protocol differ by, whatever the model misses.
+
+    Args:
+        protocols: for each a residual per repeat, (r, n) with r >= 2 [SI unit of the channel].
+
+    Returns:
+        The autoregressive model, its order by AICc.
+
+    Raises:
+        InputError: no protocol was repeated.
+    """
+    # Helmert's contrasts: r - 1 independent series with the noise of the r repeats.
+    contrasts = [c for runs in protocols if len(runs) > 1 for c in _helmert(len(runs)) @ runs]
+    if not contrasts:
+        raise InputError("no protocol was repeated, so repeats do not show the noise")
+    return fit_ar_noise(contrasts)
+
+
+def correlation_length(noise: ArNoise, samples: int) -> int:
+    """Rows over which noise is correlated: the gap between parts that may count as independent.
+
+    It is the last lag at which the autocorrelation is at least ``1 / sqrt(samples)``, the standard
+    error of the autocorrelation of white noise: what is below cannot be told from 0.
+
+    Args:
+        noise: of a series.
+        samples: number of samples by which the noise is known.
+
+    Source: M. S. Bartlett, Supplement to the Journal of the Royal Statistical Society 8 (1946).
+    """
+    lags = noise.autocovariance(samples)
+    return int(np.flatnonzero(np.abs(lags) * np.sqrt(samples) >= lags[0])[-1])
+
+
+def most_parts(size: int, gap: int) -> int:
+    """Most parts of a series: each at least as long as the gap, one independent piece of evidence.
+
+    Args:
+        size: rows of the series.
+        gap: rows between two parts.
+    """
+    return size if gap == 0 else max((size + gap) // (2 * gap), 1)
+
+
+def cut(block: Block, parts: int, gap: int) -> tuple[Block, ...]:
+    """Cut a series into units with gaps between them.
+
+    Channels of one log cut into as many parts, with gaps as long in time, share their units: the
+    gap is that of the channel with the longest correlation.
+
+    Args:
+        block: of a log.
+        parts: number of them.
+        gap: rows between two parts, which belong to none.
+
+    Raises:
+        InputError: parts that would be shorter than the gap.
+    """
+    if not 1 <= parts <= most_parts(block.size, gap):
+        raise InputError(
+            f"unit {block.unit}: {block.size} rows do not give {parts} parts with gaps of {gap}"
+            f" rows; at most {most_parts(block.size, gap)}"
+        )
+    ends = np.linspace(-gap, block.size, parts + 1).round().astype(int).tolist()
+    return tuple(
+        block.part(f"{block.unit} part {number}", start + gap, stop)
+        for number, (start, stop) in enumerate(pairwise(ends), 1)
+    )
+
+
+def fitted_runs(block: Block, held_out: Sequence[Block], gap: int) -> tuple[Block, ...]:
+    """Runs of a series that may be fitted: at least a gap away from every held-out part.
+
+    Args:
+        block: the whole series.
+        held_out: parts of it, from `cut`.
+        gap: rows left out on either side of a held-out part.
+    """
+    free = np.ones(block.size + 2, dtype=bool)  # with a row before and one behind, to find ends
+    free[[0, -1]] = False
+    for part in held_out:
+        start, stop = part.rows.start - block.rows.start, part.rows.stop - block.rows.start
+        free[max(start - gap + 1, 0) : stop + gap + 1] = False
+    ends = np.flatnonzero(np.diff(free)).tolist()
+    return tuple(
+        block.part(f"{block.unit} fitted {number}", start, stop)
+        for number, (start, stop) in enumerate(zip(ends[::2], ends[1::2], strict=True), 1)
+    )
+
+
+def _of_order_at_most(noise: ArNoise, size: int) -> ArNoise:
+    """The same noise over a few rows, which see no more lags than there are rows."""
+    unused = np.array(noise.reflections[size:])
+    variance = noise.variance / float(np.prod(1.0 - unused**2))
+    return ArNoise(noise.reflections[:size], variance)

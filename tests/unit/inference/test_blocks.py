@@ -1,0 +1,165 @@
+"""Residual blocks whiten their noise, share units over channels, and are purged."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from pamsim.core.errors import InputError
+from pamsim.inference.blocks import (
+    Block,
+    columns_per_source,
+    correlation_length,
+    cut,
+    fitted_runs,
+    most_parts,
+    noise_from_repeats,
+    stack,
+    unit_losses,
+    unit_names,
+    whitened,
+)
+from pamsim.inference.coloured_noise import ArNoise
+from tests.unit.inference.closed_form_rigs import coloured
+
+SLOW = ArNoise((-0.8, 0.3, -0.2, 0.1, 0.05), 2.0)
+FIRST_ORDER = ArNoise((-0.9,), 1.0 - 0.9**2)
+
+
+def block(size, noise=SLOW, start=0, unit="t", channel="angle", source="log"):
+    rows = slice(start, start + size)
+    return Block(unit=unit, channel=channel, rows=rows, noise=noise, source=source)
+
+
+@pytest.mark.parametrize("size", [1, 3, 5, 60])
+def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance(size):
+    """Also where there are fewer rows than the noise has orders."""
+    values = np.random.default_rng(size).standard_normal(size)
+    covariance = scipy.linalg.toeplitz(SLOW.autocovariance(size))
+    expected = values @ np.linalg.solve(covariance, values)
+    for noise in (SLOW, covariance):
+        assert np.sum(block(size, noise).whiten(values) ** 2) == pytest.approx(expected)
+
+
+def test_residual_and_jacobian_are_whitened_alike():
+    rng = np.random.default_rng(1)
+    blocks = [block(40), block(30, scipy.linalg.toeplitz(SLOW.autocovariance(30)), start=40)]
+    jacobian, size = rng.standard_normal((70, 3)), rng.standard_normal(3)
+    stacked = stack(blocks, jacobian @ size, jacobian)
+    assert stacked.residual == pytest.approx(stacked.jacobian @ size)
+    assert np.array_equal(stacked.residual, whitened(blocks, jacobian @ size))
+
+
+def test_channels_of_a_trial_are_one_unit():
+    blocks = [
+        block(4, ArNoise((), 4.0), 0, "a", "angle"),
+        block(2, ArNoise((), 1.0), 4, "b", "angle"),
+        block(2, ArNoise((), 9.0), 6, "a", "force"),
+    ]
+    residual = np.array([2.0, 2.0, 2.0, 2.0, 1.0, 3.0, 6.0, 6.0])
+    assert unit_names(blocks) == ("a", "b")
+    assert unit_losses(blocks, residual) == pytest.approx([2.0, 5.0])
+    two = np.stack([residual, 2.0 * residual], axis=1)
+    assert unit_losses(blocks, two) == pytest.approx(np.outer([2.0, 5.0], [1, 4]))
+    stacked = stack(blocks, residual, np.zeros((8, 0)))
+    assert stacked.units == ("a", "b")
+    assert stacked.unit.tolist() == [0, 0, 0, 0, 1, 1, 0, 0]
+
+
+def test_noise_alone_has_a_loss_of_one():
+    rng = np.random.default_rng(5)
+    blocks = [block(500, FIRST_ORDER, 500 * k, f"t{k}") for k in range(20)]
+    residual = np.concatenate([coloured(rng, 500, 0.9) for _ in blocks])
+    losses = unit_losses(blocks, residual)
+    assert losses.mean() == pytest.approx(1.0, abs=4 * np.sqrt(2 / 10_000))
+    assert losses.std() == pytest.approx(np.sqrt(2 / 500), rel=0.5)
+
+
+def test_repeats_show_the_noise_whatever_the_model_misses():
+    rng = np.random.default_rng(6)
+    missed = 30.0 * np.sin(np.arange(800) / 50.0)
+    protocols = [missed + np.stack([coloured(rng, 800, 0.9) for _ in range(3)]) for _ in range(4)]
+    noise = noise_from_repeats([*protocols, missed[np.newaxis]])
+    assert noise.standard_deviation == pytest.approx(1.0, abs=0.1)
+    assert noise.autocovariance(6)[5] == pytest.approx(0.9**5, abs=0.1)
+    with pytest.raises(InputError, match="repeated"):
+        noise_from_repeats([missed[np.newaxis]])
+
+
+def test_the_correlation_length_is_where_the_correlation_is_lost_in_its_error():
+    assert correlation_length(ArNoise((), 3.0), 1000) == 0
+    assert correlation_length(FIRST_ORDER, 10_000) == int(np.log(0.01) / np.log(0.9))
+    slower = ArNoise((-0.99,), 1.0)
+    assert correlation_length(slower, 10_000) == int(np.log(0.01) / np.log(0.99))
+
+
+@pytest.mark.parametrize(("size", "gap"), [(100, 0), (101, 7), (1000, 43), (10, 9)])
+def test_parts_are_separated_by_the_gap_and_at_least_as_long(size, gap):
+    whole = block(size, start=50)
+    for parts in {1, most_parts(size, gap) // 2 or 1, most_parts(size, gap)}:
+        pieces = cut(whole, parts, gap)
+        assert len({p.unit for p in pieces}) == parts
+        assert pieces[0].rows.start == 50
+        assert pieces[-1].rows.stop == 50 + size
+        between = [b.rows.start - a.rows.stop for a, b in pairwise(pieces)]
+        assert between == [gap] * (parts - 1)
+        assert parts == 1 or min(p.size for p in pieces) >= gap
+    with pytest.raises(InputError, match="at most"):
+        cut(whole, most_parts(size, gap) + 1, gap)
+
+
+def test_neighbouring_parts_hardly_share_their_noise():
+    """Correlation of the ends of two parts: noticeable without a gap, lost in its error with it."""
+    rng = np.random.default_rng(8)
+    gap = correlation_length(FIRST_ORDER, 1000)
+    series = np.stack([coloured(rng, 400, 0.9) for _ in range(1000)])
+    for width, shared in ((0, 0.9), (gap, 0.0)):
+        first, second = cut(block(400, FIRST_ORDER), 2, width)
+        ends = series[:, first.rows.stop - 1], series[:, second.rows.start]
+        assert np.corrcoef(*ends)[0, 1] == pytest.approx(shared, abs=0.08)
+
+
+def test_a_part_keeps_the_noise_of_its_rows():
+    covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
+    pieces = cut(block(6, covariance, start=2), 2, 2)
+    assert [np.diag(p.noise).tolist() for p in pieces] == [[1.0, 4.0], [25.0, 36.0]]
+    assert pieces[1].whiten(np.full(8, 30.0)).tolist() == [6.0, 5.0]
+
+
+def test_fitted_rows_stay_a_gap_away_from_held_out_parts():
+    whole = block(100, start=1000)
+    parts = cut(whole, 5, 4)
+    held_out = [parts[1], parts[4]]
+    fitted = {r for run in fitted_runs(whole, held_out, 4) for r in range(*run.rows.indices(2000))}
+    held = {r for part in held_out for r in range(*part.rows.indices(2000))}
+    away = {r for r in range(1000, 1100) if min(abs(r - h) for h in held) > 4}
+    assert fitted == away
+    assert [run.unit for run in fitted_runs(whole, held_out, 4)] == ["t fitted 1", "t fitted 2"]
+    assert fitted_runs(whole, [whole], 4) == ()
+    (everything,) = fitted_runs(whole, [], 4)
+    assert everything.rows == whole.rows
+
+
+def test_columns_of_their_own_for_every_log():
+    blocks = [block(2, start=0, source="a"), block(2, start=2, source="b"), block(1, start=4)]
+    columns = np.array([[1.0], [2.0], [3.0], [4.0], [5.0]])
+    expected = [[1, 0, 0], [2, 0, 0], [0, 3, 0], [0, 4, 0], [0, 0, 5]]
+    assert columns_per_source(blocks, columns).tolist() == expected
+
+
+def test_useless_blocks_are_refused():
+    with pytest.raises(InputError, match="no rows"):
+        block(0)
+    with pytest.raises(InputError, match="not positive"):
+        block(3, ArNoise((), 0.0))
+    with pytest.raises(InputError, match=r"\(2, 2\) for 3 rows"):
+        block(3, np.eye(2))
+    with pytest.raises(InputError, match="positive definite"):
+        block(2, np.ones((2, 2))).whiten(np.ones(2))
+    with pytest.raises(InputError, match="no residual blocks"):
+        stack([], np.ones(2), np.ones((2, 1)))
+    with pytest.raises(InputError, match="not finite"):
+        stack([block(2)], np.array([1.0, np.nan]), np.ones((2, 1)))

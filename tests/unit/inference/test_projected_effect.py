@@ -1,0 +1,304 @@
+"""A further effect is found beside a wrong formula, and a wrong formula is not a further effect."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.core.errors import InputError
+from pamsim.inference.blocks import (
+    Block,
+    Stack,
+    columns_per_source,
+    correlation_length,
+    cut,
+    noise_from_repeats,
+    stack,
+    whitened,
+)
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.model_comparison import compare_with_reference
+from pamsim.inference.projected_effect import FreeForms, compare_effects
+from tests.unit.inference.closed_form_rigs import coloured
+
+ROWS = 80
+
+
+def stacked(residual, jacobian, units):
+    return Stack(
+        units=tuple(map(str, range(units))),
+        unit=np.repeat(np.arange(units), len(residual) // units),
+        residual=residual,
+        jacobian=jacobian,
+    )
+
+
+class Friction:
+    """Units of a linear model, whitened: the first effect in several forms, a second beside it.
+
+    The first effect acts as ``tanh(3 v)``; the model has it as ``sign(v)``, and other forms are
+    known. The second looks like what is between the two.
+    """
+
+    def __init__(self, rng, units):
+        self.units = units
+        time = np.linspace(0.0, 1.0, ROWS, endpoint=False)
+        speed = np.concatenate(
+            [
+                np.sin(2 * np.pi * (time + rng.uniform())) * rng.uniform(0.5, 1.0)
+                for _ in range(units)
+            ]
+        )
+        self.nuisance = np.stack([np.ones(speed.size), speed], axis=1)
+        self.used, self.true = np.sign(speed), np.tanh(3.0 * speed)
+        self.forms = np.stack([np.tanh(2.0 * speed), np.tanh(3.5 * speed), self.true], axis=1)
+        place = rng.standard_normal(speed.size)
+        self.second = 0.5 * (self.true - self.used) + 0.15 * place
+
+    def data(self, rng, *, first=20.0, second=0.0):
+        """Whitened residual of the model, fitted with the form that it has."""
+        noise = rng.standard_normal(self.true.size)
+        residual = -(first * self.true + second * self.second) + noise
+        return stacked(residual, np.column_stack([self.nuisance, self.used]), self.units)
+
+
+def claimed(stack, forms, signature):
+    free = FreeForms(stack, forms)
+    effect = free.effect(signature)
+    losses = compare_with_reference(free.losses, effect.losses[:, np.newaxis])
+    return bool(losses.significant(0.05)[0]), effect
+
+
+def test_a_wrong_form_is_no_second_effect_if_its_forms_are_free():
+    """Free forms: claims at most at the level. The form that is used alone: nearly always."""
+    rng = np.random.default_rng(1)
+    runs, free, alone = 200, 0, 0
+    for _ in range(runs):
+        model = Friction(rng, 8)
+        data = model.data(rng)
+        free += claimed(data, model.forms, model.second)[0]
+        alone += claimed(data, model.forms[:, :0], model.second)[0]
+    assert free / runs < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
+    assert alone / runs > 0.9
+
+
+def test_a_second_effect_behind_a_wrong_form_is_found_with_its_size():
+    rng = np.random.default_rng(2)
+    runs, found, pulls, wrong = 60, 0, [], []
+    for _ in range(runs):
+        model = Friction(rng, 8)
+        data = model.data(rng, second=4.0)
+        certain, effect = claimed(data, model.forms, model.second)
+        found += certain
+        pulls.append((effect.size - 4.0) / effect.noise_error)
+        wrong.append(claimed(data, model.forms[:, :0], model.second)[1].size - 4.0)
+    assert found / runs > 0.9
+    assert np.mean(pulls) == pytest.approx(0.0, abs=3 / np.sqrt(runs))
+    assert np.std(pulls) == pytest.approx(1.0, abs=0.3)
+    assert abs(np.mean(wrong)) > 2.0
+
+
+def test_errors_by_noise_and_by_units_agree_where_nothing_varies():
+    rng = np.random.default_rng(3)
+    ratio = []
+    for _ in range(40):
+        model = Friction(rng, 12)
+        effect = FreeForms(model.data(rng, second=2.0), model.forms).effect(model.second)
+        ratio.append(effect.unit_error / effect.noise_error)
+        assert effect.standard_error == max(effect.unit_error, effect.noise_error)
+    assert np.mean(ratio) == pytest.approx(1.0, abs=0.15)
+
+
+def test_units_that_differ_widen_the_error():
+    rng = np.random.default_rng(4)
+    model = Friction(rng, 12)
+    sizes = np.repeat(rng.normal(4.0, 3.0, 12), ROWS)
+    data = model.data(rng)
+    varied = stacked(data.residual - sizes * model.second, data.jacobian, 12)
+    effect = FreeForms(varied, model.forms).effect(model.second)
+    assert effect.unit_error > 2.0 * effect.noise_error
+    assert effect.size == pytest.approx(4.0, abs=4 * effect.unit_error)
+
+
+def test_the_share_is_what_model_and_forms_cannot_give():
+    rng = np.random.default_rng(5)
+    model = Friction(rng, 4)
+    free = FreeForms(model.data(rng), model.forms)
+    inside = free.effect(model.forms @ [1.0, -2.0, 0.5] + model.used)
+    assert (inside.share, inside.size, inside.noise_error) == (0.0, 0.0, np.inf)
+    assert np.array_equal(inside.losses, free.losses)
+    assert not inside.scores.any()
+    across = free.project_out(rng.standard_normal(4 * ROWS))
+    assert free.effect(across).share == pytest.approx(1.0)
+    columns = np.column_stack([model.nuisance, model.used, model.forms])
+    left = model.second - columns @ np.linalg.lstsq(columns, model.second, rcond=None)[0]
+    expected = left @ left / (model.second @ model.second)
+    assert free.effect(model.second).share == pytest.approx(expected)
+
+
+def test_losses_are_those_of_fits_without_the_unit():
+    """Refits by hand, squares in units of the prediction's covariance."""
+    rng = np.random.default_rng(6)
+    model = Friction(rng, 5)
+    data = model.data(rng, second=3.0)
+    free = FreeForms(data, model.forms)
+    effect = free.effect(model.second)
+    columns = np.column_stack([data.jacobian, model.forms])
+    wider = np.column_stack([columns, model.second])
+    for u in range(5):
+        own = data.unit == u
+        fit, both = (
+            np.linalg.lstsq(c[~own], -data.residual[~own], rcond=None)[0] for c in (columns, wider)
+        )
+        spread = columns[own] @ np.linalg.inv(columns[~own].T @ columns[~own]) @ columns[own].T
+        metric = np.linalg.inv(np.eye(ROWS) + spread)
+        before = data.residual[own] + columns[own] @ fit
+        assert free.losses[u] == pytest.approx(before @ metric @ before / ROWS)
+        after = data.residual[own] + wider[own] @ both
+        assert effect.losses[u] == pytest.approx(after @ metric @ after / ROWS)
+
+
+def test_a_direction_that_one_unit_alone_shows_does_not_count():
+    rng = np.random.default_rng(7)
+    model = Friction(rng, 4)
+    data = model.data(rng, second=3.0)
+    offset = np.where(data.unit == 2, 1.0, 0.0)
+    effects = []
+    for size in (0.0, 1000.0):
+        moved = stacked(data.residual + size * offset, np.column_stack([data.jacobian, offset]), 4)
+        effects.append(FreeForms(moved, model.forms).effect(model.second))
+    assert effects[1].losses == pytest.approx(effects[0].losses)
+    assert effects[1].size == pytest.approx(effects[0].size)
+    only = FreeForms(data, model.forms).effect(offset * rng.standard_normal(offset.size))
+    assert only.unit_error == np.inf
+    assert only.losses[2] == pytest.approx(FreeForms(data, model.forms).losses[2])
+
+
+@pytest.mark.parametrize("units", [3, 5, 8])
+def test_scores_of_an_absent_effect_have_either_sign(units):
+    """Their p-values, forms free, are uniform within a 95 % band of the whole distribution."""
+    rng = np.random.default_rng(units)
+    runs, values = 500, []
+    for _ in range(runs):
+        model = Friction(rng, units)
+        effect = FreeForms(model.data(rng), model.forms).effect(model.second)
+        values.append(compare_effects([effect], two_sided=True).p_value[0])
+    levels = np.arange(1, 2 ** (units - 1)) / 2.0 ** (units - 1)
+    share = np.mean(np.array(values)[:, np.newaxis] <= levels + 1e-9, axis=0)
+    assert np.max(np.abs(share - levels)) < np.sqrt(np.log(2 / 0.05) / (2 * runs))
+
+
+@pytest.mark.parametrize(("units", "rows", "columns"), [(10, 1, 5), (5, 4, 6), (8, 3, 6)])
+def test_few_rows_and_many_columns_do_not_raise_the_level(units, rows, columns):
+    """The fit makes units share their residuals; flips of them as they are reject 15 % at 5 %."""
+    rng = np.random.default_rng(units)
+    runs, values = 500, []
+    for _ in range(runs):
+        jacobian = rng.standard_normal((units * rows, columns))
+        data = stacked(rng.standard_normal(units * rows), jacobian, units)
+        effect = FreeForms(data, jacobian[:, :0]).effect(rng.standard_normal(units * rows))
+        values.append(compare_effects([effect]).p_value[0])
+    for level in (0.05, 0.25):
+        assert np.mean(np.array(values) <= level) < level + 2 * np.sqrt(level * (1 - level) / runs)
+
+
+def test_the_covariance_of_the_scores_is_that_of_noise():
+    rng = np.random.default_rng(11)
+    jacobian, signature = rng.standard_normal((30, 4)), rng.standard_normal(30)
+    effects = [
+        FreeForms(stacked(rng.standard_normal(30), jacobian, 5), jacobian[:, :0]).effect(signature)
+        for _ in range(4000)
+    ]
+    covariance = effects[0].score_covariance
+    assert np.cov(np.stack([e.scores for e in effects]).T) == pytest.approx(covariance, abs=0.5)
+    assert np.sum(covariance) == pytest.approx(effects[0].noise_error ** -2)
+    assert np.sum(effects[0].scores) == pytest.approx(effects[0].size / effects[0].noise_error ** 2)
+
+
+def test_of_many_similar_candidates_one_is_claimed_as_rarely_as_promised():
+    """Twelve candidates beside a wrong form: none is there in one half, the first in the other."""
+    rng = np.random.default_rng(9)
+    runs, wrong, found, elsewhere = 200, 0, 0, 0
+    for _ in range(runs):
+        model = Friction(rng, 8)
+        mixed = rng.standard_normal((model.true.size, 11))
+        signatures = np.column_stack([model.second, 0.3 * mixed + model.second[:, np.newaxis]])
+        for second in (0.0, 3.0):
+            free = FreeForms(model.data(rng, second=second), model.forms)
+            result = compare_effects([free.effect(s) for s in signatures.T])
+            claims = result.significant(0.05)
+            if second:
+                found += bool(claims[0])
+                elsewhere += int(np.argmin(result.p_value)) == 0
+            else:
+                wrong += bool(np.any(claims))
+    assert wrong / runs < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
+    assert found / runs > 0.8
+    assert elsewhere / runs > 0.5
+
+
+def test_what_all_parts_of_a_log_share_needs_columns_of_its_own():
+    """Two logs of six parts, each with an offset of its own: parts agree, and prove nothing.
+
+    The candidate is stronger in the second log, so that one offset for both does not replace it.
+    """
+    rng = np.random.default_rng(10)
+    runs, rows, parts = 200, 40, 12
+    size = rows * parts
+    blocks = [
+        Block(
+            unit=f"part {k}",
+            channel="angle",
+            rows=slice(rows * k, rows * (k + 1)),
+            noise=ArNoise((), 1.0),
+            source=f"log {k // 6}",
+        )
+        for k in range(parts)
+    ]
+    log = np.repeat(np.arange(parts) // 6, rows)
+    claims = {"shared": 0, "own": 0}
+    for _ in range(runs):
+        offset = 1.0 + 0.2 * rng.standard_normal(size)
+        candidate = (1.0 + log) * offset + 0.5 * rng.standard_normal(size)
+        residual = rng.normal(0.0, 2.0, 2)[log] * offset + rng.standard_normal(size)
+        own = columns_per_source(blocks, offset[:, np.newaxis])
+        for name, columns in (("shared", offset[:, np.newaxis]), ("own", own)):
+            data = stack(blocks, residual, columns)
+            effect = FreeForms(data, np.empty((size, 0))).effect(candidate)
+            claims[name] += compare_effects([effect], two_sided=True).p_value[0] <= 0.05
+    assert claims["own"] / runs < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
+    assert claims["shared"] / runs > 0.3
+
+
+def test_purged_parts_of_one_drifting_log_are_units():
+    """Noise with a memory, known from repeats; ten parts of one log hold the level."""
+    rng = np.random.default_rng(12)
+    noise = noise_from_repeats([np.stack([coloured(rng, 1500, 0.9) for _ in range(3)])])
+    gap = correlation_length(noise, 3000)
+    log = Block(unit="log", channel="angle", rows=slice(0, 1500), noise=noise)
+    parts = cut(log, 10, gap)
+    time = np.linspace(0.0, 1.0, 1500)
+    columns = np.stack([np.ones(1500), np.sin(20.0 * time)], axis=1)
+    runs, values = 300, []
+    for _ in range(runs):
+        data = stack(parts, coloured(rng, 1500, 0.9), columns)
+        free = FreeForms(data, np.empty((data.residual.size, 0)))
+        effect = free.effect(whitened(parts, np.sign(np.sin(20.0 * time + 0.5))))
+        values.append(compare_effects([effect]).p_value[0])
+    levels = np.arange(1, 1024) / 1024
+    share = np.mean(np.array(values)[:, np.newaxis] <= levels + 1e-9, axis=0)
+    assert np.max(np.abs(share - levels)) < np.sqrt(np.log(2 / 0.05) / (2 * runs))
+
+
+def test_useless_input_is_refused():
+    rng = np.random.default_rng(8)
+    model = Friction(rng, 3)
+    data = model.data(rng)
+    with pytest.raises(InputError, match="forms of shape"):
+        FreeForms(data, model.forms[1:])
+    with pytest.raises(InputError, match="two or more"):
+        FreeForms(stacked(data.residual, data.jacobian, 1), model.forms)
+    with pytest.raises(InputError, match="signature"):
+        FreeForms(data, model.forms).effect(np.full(3 * ROWS, np.nan))
+    with pytest.raises(InputError, match="no candidate"):
+        compare_effects([])
