@@ -32,7 +32,7 @@ from pamsim.effects import (
     transmission,
 )
 from pamsim.effects.catalog import FORMS
-from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.effects.effect import LINKS, Effect, EffectParameter
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
@@ -73,8 +73,8 @@ A search starts from the typical value, and from others where they are given. "o
 own value; a number with x is a factor of it, one with + or - is added to it. A shape has no
 influence while the effect is absent.
 
-| input | what it shows |
-|---|---|
+The **link** is where the effect acts in the chain from the command to the readings. The effects of
+a **family** act in one link: they are kinds of one cause, which data may be unable to separate.
 """
 
 HEADER = "| parameter | meaning | unit | typical | range | neutral |\n|---|---|---|---|---|---|\n"
@@ -83,7 +83,9 @@ HEADER = "| parameter | meaning | unit | typical | range | neutral |\n|---|---|-
 def page() -> str:
     """The text of docs/effects.md."""
     rig = pamsim.load_rig(RIG)
-    parts = [INTRODUCTION]
+    parts = [INTRODUCTION, "\n| link | where |\n|---|---|\n"]
+    parts += [f"| {link} | {where} |\n" for link, where in LINKS.items()]
+    parts += ["\n| input | what it shows |\n|---|---|\n"]
     parts += [f"| {one.name} | {one.shows} |\n" for one in PROTOCOLS.values()]
     for layer, module in LAYERS.items():
         parts.append(f"\n## {layer}\n")
@@ -105,6 +107,7 @@ def _card(rig: Rig, one: Effect) -> str:
     searched = f"- Searched for: {'; '.join(when)}.\n" if when else ""
     return (
         f"\n{form}{one.missing[0].upper()}{one.missing[1:]}.\n\n"
+        f"- Link: {one.link}; family: {one.family}\n"
         f"- Equation: `{one.equation}`\n"
         f"- Look-alikes: {resembling}\n"
         f"- Experiment that separates them: {one.separating}.\n"

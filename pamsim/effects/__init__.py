@@ -1,1 +1,1 @@
-"""Physical effects that a rig's model may be missing: a file per layer, named as in diagnoses."""
+"""Physical effects that a rig's model may be missing: a table of cards per file, by link."""

@@ -1,4 +1,4 @@
-"""All effects, in the order of the layers from joint to sensor."""
+"""All effects, in the order in which searches try them: from joint to sensor, then at rest."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from pamsim.effects.effect import AT, Effect
 
 _ALL: tuple[Effect, ...] = tuple(
     effect
-    for layer in (joint, muscle, pneumatic, command, transmission, measurement, muscle_at_rest)
-    for effect in layer.EFFECTS
+    for table in (joint, muscle, pneumatic, command, transmission, measurement, muscle_at_rest)
+    for effect in table.EFFECTS
 )
 
 FORMS: dict[str, tuple[Effect, ...]] = {

@@ -2,40 +2,35 @@
 
 from __future__ import annotations
 
-from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.effects.effect import Effect, size
 
 EFFECTS = (
     Effect(
-        name="valve_delay",
-        family="command_delay",
+        link="command", family="command_delay", name="valve_delay",
         missing="a delay before the valves act",
         equation="u_valve(t) = u(t - delay)",
-        parameters=(EffectParameter(name="valve.delay", typical=0.01, low=0.0, high=0.1),),
+        parameters=(size("valve.delay", 0.01, 0.0, 0.1),),
         look_alikes=("line_lag", "pressure_lag"),
         separating="sharp steps at a high sampling rate: a delay stays flat first",
         upstream_of_pressure=True,
     ),
     Effect(
-        name="line_lag",
-        form="first_order",
-        family="command_delay",
+        link="command", family="command_delay", name="line_lag", form="first_order",
         missing="a lag between the command and the valves",
         equation="tau u_valve' = u - u_valve",
-        parameters=(EffectParameter(name="valve.line_lag", typical=0.02, low=0.0, high=0.5),),
+        parameters=(size("valve.line_lag", 0.02, 0.0, 0.5),),
         look_alikes=("valve_delay", "pressure_lag", "valve_flow"),
         separating="sharp steps at a high sampling rate: a lag responds at once",
         upstream_of_pressure=True,
     ),
     Effect(
-        name="line_lag",
-        form="limited_rate",
-        family="command_delay",
+        link="command", family="command_delay", name="line_lag", form="limited_rate",
         missing="a limit on the rate at which the command on its way to the valves changes",
         equation="u_valve' = (u - u_valve) / tau, |u_valve'| <= 1 bar / t_slew of set points, 1 /"
         " t_slew of openings",
         parameters=(
-            EffectParameter(name="valve.line_slew_time", typical=0.03, low=0.0, high=1.0),
-            EffectParameter(name="valve.line_lag", typical=2e-3, low=0.0, high=0.5),
+            size("valve.line_slew_time", 0.03, 0.0, 1.0),
+            size("valve.line_lag", 2e-3, 0.0, 0.5),
         ),
         look_alikes=("valve_delay", "valve_slew", "valve_flow"),
         separating="steps of different height: a limited rate takes the longer, the higher the"
@@ -43,16 +38,13 @@ EFFECTS = (
         upstream_of_pressure=True,
     ),
     Effect(
-        name="valve_slew",
-        family="command_delay",
+        link="command", family="command_delay", name="valve_slew",
         missing="a limit on the speed at which the valves open and close",
         equation="|u_valve'| <= 1 / travel_time",
-        parameters=(EffectParameter(name="valve.travel_time", typical=0.03, low=0.0, high=1.0),),
+        parameters=(size("valve.travel_time", 0.03, 0.0, 1.0),),
         look_alikes=("line_lag", "valve_delay", "valve_flow"),
         separating="steps of different size: a slow valve takes the longer, the further it opens,"
         " a lag takes the same time",
-        probes=(0.1, 0.5, 2.0),
-        upstream_of_pressure=True,
-        rare=True,
+        probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
     ),
-)
+)  # fmt: skip

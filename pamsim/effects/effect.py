@@ -1,4 +1,4 @@
-"""What an effect is: the parameters that it frees, and how to distinguish it from others.
+"""What an effect is: where it acts, the parameters that it frees, what it is mistaken for.
 
 A rig's model contains every effect at its neutral value, where it changes nothing. Hiding an effect
 moves its parameters away from there; adding one frees them.
@@ -7,7 +7,11 @@ moves its parameters away from there; adding one frees them.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
+from functools import partial
+from typing import Final, Literal, cast
+
+from pamsim.core.errors import InputError, nearest
 
 JOINT = "{joint}"
 """Placeholder for a joint of the rig in the name of a parameter."""
@@ -22,9 +26,9 @@ AT = " at "
 """Stands between the name of an effect and the joint or muscle it is bound to."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class EffectParameter:
-    """One number of a rig that an effect frees.
+    """One number of a rig that an effect frees. Cards call it by its kind, `size` to `shape`.
 
     Attributes:
         name: as `pamsim.engine.rig.Rig.with_parameters` takes it; it may hold a placeholder
@@ -52,6 +56,7 @@ class EffectParameter:
     typical: float
     low: float
     high: float
+    _: KW_ONLY
     neutral: float | None = 0.0
     relative: bool = False
     shape: bool = False
@@ -93,6 +98,46 @@ class EffectParameter:
         return base + self.low, base + self.high
 
 
+size = EffectParameter
+"""Kind: absent at one value on every rig. As of every kind: name, typical, low, high [SI]."""
+
+change = partial(EffectParameter, neutral=None)
+"""Kind: added to the rig's own value [SI]."""
+
+factor = partial(EffectParameter, neutral=None, relative=True)
+"""Kind: the rig's own value is multiplied by it."""
+
+shape = partial(EffectParameter, shape=True)
+"""Kind: without influence while the effect is absent [SI]."""
+
+Link = Literal["command", "supply", "air", "muscle", "transmission", "joint", "sensor"]
+"""A link of the chain from the command to the readings."""
+
+LINKS: dict[Link, str] = {
+    "command": "the path from the command to the valves",
+    "supply": "the supply",
+    "air": "the valves and the air",
+    "muscle": "the muscles",
+    "transmission": "the transmission between muscles and joint",
+    "joint": "the joint and its load",
+    "sensor": "the sensors",
+}
+"""Link -> where something is missing, as the end of a sentence."""
+
+_LINK_OF_GROUP: dict[str, Link] = {
+    "valve": "air",
+    "chamber": "air",
+    "chain": "transmission",
+    "tendon": "transmission",
+    "friction": "joint",
+    "joint": "joint",
+    "body": "joint",
+    "sensor": "sensor",
+}
+"""Group of a rig's parameters -> link that they act in; those of other groups act in the muscle."""
+
+_OF_PARAMETER: Final = cast("Link", "")
+
 FAMILIES: dict[str, str] = {
     "joint_friction": "friction at the joint",
     "muscle_force": "another force of the muscles at rest",
@@ -111,6 +156,8 @@ class Effect:
 
     Attributes:
         name: as in diagnoses and on the command line.
+        link: where in the chain it acts, one of `LINKS`; the effects of a family share it. If left
+            out, where the group of its first parameter acts: the air for ``valve``.
         family: physical cause that a diagnosis names; of the effects of one family, which are its
             kinds, data of a rig that no formula describes exactly may prefer another.
         missing: what a model without it is missing, as the end of a sentence.
@@ -131,9 +178,13 @@ class Effect:
         upstream_of_pressure: whether it acts through the pressures alone.
         crossed: whether searches begin from every combination of its shapes' starts, as where a
             wave begins matters only with its right length; else from one shape after the other.
+
+    Raises:
+        InputError: if there is no such link, with the nearest, or it frees no parameter.
     """
 
     name: str
+    link: Link = _OF_PARAMETER  # __post_init__ puts the link there
     family: str
     missing: str
     parameters: tuple[EffectParameter, ...]
@@ -148,6 +199,21 @@ class Effect:
     path_dependent: bool = False
     upstream_of_pressure: bool = False
     crossed: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the link, or state that of the first parameter."""
+        if not self.parameters:
+            raise InputError(f"{self.name}: an effect must free at least one parameter")
+        if self.link == _OF_PARAMETER:
+            group = self.parameters[0].name.rpartition(":")[2].partition(".")[0]
+            object.__setattr__(self, "link", _LINK_OF_GROUP.get(group, "muscle"))
+        elif self.link not in LINKS:
+            raise InputError(f"{self.name}: no link {self.link!r}; {nearest(self.link, LINKS)}")
+
+    @property
+    def levels(self) -> tuple[str, str, str, str, str]:
+        """Link, joint or muscle, family, name and form: each narrower than the one before."""
+        return self.link, self.place, self.family, self.name, self.form
 
     @property
     def claim(self) -> str:

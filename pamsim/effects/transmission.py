@@ -4,72 +4,44 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pamsim.effects.effect import SECOND_MUSCLE, Effect, EffectParameter
+from pamsim.effects.effect import SECOND_MUSCLE, Effect, shape, size
 
-_RIPPLE = EffectParameter(name="chain.ripple", typical=5e-5, low=0.0, high=3e-4)
+_RIPPLE = size("chain.ripple", 5e-5, 0.0, 3e-4)
 
-_PITCH = EffectParameter(
-    name="chain.ripple_pitch",
-    typical=9.525e-3,
-    low=4e-3,
-    high=1.3e-2,  # of fewer than some six teeth no sprocket is made
-    shape=True,
-    starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2),
-)
+# Of fewer than some six teeth no sprocket is made: 1.3e-2.
+_PITCH = shape("chain.ripple_pitch", 9.525e-3, 4e-3, 1.3e-2, starts=(5e-3, 6.35e-3, 8e-3, 1.27e-2))
 
-_PHASE = EffectParameter(
-    name="chain.ripple_phase",
-    typical=0.0,
-    low=-3.2,
-    high=3.2,
-    shape=True,
-    starts=(-1.6, 1.6, 3.1),
-    natural_ends=True,
-)
+_PHASE = shape("chain.ripple_phase", 0.0, -3.2, 3.2, starts=(-1.6, 1.6, 3.1), natural_ends=True)
 
 EFFECTS = (
     Effect(
-        name="chain_backlash",
-        family="backlash",
+        link="transmission", family="backlash", name="chain_backlash",
         missing="backlash between chain and sprocket",
         equation="l_muscle = l + s, |s| <= g/2, s' = (T_other - T) / b between the teeth",
-        parameters=(
-            EffectParameter(
-                name="chain.backlash", typical=3e-4, low=0.0, high=5e-3, starts=(1e-4, 1e-3)
-            ),
-        ),
+        parameters=(size("chain.backlash", 3e-4, 0.0, 5e-3, starts=(1e-4, 1e-3)),),
         look_alikes=("muscle_hysteresis", "coulomb_friction"),
         separating="small reversals at low stiffness, the angle read on both sides of the chain",
         path_dependent=True,
     ),
     Effect(
-        name="chain_compliance",
-        family="compliance",
+        link="transmission", family="compliance", name="chain_compliance",
         missing="compliance of the chain and the end fittings",
         equation="l_muscle = l - e, e' = (C T - e) / tau",
-        parameters=(EffectParameter(name="chain.compliance", typical=1e-6, low=0.0, high=2e-5),),
+        parameters=(size("chain.compliance", 1e-6, 0.0, 2e-5),),
         look_alikes=("passive_stiffness", "threshold_pressure"),
         separating="lock the arm, change the pressures, and measure the chain's extension",
     ),
     Effect(
-        name="sprocket_ripple",
-        form="one_phase",
-        family="sprocket_ripple",
+        link="transmission", family="sprocket_ripple", name="sprocket_ripple", form="one_phase",
         missing="travel of the chain that ripples from tooth to tooth of the sprocket",
         equation="x_muscle = x + a sin(2 pi x / pitch + phase)",
-        parameters=(
-            _RIPPLE,
-            _PITCH,
-            _PHASE,
-        ),
+        parameters=(_RIPPLE, _PITCH, _PHASE),
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",
         rare=True,
     ),
     Effect(
-        name="sprocket_ripple",
-        form="two_phases",
-        family="sprocket_ripple",
+        link="transmission", family="sprocket_ripple", name="sprocket_ripple", form="two_phases",
         missing="travel of the chain that ripples from tooth to tooth of the sprocket, with a phase"
         " of its own at either end, as where a torque ripples with the angle",
         equation="x_muscle = x + a sin(2 pi x / pitch + phase), with a phase for each muscle",
@@ -82,7 +54,6 @@ EFFECTS = (
         ),
         look_alikes=("angle_scale", "chain_backlash"),
         separating="turn the arm slowly through several teeth at one pressure and read the angle",
-        rare=True,
-        crossed=True,
+        rare=True, crossed=True,
     ),
-)
+)  # fmt: skip

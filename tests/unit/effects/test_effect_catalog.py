@@ -16,7 +16,7 @@ from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
-from pamsim.effects.effect import FAMILIES
+from pamsim.effects.effect import FAMILIES, LINKS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.recordings.sensors import distorted
@@ -130,6 +130,23 @@ def test_forms_of_one_physics_share_its_name_and_its_family():
             assert len(forms) == 1 or effect(f"{name}:{form.form}") is form
     with pytest.raises(InputError, match=r"\A[^\n]*coulomb_friction has no form[^\n]*mean 'dahl'"):
         effect("coulomb_friction:dhal")
+
+
+def test_levels_are_a_tree_a_family_has_one_link_and_a_label_one_path():
+    every = [form for forms in FORMS.values() for form in forms]
+    above = collections.defaultdict(set)
+    for one in every:
+        assert one.levels == (one.link, "", one.family, one.name, one.form)
+        above["family", one.family].add(one.link)
+        above["name", one.name].add(one.family)
+        above[one.levels].add(one.label)
+    assert all(len(ones) == 1 for ones in above.values())
+    assert {one.link for one in every} == set(LINKS)
+
+
+def test_an_effect_at_one_muscle_has_it_among_its_levels(rig):
+    leak = rig_effect(rig, "air_leak:laminar at muscle_2")
+    assert leak.levels == ("air", "muscle_2", "leak", "air_leak", "laminar")
 
 
 @pytest.mark.parametrize("name", EVERY)
