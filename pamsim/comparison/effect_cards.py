@@ -26,7 +26,7 @@ def effect_cards(
             cannot have is said.
 
     Returns:
-        JSON-safe mapping ``effects``: name, form, family, what a model without it is missing,
+        JSON-safe mapping ``effects``: name, form, link, family, what a model without it is missing,
         equation, parameters, look-alikes and the experiment that separates them; with a rig also
         the joints or muscles that it is tried at, and why it cannot be tried.
 
@@ -46,6 +46,7 @@ def _card(one: Effect, rig: Rig | None) -> dict[str, Any]:
     card: dict[str, Any] = {
         "name": one.name,
         "form": one.form,
+        "link": one.link,
         "family": one.family,
         "missing": one.missing,
         "equation": one.equation,
