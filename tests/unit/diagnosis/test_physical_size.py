@@ -18,10 +18,10 @@ from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.record import parameters, state_size
-from pamsim.twins.hidden import virtual_tests as plant
-from pamsim.twins.hidden.catalog import PLANT_EFFECTS
-from pamsim.twins.plant.air import orifice
-from pamsim.twins.plant.read_rig import read_rig
+from tests.plant.air import orifice
+from tests.plant.hidden import virtual_tests as plant
+from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.plant.read_rig import read_rig
 
 ALL_FORMS = [effect for forms in FORMS.values() for effect in forms]
 DRY = "joint.shaft.frictionloss"

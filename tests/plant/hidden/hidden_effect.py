@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 from pamsim.effects.catalog import EFFECTS
 from pamsim.recordings.recording import Recording
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.run import Timing
+from tests.plant.read_rig import Numbers
+from tests.plant.run import Timing
 
 
 @dataclass(frozen=True, kw_only=True)

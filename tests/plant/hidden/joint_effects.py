@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from pamsim.effects.effect import JOINT, TILTED
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import joint_friction
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
+from tests.plant.hidden.virtual_tests import joint_friction
+from tests.plant.read_rig import Numbers
 
 _FRICTION, _DAMPING = f"joint.{JOINT}.frictionloss", f"joint.{JOINT}.damping"
 _TILT = f"body.{TILTED}.tilt"

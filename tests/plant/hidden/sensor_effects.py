@@ -11,8 +11,8 @@ from scipy.signal import lsim
 from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain
-from pamsim.twins.hidden.hidden_effect import PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import PlantEffect, Quantities, Quantity, stated
+from tests.plant.read_rig import Numbers
 
 _BENT = 0.25
 """Relative change of a sensor's error over its range."""

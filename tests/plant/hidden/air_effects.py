@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pamsim.core.errors import InputError
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import PRESSURE
-from pamsim.twins.plant.air import orifice
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.run import Timing
+from tests.plant.air import orifice
+from tests.plant.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
+from tests.plant.hidden.virtual_tests import PRESSURE
+from tests.plant.read_rig import Numbers
+from tests.plant.run import Timing
 
 _FLOW = 2e-4
 """Flow at which a supply with a turbulent restriction falls as much as a linear one [kg/s]."""

@@ -12,10 +12,10 @@ import math
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.plant.joint import dry_level, sticks
-from pamsim.twins.plant.muscle import played, reach_of
-from pamsim.twins.plant.rates import all_tensions, driving_torque, muscle_length, write_rates
-from pamsim.twins.plant.records import (
+from tests.plant.joint import dry_level, sticks
+from tests.plant.muscle import played, reach_of
+from tests.plant.rates import all_tensions, driving_torque, muscle_length, write_rates
+from tests.plant.records import (
     ANGLE,
     JOINT_STATES,
     MUSCLE_STATES,

@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
-from pamsim.twins.plant.joint import bristle_rate, dry_level, free_torque
-from pamsim.twins.plant.muscle import (
+from tests.plant.hidden.hidden_effect import Quantities, Quantity
+from tests.plant.joint import bristle_rate, dry_level, free_torque
+from tests.plant.muscle import (
     duhem_rate,
     loop_pull,
     played,
@@ -18,8 +18,8 @@ from pamsim.twins.plant.muscle import (
     reach_of,
     steady_pull,
 )
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.records import PLAYS, Record
+from tests.plant.read_rig import Numbers
+from tests.plant.records import PLAYS, Record
 
 PRESSURE = 2.5e5
 """Gauge pressure of the tests [Pa]."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pamsim.core.errors import InputError
 from pamsim.effects.effect import SECOND_MUSCLE
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import PRESSURE, creep, muscle_loop, pull_change
-from pamsim.twins.plant.muscle import inside_pressure
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
+from tests.plant.hidden.virtual_tests import PRESSURE, creep, muscle_loop, pull_change
+from tests.plant.muscle import inside_pressure
+from tests.plant.read_rig import Numbers
 
 _LOOP = "hysteresis.force_per_pressure"
 _SECOND_SCALE = f"{SECOND_MUSCLE}:force.scale"
