@@ -52,6 +52,8 @@ def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, cap
     ("args", "words"),
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
+        (["quadratic_drag", *QUICK], "no effect 'quadratic_drag'"),
+        (["air_leak", "--protocols", "levels"], "no protocol 'levels'"),
         (["air_leak", "--protocols", "burst"], "did you mean 'bursts'"),
         (["air_leak", "--size", "1,2", *QUICK], "2 sizes for 1 effects"),
         (["none", "--protocols", "bursts", "--repeats", "0"], "at least one trial"),

@@ -176,12 +176,12 @@ def _measured_size(
     there = without.copy()
     if one.change is not None:
         one.change(there, amount)
-    measured = one.measure(there, without, amount)
+    measured = one.measured(there, without, amount)
 
     def own(name: str) -> float:
         return rig_parameter(base, rig_name(base, name)).value
 
-    known = {rig_name(base, n): v for n, v in one.library(amount, measured, own).items()}
+    known = {rig_name(base, n): v for n, v in one.in_library(amount, measured, own).items()}
     found = PlantHidden(
         name=one.name,
         size=amount,

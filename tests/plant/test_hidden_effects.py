@@ -9,10 +9,11 @@ import pytest
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_name
+from pamsim.diagnosis.virtual_test_conditions import PRESSURE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
 from tests.plant.hidden.catalog import PLANT_EFFECTS
-from tests.plant.hidden.virtual_tests import PRESSURE, joint_friction, muscle_loop
+from tests.plant.hidden.virtual_tests import joint_friction, muscle_loop
 from tests.plant.inputs import INPUTS
 from tests.plant.read_rig import read_rig
 from tests.plant.run import Timing, run
@@ -56,7 +57,7 @@ def measured(rig, effect, size):
     there = without.copy()
     if effect.change is not None:
         effect.change(there, size)
-    return effect.measure(there, without, size)
+    return effect.measured(there, without, size)
 
 
 @pytest.mark.parametrize("name", PLANT_EFFECTS)
@@ -74,7 +75,7 @@ def test_each_shows_starts_afresh_and_is_not_the_library_s_formula(rig, plain, n
     def own(parameter):
         return rig_parameter(rig, rig_name(rig, parameter)).value
 
-    equal = {rig_name(rig, n): v for n, v in effect.library(effect.typical, found, own).items()}
+    equal = {rig_name(rig, n): v for n, v in effect.in_library(effect.typical, found, own).items()}
     if equal and not any(n.startswith("sensor.") for n in equal):
         by_library = recorded(rig.with_parameters(equal), protocol)
         assert far(there, by_library) > 0.02
