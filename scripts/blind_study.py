@@ -20,6 +20,7 @@ import functools
 import hashlib
 import json
 import platform
+import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
@@ -37,8 +38,10 @@ from pamsim.comparison.effects_on_rig import rig_effect, rig_name
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.twins.hide import hide
 from pamsim.twins.synthetic_recording import SyntheticRecording
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.hide import hide
 
 KEPT = Path("out/blind_study")
 REPEATS = (1, 2, 3, 4)
@@ -260,7 +263,11 @@ def main() -> None:
     options = parser.parse_args()
     here = Path(__file__).parent
     mark = fingerprint(
-        "pamsim", __file__, CASES, here / "blind_study_scores.py", *Path("models").glob("*/*.*ml")
+        ("pamsim", "tests.plant"),
+        __file__,
+        CASES,
+        here / "blind_study_scores.py",
+        *Path("models").glob("*/*.*ml"),
     )
     some = cases()[options.begin - 1 : options.first]
     chosen = [c for c in some if options.tier in ("", c["tier"])]

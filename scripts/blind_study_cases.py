@@ -30,6 +30,7 @@ import argparse
 import functools
 import json
 import math
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -44,9 +45,11 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.recordings import NUISANCE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
-from pamsim.twins.hidden.catalog import PLANT_EFFECTS
-from pamsim.twins.hide import hide
 from pamsim.twins.noise import ANGLE_NOISE, FORCE_NOISE, PRESSURE_NOISE
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.plant.hide import hide
 
 FILE = Path(__file__).parent / "blind_study_cases.json"
 INPUTS = ("levels", "ramps", "tones", "pulses", "loaded_levels")

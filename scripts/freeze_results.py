@@ -5,8 +5,9 @@
     python scripts/freeze_results.py compare BEFORE AFTER [--renamed MAP.json] [--json TABLE.json]
 
 Make the data once, by the code before the change. Run before and after (about half an hour of one
-processor each; what OUT holds is not run again), and compare. Only the command line of pamsim is
-used: the modules may move. Which code runs is PYTHON's, or that of an absolute PYTHONPATH.
+processor each; what OUT holds is not run again), and compare. Only the command lines of
+pamsim and of the tests' plant are used: the modules may move. Which code runs is PYTHON's, or that
+of an absolute PYTHONPATH.
 
 A map of renamed keys describes results whose shape has changed on purpose. It holds, per command
 (``*`` stands for anything), old places and new ones, null for what is not compared, on either side.
@@ -44,6 +45,9 @@ import click
 from tqdm import tqdm
 
 FORCE_MAP = Path(__file__).parent.parent / "pamsim" / "data" / "dmsp20_300_force_map.csv"
+
+PLANT = "tests.plant.hide"
+"""In place of a command of pamsim: the module that hides effects in the independent plant."""
 
 PROTOCOLS = "triangle,staircase,multisine,bursts,loaded_steps"
 
@@ -106,7 +110,7 @@ def hidden(name: str) -> tuple[str, ...]:
     """Arguments that make the data of a synthetic recording."""
     effects, sizes, seed, more = SYNTHETIC[name]
     setting = ("--protocols", PROTOCOLS, "--duration", "5s", "--seed", str(seed))
-    return ("hide", effects, "--size", sizes, *setting, *more)
+    return (PLANT if "--formulation" in more else "hide", effects, "--size", sizes, *setting, *more)
 
 
 def data_commands() -> dict[str, tuple[str, ...]]:
@@ -123,8 +127,8 @@ def commands() -> dict[str, tuple[str, ...]]:
         "models": ("models",),
         "hide": (*SHORT_RECORDING, "--out", "out"),
         "hide_different": (
-            "hide", "cogging_torque+air_leak", "--size", "2,1", "--formulation", "independent",
-            "--protocols", "triangle,bursts", "--duration", "2s", "--repeats", "2", "--coloured",
+            PLANT, "cogging_torque+air_leak", "--size", "2,1", *_DIFFERENT, "--protocols",
+            "triangle,bursts", "--duration", "2s", "--repeats", "2", "--coloured",
             "--no-forces", "--seed", "5", "--out", "out",
         ),
         "step": (*STEPS["pressure_step"], "--out", "out"),
@@ -234,9 +238,12 @@ def pamsim(python: str, arguments: Iterable[str], folder: Path) -> tuple[int, st
     Returns:
         Exit code, and the last line on standard error.
     """
+    arguments = list(arguments)
+    plant = arguments[0] == PLANT
+    how = ["-m"] if plant else ["-c", "from pamsim.cli.main import main; main()"]
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     done = subprocess.run(
-        [python, "-c", "from pamsim.cli.main import main; main()", *arguments],
+        [python, *how, *arguments],
         cwd=folder,
         env={**os.environ, **threads},
         capture_output=True,

@@ -26,8 +26,8 @@ Task = tuple[str, str, int]
 Rows = dict[Task, dict[str, Any]]
 
 
-def fingerprint(prefix: str, *files: Path | str) -> str:
-    """What the rows hang on: the code of the modules in use under a name, and further files."""
+def fingerprint(prefix: str | tuple[str, ...], *files: Path | str) -> str:
+    """What the rows hang on: the code of the modules in use under names, and further files."""
     used = [m.__file__ for name, m in sys.modules.items() if name.startswith(prefix)]
     paths = sorted({str(path) for path in (*used, *files) if path})
     return hashlib.sha256(b"".join(Path(path).read_bytes() for path in paths)).hexdigest()[:16]

@@ -81,7 +81,7 @@ PARTS: dict[str, tuple[Room, ...]] = {
         Room(
             ("effects",),
             (f"{_PAGES}effects_is_that_of_the_catalog", "unit/effects",
-             "unit/comparison physics/test_effects.py unit/diagnosis unit/twins"),
+             "unit/comparison physics/test_effects.py unit/diagnosis plant/test_hidden_effects.py"),
         ),
     ),
     "verdict": (

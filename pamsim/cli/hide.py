@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,13 +17,15 @@ from pamsim.cli.options import (
     effect_names,
     forced,
     json_option,
-    listed,
     names_option,
     out_option,
     protocol_names,
     rig_option,
 )
 from pamsim.cli.output import progress_bar, save_json
+
+if TYPE_CHECKING:
+    from pamsim.twins.synthetic_recording import SyntheticRecording
 
 
 @click.command(name="hide", cls=Command)
@@ -35,14 +38,6 @@ from pamsim.cli.output import progress_bar, save_json
     default="1",
     show_default=True,
     help="Of each effect, in typical sizes.",
-)
-@click.option(
-    "--formulation",
-    default="library",
-    shell_complete=completed(listed("pamsim.twins.synthetic_recording", "FORMULATIONS")),
-    show_default=True,
-    help="library: by the library's formulas in MuJoCo; plant: by the same in an independent plant;"
-    " independent: by other formulas in that plant.",
 )
 @names_option(
     "--protocols",
@@ -62,33 +57,45 @@ from pamsim.cli.output import progress_bar, save_json
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @json_option
-def command(
-    effects: str,
-    out: Path,
-    rig: str,
-    size: list[float],
-    formulation: str,
-    protocols: tuple[str, ...],
-    repeats: int,
-    duration: float | None,
-    coloured: bool,
-    noise: float,
-    variation: float,
-    quantised: bool,
-    measured_drive: bool,
-    no_forces: bool,
-    seed: int,
-    json_file: Path | None,
-) -> int:
+def command(**given: Any) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
     "coulomb_friction at elbow" hides one at a joint of several, "air_leak at biceps" in one muscle.
 
-    The independent plant can also have effects that the library does not hold, such as
-    quadratic_drag. Writes a recording folder and, beside it, the ground truth.
+    Writes a recording folder and, beside it, the ground truth.
+    """
+    from pamsim.twins.hide import hide
+
+    return record(hide, **given)
+
+
+def record(
+    hide: Callable[..., SyntheticRecording],
+    *,
+    effects: str,
+    out: Path,
+    rig: str,
+    size: list[float],
+    no_forces: bool,
+    json_file: Path | None,
+    **options: Any,
+) -> int:
+    """Record; write the recording and the ground truth, and print their places.
+
+    Args:
+        hide: `pamsim.hide`, or a function of the same arguments.
+        effects: names with + between them; or ``none``.
+        out: folder to write.
+        rig: name or folder.
+        size: of each effect, or of all [typical sizes].
+        no_forces: whether muscle forces go unmeasured.
+        json_file: for the ground truth.
+        options: further ones of ``hide``.
+
+    Raises:
+        click.UsageError: if there are neither one size nor as many as effects.
     """
     from pamsim.core.files import refuse_existing
-    from pamsim.twins.hide import hide
     from pamsim.twins.synthetic_recording import ground_truth_file
 
     refuse_existing(ground_truth_file(out), forced())
@@ -96,22 +103,12 @@ def command(
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
-    options: dict[str, Any] = {"protocols": protocols} if protocols else {}
     with progress_bar("trial") as progress:
         recording = hide(
             rig,
             dict(zip(names, sizes, strict=True)),
             progress=progress,
-            repeats=repeats,
-            duration=duration,
-            coloured=coloured,
-            noise=noise,
-            variation=variation,
-            quantised=quantised,
-            measured_drive=measured_drive,
             forces=not no_forces,
-            formulation=formulation,
-            seed=seed,
             **options,
         )
     ground_truth = recording.save(out)

@@ -1,6 +1,6 @@
 """Conditions of the virtual tests that give an effect's size in physical terms.
 
-They are those of the ground truth of the independent plant (`pamsim.twins.hidden.virtual_tests`).
+The ground truth of the tests' independent plant is measured under the same.
 """
 
 from __future__ import annotations

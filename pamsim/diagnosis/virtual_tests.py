@@ -3,7 +3,7 @@
 Each compares a rig with an effect and the same rig without it, as a bench test of the part would: a
 joint turned by hand, a muscle stretched at a held pressure, a valve opened slowly. The parts are
 those that a simulation is made of, so that a size means the same whichever form the effect has.
-`pamsim.twins.hidden.virtual_tests` tests an independent plant under the same names and conditions.
+The tests' independent plant is tested under the same names and conditions.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ _Found: TypeAlias = tuple[dict[str, str], dict[str, tuple[float, _Interval]]]
 _RECORDED = {
     "protocols": list, "repeats": int, "duration": float, "coloured": bool, "noise": float,
     "variation": float, "forces": bool, "quantised": bool, "measured_drive": bool,
-    "formulation": str, "seed": int,
+    "seed": int,
 }  # fmt: skip
 """Options of `pamsim.twins.hide.hide`."""
 

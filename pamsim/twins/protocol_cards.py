@@ -9,12 +9,10 @@ from pamsim.comparison.protocols import DURATION, PROTOCOLS, RATE, Protocol
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.recordings.signals import MUSCLE_DRIVES
-from pamsim.twins.plant.inputs import INPUTS, Input
 
 KINDS = {
     "menu": "pressures or valves; a diagnosis proposes its next experiment from these",
     "machine": "a machine moves the joints",
-    "unseen": "on no menu of a diagnosis, for blind tests; --formulation plant or independent",
 }
 """Kind of a protocol -> what the kind has in common."""
 
@@ -35,7 +33,6 @@ def protocol_cards(name: str | None = None) -> dict[str, Any]:
     cards = [
         *(_card("menu", one, one.command, one.load) for one in PROTOCOLS.values()),
         *(_card("machine", one, "pressure_set", 0.0) for one in IMPOSED_MOTIONS.values()),
-        *(_card("unseen", one, one.command, one.load) for one in INPUTS.values()),
     ]
     known = [card["name"] for card in cards]
     if name is not None and name not in known:
@@ -44,9 +41,7 @@ def protocol_cards(name: str | None = None) -> dict[str, Any]:
     return to_dict({"schema": "pamsim-protocols/1", "protocols": chosen})
 
 
-def _card(
-    kind: str, one: Protocol | ImposedMotion | Input, command: str, load: float
-) -> dict[str, Any]:
+def _card(kind: str, one: Protocol | ImposedMotion, command: str, load: float) -> dict[str, Any]:
     return {
         "name": one.name,
         "kind": kind,

@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pamsim.core.encoding import to_dict, write_json
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_file
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Recording, write_recording
-from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
-from pamsim.twins.plant.run import STEP
 
-SCHEMA = "pamsim-ground-truth/2"
-
-FORMULATIONS = ("library", "plant", "independent")
-"""Who simulates, and by which formulas: the engine by the library's; the independent plant (other
-equations, integrator and inputs) by the library's; the independent plant by other formulas."""
+SCHEMA = "pamsim-ground-truth/3"
 
 
 def ground_truth_file(folder: Path) -> Path:
@@ -33,8 +27,8 @@ class HideSettings:
     """How synthetic recordings are made.
 
     Attributes:
-        protocols: names of the inputs: of `pamsim.comparison.protocols`, or of
-            `pamsim.twins.plant.inputs`, which only the plant has; all of these if left out.
+        protocols: names of the inputs: of `pamsim.comparison.protocols`, all that the rig can take
+            if left out, or of `pamsim.comparison.imposed_motion`.
         repeats: trials of each input, in each of its two settings.
         duration: of a trial [s]; the protocols' own if left out.
         coloured: True for noise half of which drifts (AR(1)), False for white noise.
@@ -43,12 +37,10 @@ class HideSettings:
         forces: whether muscle forces are measured.
         quantised: whether angle and pressures come in steps of the rig's encoder and converter.
         measured_drive: True records no commands: the measured pressures then drive the rig.
-        formulation: one of `FORMULATIONS`.
-        step: longest step of the independent plant's integrator [s].
         seed: random seed.
 
     Raises:
-        InputError: for an unknown formulation, no repeats, or a step that is not above 0.
+        InputError: for no repeats.
     """
 
     protocols: tuple[str, ...] = ()
@@ -60,19 +52,11 @@ class HideSettings:
     forces: bool = True
     quantised: bool = False
     measured_drive: bool = False
-    formulation: str = "library"
-    step: float = STEP
     seed: int = 0
 
     def __post_init__(self) -> None:
         if self.repeats < 1:
             raise InputError(f"{self.repeats} repeats: at least one trial is needed")
-        if not self.step > 0.0:
-            raise InputError(f"step: {self.step:g} s; it must be above 0")
-        if self.formulation not in FORMULATIONS:
-            raise InputError(
-                f"no formulation {self.formulation!r}; {nearest(self.formulation, FORMULATIONS)}"
-            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,23 +67,15 @@ class HiddenEffect:
         name: of the effect.
         size: how much of it [unit].
         unit: of the size.
-        formulation: ``library``, or the formula in words.
-        stands_for: effects of the library that are right names for it; none for an effect from
-            outside the library.
-        resembles: effects of the library that data can hardly distinguish from it, although none
-            is its cause.
+        stands_for: effects of the library that are right names for it.
         families: families of the library that are right for it.
-        physical: its size in terms that no formula defines, such as a breakaway torque.
     """
 
     name: str
     size: float
     unit: str
-    formulation: str
     stands_for: tuple[str, ...]
-    resembles: tuple[str, ...] = ()
     families: tuple[str, ...] = ()
-    physical: Quantities = field(default_factory=dict[str, Quantity])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,8 +86,7 @@ class SyntheticRecording:
         rig: without the effects.
         reference: name or path by which the recording finds the rig.
         effects: what was hidden.
-        hidden: rig parameter -> value that makes the effects, or means the same size of an effect
-            by another formula [SI].
+        hidden: rig parameter -> value that makes the effects [SI].
         settings: how the recordings were made.
         trials: file stem -> noisy recording.
         protocols: file stem -> protocol.

@@ -2,7 +2,7 @@
 
     python scripts/benchmarks/batch_vs_lsoda.py [--json FILE] [--rounds 5]
 
-LSODA integrates the equations of the independent plant (`pamsim.twins.plant`), compiled, which
+LSODA integrates the equations of the independent plant (`tests.plant`), compiled, which
 share no line with the engine's muscles and describe the same arm. Its relative tolerance is the
 loosest that brings the median error of the final angles to that of pamsim at a time step, or
 below. The error of each is that against its own solution in much shorter steps. Both come to rest
@@ -17,6 +17,7 @@ import json
 import os
 import platform
 import statistics
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,10 +35,12 @@ import pamsim
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.jit import reached_functions
-from pamsim.twins.plant.rates import write_rates
-from pamsim.twins.plant.read_rig import Numbers, read_rig
-from pamsim.twins.plant.records import ANGLE
-from pamsim.twins.plant.run import at_zero, run
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests.plant.rates import write_rates
+from tests.plant.read_rig import Numbers, read_rig
+from tests.plant.records import ANGLE
+from tests.plant.run import at_zero, run
 
 COUNT = 64
 SETTLE, DURATION = 2.0, 2.0

@@ -34,7 +34,10 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.twins.hide import hide
+from pamsim.twins.synthetic_recording import SyntheticRecording
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+import tests.plant.hide
 
 Table = dict[str, FloatArray]
 Change = Callable[[Table], None]
@@ -51,12 +54,21 @@ PRESSURES = r".*_kpa"
 
 @dataclass(frozen=True, kw_only=True)
 class Made:
-    """How a recording is made: arguments of `pamsim.hide`, and parameters of the rig in truth."""
+    """How a recording is made.
+
+    Attributes:
+        rig: name.
+        effects: hidden, as `pamsim.hide` takes them.
+        parameters: of the rig in truth -> factor on its own.
+        options: further arguments of `pamsim.hide`.
+        hide: `pamsim.hide`, or that of the independent plant.
+    """
 
     rig: str = "mas20_arm"
     effects: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, float] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
+    hide: Callable[..., SyntheticRecording] = pamsim.hide
 
     def save(self, folder: Path, seed: int) -> None:
         """Simulate and write it; it names the shipped rig, whatever the true parameters are."""
@@ -64,7 +76,7 @@ class Made:
         true = {n: f * rig_parameter(rig, n).value for n, f in self.parameters.items()}
         rig = rig.with_parameters(true)
         settings = {"duration": 4.0, "repeats": 2, **self.options, "seed": seed}
-        hide(rig, self.effects, **settings).save(folder)
+        self.hide(rig, self.effects, **settings).save(folder)
 
 
 ALTERED = {
@@ -75,6 +87,7 @@ ALTERED = {
     "valves": Made(
         effects={"viscous_friction": 1.0},
         options={"formulation": "plant", "protocols": ("bursts",), "forces": False},
+        hide=tests.plant.hide.hide,
     ),
     "two joints": Made(
         rig="two_joint_arm",

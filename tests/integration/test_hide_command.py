@@ -10,10 +10,8 @@ import pytest
 import pamsim
 from pamsim.cli.main import main
 from pamsim.comparison.protocols import PROTOCOLS
-from pamsim.core.errors import InputError
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
-from pamsim.twins.noise import ANGLE_NOISE
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
@@ -38,7 +36,6 @@ def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, cap
     assert truth == json.loads((tmp_path / "t.json").read_text(encoding="utf-8"))
     assert [e["name"] for e in truth["effects"]] == ["air_leak", "chain_backlash"]
     assert truth["parameters"]["chain.backlash"]["value"] == pytest.approx(6e-4)
-    assert {e["formulation"] for e in truth["effects"]} == {"library"}
     text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
     assert "leak" not in text
     found = read_recordings(folder)
@@ -51,45 +48,12 @@ def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, cap
     assert not np.array_equal(found.trials[0].command, found.trials[2].command)
 
 
-def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physical_terms(
-    monkeypatch, capsys, tmp_path
-):
-    folder = tmp_path / "data"
-    code, _, err = run(
-        monkeypatch, capsys, "air_leak+eccentric_encoder+sticking_friction", "--size", "1,1,2",
-        "--formulation", "independent", "--protocols", "pulses,bursts", "--repeats", "1",
-        "--duration", "400ms", "--quantised", "--out", folder,
-    )  # fmt: skip
-    assert code == 0, err
-    ground_truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
-    effects = {effect["name"]: effect for effect in ground_truth["effects"]}
-    assert list(effects) == ["sticking_friction", "laminar_leak", "eccentric_encoder"]
-    assert effects["laminar_leak"]["stands_for"] == ["air_leak"]
-    assert "laminar" in effects["laminar_leak"]["formulation"]
-    assert effects["eccentric_encoder"]["stands_for"] == []
-    breakaway = effects["sticking_friction"]["physical"]["breakaway_torque"]
-    assert breakaway["value"] == pytest.approx(0.6, rel=0.01)
-    assert breakaway["unit"] == "N*m"
-    assert ground_truth["parameters"]["joint.shaft.frictionloss"]["value"] == pytest.approx(0.33)
-    assert ground_truth["settings"]["formulation"] == "independent"
-    text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
-    assert not any(word in text for word in ("encoder", "leak", "independent", "timestep"))
-    trial = read_recordings(folder).trials[0]
-    assert trial.time[-1] == pytest.approx(0.4)
-    steps = trial.measured["angle"] / (2.0 * np.pi / 2500)
-    assert np.abs(steps - np.round(steps)).max() < 1e-4
-
-
 @pytest.mark.parametrize(
     ("args", "words"),
     [
         (["air_lek", *QUICK], "did you mean 'air_leak'"),
-        (["cogging_torqe", *QUICK], "did you mean 'cogging_torque'"),
-        (["quadratic_drag", *QUICK], "add --formulation independent"),
-        (["added_inertia", "--formulation", "independent", *QUICK], "has no other formula"),
-        (["air_leak", "--formulation", "plant", "--protocols", "chrp"], "did you mean 'chirp'"),
-        (["laminar_leak", "--formulation", "plant", "--size", "-1", *QUICK], "must be above 0"),
-        (["air_leak", "--formulation", "indepndent", *QUICK], "did you mean 'independent'"),
+        (["quadratic_drag", *QUICK], "no effect 'quadratic_drag'"),
+        (["air_leak", "--protocols", "levels"], "no protocol 'levels'"),
         (["air_leak", "--protocols", "burst"], "did you mean 'bursts'"),
         (["air_leak", "--size", "1,2", *QUICK], "2 sizes for 1 effects"),
         (["none", "--protocols", "bursts", "--repeats", "0"], "at least one trial"),
@@ -141,21 +105,6 @@ def test_trials_differ_a_little_from_one_to_the_next(rig):
     assert np.array_equal(same["bursts_1"].angle, same["bursts_2"].angle)
     spread = np.ptp(varied["bursts_1"].pressure - varied["bursts_2"].pressure)
     assert 100.0 < spread < 2e4
-
-
-def test_a_longer_step_of_the_plant_moves_no_sample_by_a_hundredth_of_the_noise(rig):
-    def made(step):
-        return hide(
-            rig, {"sticking_friction": 0.5}, protocols=("levels",), repeats=1, duration=0.4,
-            variation=0.0, noise=0.0, formulation="plant", step=step,
-        ).trials  # fmt: skip
-
-    fine, coarse = made(3.5e-4), made(1.4e-3)
-    for name in fine:
-        off = np.abs(coarse[name].angle - fine[name].angle) / ANGLE_NOISE
-        assert 0.0 < off.max() < 0.01
-    with pytest.raises(InputError, match="must be above 0"):
-        made(0.0)
 
 
 def test_a_sensor_s_error_is_in_what_is_measured_alone(rig):

@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 import pamsim
-from pamsim.twins.plant.muscle import steady_pull
-from pamsim.twins.plant.read_rig import read_rig
+from tests.plant.muscle import steady_pull
+from tests.plant.read_rig import read_rig
 from tests.unit.physics.flat import EXTENSION
 
 COMPLIANCE = 2e-6

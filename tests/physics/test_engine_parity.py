@@ -7,9 +7,9 @@ import pytest
 
 import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
-from pamsim.twins.plant.inputs import INPUTS
-from pamsim.twins.plant.read_rig import read_rig
-from pamsim.twins.plant.run import run
+from tests.plant.inputs import INPUTS
+from tests.plant.read_rig import read_rig
+from tests.plant.run import run
 
 STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=3.0, load=1.2, sample_rate=100.0)
 

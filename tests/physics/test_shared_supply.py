@@ -14,8 +14,8 @@ from pamsim.core.errors import InputError
 from pamsim.engine.stepping import BACKENDS
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.record import slot
-from pamsim.twins.plant.read_rig import read_rig
-from pamsim.twins.plant.run import run
+from tests.plant.read_rig import read_rig
+from tests.plant.run import run
 from tests.unit.physics.flat import AIR, SAG, chamber_volume
 
 LINE = {"valve.supply_resistance": 8e8}

@@ -14,6 +14,7 @@ from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.errors import InputError
 from pamsim.engine.simulate import prepare
 from pamsim.twins.hide import hide
+from tests.plant import hide as plant
 
 SEEDS = range(40)
 
@@ -76,4 +77,4 @@ def test_a_joint_without_range_cannot_be_moved(bench, monkeypatch):
 def test_a_plant_without_machine_refuses_it(bench):
     arm = pamsim.load_rig("mas20_arm")
     with pytest.raises(InputError, match="the independent plant takes pressures"):
-        hide(arm, {}, protocols=("isometric",), duration=0.5, repeats=1, formulation="plant")
+        plant.hide(arm, {}, protocols=("isometric",), duration=0.5, repeats=1)

@@ -18,10 +18,10 @@ from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.record import parameters, state_size
-from pamsim.twins.hidden import virtual_tests as plant
-from pamsim.twins.hidden.catalog import PLANT_EFFECTS
-from pamsim.twins.plant.air import orifice
-from pamsim.twins.plant.read_rig import read_rig
+from tests.plant.air import orifice
+from tests.plant.hidden import virtual_tests as plant
+from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.plant.read_rig import read_rig
 
 ALL_FORMS = [effect for forms in FORMS.values() for effect in forms]
 DRY = "joint.shaft.frictionloss"
@@ -187,7 +187,7 @@ def test_hysteresis_has_the_plant_s_size(rig):
     )
     found = {n: v for n, (v, _) in TESTS["muscle_hysteresis"](there, bench(bare), 0).items()}
     effect = PLANT_EFFECTS["slip_hysteresis"]
-    same(found, effect.measure(*in_plant(bare, lambda n: effect.change(n, size)), size), rel=1e-9)
+    same(found, effect.measured(*in_plant(bare, lambda n: effect.change(n, size)), size), rel=1e-9)
     # Bouc-Wen with n = sigma = 1 is Duhem's equation with the same way in both directions.
     duhem = sized(
         bare,
@@ -242,7 +242,7 @@ def test_an_effect_hidden_in_the_library_s_own_form_has_the_size_that_it_states(
 ):
     effect = PLANT_EFFECTS[hidden]
     there, without = in_plant(rig, lambda n: effect.change(n, effect.typical))
-    measured = effect.measure(there, without, effect.typical)
+    measured = effect.measured(there, without, effect.typical)
     same(sized(rig, name, values), measured, rel=4e-3)
 
 
@@ -251,7 +251,7 @@ def test_leaks_that_lose_as_much_at_the_test_s_pressure_have_one_size(rig):
     narrow = sized(rig, "air_leak", {"chamber.laminar_leak_conductance": 1e-12})["mass_flow"]
     equal = {"chamber.laminar_leak_conductance": 1e-12 * orifice_ / narrow}
     effect = PLANT_EFFECTS["laminar_leak"]
-    measured = effect.measure(*in_plant(rig, lambda n: effect.change(n, 2e-12)), 2e-12)
+    measured = effect.measured(*in_plant(rig, lambda n: effect.change(n, 2e-12)), 2e-12)
     same(sized(rig, "air_leak", equal), measured, rel=1e-6)
 
 
@@ -276,15 +276,15 @@ def test_the_other_parts_change_as_the_plant_s(rig):
 
     without = read_rig(rig, 0.0)
     for name, measure in (
-        ("threshold_pressure", PLANT_EFFECTS["smooth_threshold"].measure),
-        ("load_torque", PLANT_EFFECTS["tilted_ground"].measure),
+        ("threshold_pressure", PLANT_EFFECTS["smooth_threshold"].measured),
+        ("load_torque", PLANT_EFFECTS["tilted_ground"].measured),
     ):
         found, there = numbers(name)
         same(found, measure(there, without, 0.0), rel=1e-6)
     found, there = numbers("viscous_friction")
     drag = float(there.joint[0].damping - without.joint[0].damping)
     there.joint.drag, there.joint.drag_power = drag, 1.0
-    same(found, PLANT_EFFECTS["power_drag"].measure(there, without, 0.0), rel=1e-6)
+    same(found, PLANT_EFFECTS["power_drag"].measured(there, without, 0.0), rel=1e-6)
     found, there = numbers("added_inertia")
     gained = float(there.joint[0].inertia - without.joint[0].inertia)
     assert found["inertia"] == pytest.approx(gained)
@@ -323,12 +323,12 @@ def test_the_parameter_that_the_ground_truth_states_has_the_size_that_it_states(
         if effect.change is not None:
             effect.change(n, effect.typical)
 
-    measured = effect.measure(*in_plant(rig, change), effect.typical)
+    measured = effect.measured(*in_plant(rig, change), effect.typical)
 
     def own(parameter):
         return rig_parameter(rig, rig_name(rig, parameter)).value
 
-    known = effect.library(effect.typical, measured, own)
+    known = effect.in_library(effect.typical, measured, own)
     values = {rig_name(rig, n): v for n, v in known.items()}
     found = sized(rig, SHARED[name], values, muscle=int(name == "unequal_muscles"))
     # The unequal muscle has another shape: only its gain is that of a scale.

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-from pamsim.twins.hidden.catalog import PLANT_EFFECTS
+from tests.plant.hidden.catalog import PLANT_EFFECTS
 
 SCRIPTS = Path(__file__).parents[3] / "scripts"
 generator = SimpleNamespace(**runpy.run_path(str(SCRIPTS / "blind_study_cases.py")))

@@ -214,7 +214,6 @@ def test_a_shell_completes_commands_rigs_and_effects():
         (["protocols", "burs"], {"bursts"}),
         (["hide", "air_leak+coulomb"], {"air_leak+coulomb_friction"}),
         (["hide", "none", "--protocols", "triangle,burs"], {"triangle,bursts"}),
-        (["hide", "none", "--formulation", "pl"], {"plant"}),
         (["params", "joint.shaft.da"], {"joint.shaft.damping"}),
         (["params", "--rig", "two_joint_arm", "joint.elbow.da"], {"joint.elbow.damping"}),
         (["calibrate", "data", "--free", "valve.delay,force.sc"], {"valve.delay,force.scale"}),

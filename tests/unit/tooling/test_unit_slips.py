@@ -10,6 +10,8 @@ from types import SimpleNamespace
 
 import pytest
 
+import pamsim
+
 ROOT = Path(__file__).parents[3]
 study = SimpleNamespace(**runpy.run_path(str(ROOT / "scripts" / "trust" / "unit_slips.py")))
 RECORD = json.loads((ROOT / "scripts/results/unit_slips.json").read_text(encoding="utf-8"))
@@ -20,9 +22,10 @@ def recorded(tmp_path_factory):
     """Valves and set points of the arm, briefly."""
     place = tmp_path_factory.mktemp("mistakes")
     for name in ("valves", "set points"):
-        made = replace(study.ALTERED[name], effects={})
-        short = {"formulation": "library", "duration": 1.5, "repeats": 1}
-        replace(made, options={**made.options, **short}).save(place / name, 0)
+        made = replace(study.ALTERED[name], effects={}, hide=pamsim.hide)
+        options = {**made.options, "duration": 1.5, "repeats": 1}
+        options.pop("formulation", None)  # only the plant's
+        replace(made, options=options).save(place / name, 0)
     return place
 
 

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from pamsim.core.errors import InputError
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import PRESSURE
-from pamsim.twins.plant.air import orifice
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.run import Timing
+from pamsim.diagnosis.virtual_test_conditions import PRESSURE
+from tests.plant.air import orifice
+from tests.plant.hidden.hidden_effect import (
+    Own,
+    PlantEffect,
+    Quantities,
+    Quantity,
+    on_joint,
+    on_muscles,
+)
+from tests.plant.read_rig import Numbers
+from tests.plant.run import Timing
 
 _FLOW = 2e-4
 """Flow at which a supply with a turbulent restriction falls as much as a linear one [kg/s]."""
+
+_LAST = slice(-1, None)
 
 _FILL, _EXHAUST = "valve.conductance_fill", "valve.conductance_exhaust"
 
@@ -29,15 +38,6 @@ def _leaked(there: Numbers, _: Numbers, __: float) -> Quantities:
     }
 
 
-def _reservoir(n: Numbers, size: float) -> None:
-    n.joint.reservoir, n.joint.refill = 1e-4, 0.1 * size
-    n.joint.refill_square = 0.9 * size / _FLOW
-
-
-def _balance(n: Numbers, size: float) -> None:
-    n.muscles.heat_time = size
-
-
 def _nozzle(n: Numbers, size: float) -> None:
     n.muscles.nozzle = 1.0
     n.muscles.fill_conductance *= 1.0 + size
@@ -48,32 +48,11 @@ def _choked(size: float, _: Quantities, own: Own) -> dict[str, float]:
     return {name: own(name) * (1.0 + size) for name in (_FILL, _EXHAUST)}
 
 
-def _dead_zones(n: Numbers, size: float) -> None:
-    n.muscles.dead_zone_fill, n.muscles.dead_zone_exhaust = 1.4 * size, 0.6 * size
-
-
 def _widths(_: Numbers, __: Numbers, size: float) -> Quantities:
     return {
         "opening_lost_filling": Quantity(value=1.4 * size, unit="1"),
         "opening_lost_venting": Quantity(value=0.6 * size, unit="1"),
     }
-
-
-def _bus(size: float, seed: tuple[int, ...]) -> Timing:
-    return Timing(delay=size, spread=0.3 * size, seed=seed)
-
-
-def _slew(n: Numbers, size: float) -> None:
-    n.muscles.slew = 1.0 / size
-
-
-def _two_lags(n: Numbers, size: float) -> None:
-    n.muscles.lag, n.muscles.second_lag = 0.5 * size, 0.5 * size
-
-
-def _stuck(n: Numbers, size: float) -> None:
-    n.muscles[-1].stuck_fills, n.muscles[-1].stuck_from = 1.0, 1.5
-    n.muscles[-1].stuck_at = size
 
 
 def _cross(n: Numbers, size: float) -> None:
@@ -95,7 +74,7 @@ EFFECTS = (
         typical=2e-12,
         change=_leak,
         measure=_leaked,
-        library=lambda size, *_: {"chamber.leak_conductance": size},
+        equals="chamber.leak_conductance",
     ),
     PlantEffect(
         name="small_reservoir",
@@ -104,9 +83,15 @@ EFFECTS = (
         stands_for=("supply_sag",),
         unit="Pa*s/kg",
         typical=2e8,
-        change=_reservoir,
-        measure=stated("pressure_drop_per_flow_at_0.2_g/s", "Pa*s/kg"),
-        library=lambda size, *_: {"valve.supply_resistance": size},
+        change=on_joint(
+            lambda s: {
+                "reservoir": 1e-4,
+                "refill": 0.1 * s,
+                "refill_square": 0.9 * s / _FLOW,
+            }
+        ),
+        stated="pressure_drop_per_flow_at_0.2_g/s",
+        equals="valve.supply_resistance",
     ),
     PlantEffect(
         name="air_temperature",
@@ -114,8 +99,8 @@ EFFECTS = (
         stands_for=("thermal_relaxation",),
         unit="s",
         typical=0.15,
-        change=_balance,
-        measure=stated("temperature_time_constant", "s"),
+        change=on_muscles(lambda s: {"heat_time": s}),
+        stated="temperature_time_constant",
     ),
     PlantEffect(
         name="nozzle_flow",
@@ -124,7 +109,7 @@ EFFECTS = (
         unit="1",
         typical=-0.2,
         change=_nozzle,
-        measure=stated("relative_change_of_choked_flow", "1"),
+        stated="relative_change_of_choked_flow",
         library=_choked,
         signed=True,
     ),
@@ -134,9 +119,9 @@ EFFECTS = (
         stands_for=("valve_dead_zone",),
         unit="1",
         typical=0.05,
-        change=_dead_zones,
+        change=on_muscles(lambda s: {"dead_zone_fill": 1.4 * s, "dead_zone_exhaust": 0.6 * s}),
         measure=_widths,
-        library=lambda size, *_: {"valve.dead_zone": size},
+        equals="valve.dead_zone",
     ),
     PlantEffect(
         name="bus_delay",
@@ -144,9 +129,9 @@ EFFECTS = (
         stands_for=("valve_delay",),
         unit="s",
         typical=0.01,
-        timing=_bus,
-        measure=stated("mean_dead_time", "s"),
-        library=lambda size, *_: {"valve.delay": size},
+        timing=lambda s, seed: Timing(delay=s, spread=0.3 * s, seed=seed),
+        stated="mean_dead_time",
+        equals="valve.delay",
     ),
     PlantEffect(
         name="slewing_line",
@@ -154,8 +139,8 @@ EFFECTS = (
         stands_for=("line_lag", "valve_slew"),
         unit="s",
         typical=0.06,
-        change=_slew,
-        measure=stated("time_for_full_scale", "s"),
+        change=on_muscles(lambda s: {"slew": 1.0 / s}),
+        stated="time_for_full_scale",
     ),
     PlantEffect(
         name="two_lags",
@@ -163,9 +148,9 @@ EFFECTS = (
         stands_for=("line_lag",),
         unit="s",
         typical=0.02,
-        change=_two_lags,
-        measure=stated("sum_of_time_constants", "s"),
-        library=lambda size, *_: {"valve.line_lag": size},
+        change=on_muscles(lambda s: {"lag": 0.5 * s, "second_lag": 0.5 * s}),
+        stated="sum_of_time_constants",
+        equals="valve.line_lag",
     ),
     PlantEffect(
         name="stuck_valve",
@@ -173,8 +158,8 @@ EFFECTS = (
         family="valve",
         unit="1",
         typical=0.3,
-        change=_stuck,
-        measure=stated("largest_opening", "1"),
+        change=on_muscles(lambda s: {"stuck_fills": 1.0, "stuck_from": 1.5, "stuck_at": s}, _LAST),
+        stated="largest_opening",
     ),
     PlantEffect(
         name="cross_leak",
@@ -184,7 +169,7 @@ EFFECTS = (
         unit="kg/(s*Pa)",
         typical=1.2e-11,
         change=_cross,
-        measure=stated("mass_flow_per_pressure", "kg/(s*Pa)"),
+        stated="mass_flow_per_pressure",
     ),
     PlantEffect(
         name="cold_air",
@@ -193,7 +178,7 @@ EFFECTS = (
         unit="K",
         typical=25.0,
         change=_cold,
-        measure=stated("temperature_difference", "K"),
+        stated="temperature_difference",
         signed=True,
     ),
 )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.plant.air import R_AIR, flows, line_pressure, opening, pressure_rate, refilled
-from pamsim.twins.plant.joint import bristle_rate, dry_level, free_torque
-from pamsim.twins.plant.muscle import duhem_rate, loop_rate, rub_rate, tension, volume
-from pamsim.twins.plant.records import (
+from tests.plant.air import R_AIR, flows, line_pressure, opening, pressure_rate, refilled
+from tests.plant.joint import bristle_rate, dry_level, free_torque
+from tests.plant.muscle import duhem_rate, loop_rate, rub_rate, tension, volume
+from tests.plant.records import (
     AIR_TEMPERATURE,
     ANGLE,
     BRANCHES,

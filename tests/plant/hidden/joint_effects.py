@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from pamsim.effects.effect import JOINT, TILTED
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import joint_friction
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, on_joint
+from tests.plant.hidden.virtual_tests import joint_friction
+from tests.plant.read_rig import Numbers
 
 _FRICTION, _DAMPING = f"joint.{JOINT}.frictionloss", f"joint.{JOINT}.damping"
 _TILT = f"body.{TILTED}.tilt"
@@ -26,40 +26,13 @@ _STOP = math.radians(8.0)
 """Angle at which the soft stop begins [rad]."""
 
 
-def _dahl(n: Numbers, size: float) -> None:
-    n.joint.bristle, n.joint.bristle_slip, n.joint.bristle_power = size, 1.5e-3, 1.5
-
-
-def _lugre(n: Numbers, size: float) -> None:
-    n.joint.bristle, n.joint.bristle_slip = _SLIDING_SHARE * size, 1e-3
-    n.joint.bristle_static, n.joint.bristle_speed = (1.0 - _SLIDING_SHARE) * size, 0.12
-    n.joint.bristle_damping, n.joint.bristle_power = 0.3 * size, 1.0
-
-
 def _sticking(n: Numbers, size: float) -> None:
     n.joint.dry += _SLIDING_SHARE * size
     n.joint.static, n.joint.static_speed = (1.0 - _SLIDING_SHARE) * size, 0.1
 
 
-def _tanh(n: Numbers, size: float) -> None:
-    n.joint.smooth_dry, n.joint.smooth_speed = size, 0.02
-
-
-def _loaded(n: Numbers, size: float) -> None:
-    n.joint.carried = size
-
-
 def _sliding(_: float, found: Quantities, own: Own) -> dict[str, float]:
     return {_FRICTION: own(_FRICTION) + found["sliding_torque"].value}
-
-
-def _power_drag(n: Numbers, size: float) -> None:
-    n.joint.drag = size * _DRAG_SPEED ** (1.0 - _DRAG_POWER)
-    n.joint.drag_power = _DRAG_POWER
-
-
-def _quadratic(n: Numbers, size: float) -> None:
-    n.joint.drag, n.joint.drag_power = size, 2.0
 
 
 def _at_half(n: Numbers, _: Numbers, __: float) -> Quantities:
@@ -81,14 +54,6 @@ def _weight(there: Numbers, without: Numbers, _: float) -> Quantities:
     return {"torque_at_zero": Quantity(value=change, unit="N*m")}
 
 
-def _ripple(n: Numbers, size: float) -> None:
-    n.joint.ripple, n.joint.ripple_periods, n.joint.ripple_phase = size, _TEETH, 0.7
-
-
-def _stop(n: Numbers, size: float) -> None:
-    n.joint.stop_at, n.joint.stop_stiffness = _STOP, size
-
-
 def _cables(n: Numbers, size: float) -> None:
     n.joint.stiffness += size
 
@@ -101,7 +66,7 @@ EFFECTS = (
         stands_for=("coulomb_friction",),
         unit="N*m",
         typical=0.3,
-        change=_dahl,
+        change=on_joint(lambda s: {"bristle": s, "bristle_slip": 1.5e-3, "bristle_power": 1.5}),
         measure=joint_friction,
         library=_sliding,
     ),
@@ -111,7 +76,7 @@ EFFECTS = (
         stands_for=("coulomb_friction",),
         unit="N*m",
         typical=0.3,
-        change=_tanh,
+        change=on_joint(lambda s: {"smooth_dry": s, "smooth_speed": 0.02}),
         measure=joint_friction,
         library=_sliding,
     ),
@@ -131,7 +96,16 @@ EFFECTS = (
         stands_for=("stribeck_friction", "coulomb_friction"),
         unit="N*m",
         typical=0.3,
-        change=_lugre,
+        change=on_joint(
+            lambda s: {
+                "bristle": _SLIDING_SHARE * s,
+                "bristle_slip": 1e-3,
+                "bristle_static": (1.0 - _SLIDING_SHARE) * s,
+                "bristle_speed": 0.12,
+                "bristle_damping": 0.3 * s,
+                "bristle_power": 1.0,
+            }
+        ),
         measure=joint_friction,
         library=_sliding,
     ),
@@ -142,7 +116,7 @@ EFFECTS = (
         resembles=("coulomb_friction", "stribeck_friction", "muscle_hysteresis"),
         unit="m",
         typical=2e-4,
-        change=_loaded,
+        change=on_joint(lambda s: {"carried": s}),
         measure=joint_friction,
     ),
     PlantEffect(
@@ -151,7 +125,9 @@ EFFECTS = (
         stands_for=("viscous_friction",),
         unit="N*m*s/rad",
         typical=0.12,
-        change=_power_drag,
+        change=on_joint(
+            lambda s: {"drag": s * _DRAG_SPEED ** (1.0 - _DRAG_POWER), "drag_power": _DRAG_POWER}
+        ),
         measure=_at_half,
         library=lambda size, _, own: {_DAMPING: own(_DAMPING) + size},
         signed=True,
@@ -173,7 +149,7 @@ EFFECTS = (
         family="joint_friction",
         unit="N*m*s^2/rad^2",
         typical=0.15,
-        change=_quadratic,
+        change=on_joint(lambda s: {"drag": s, "drag_power": 2.0}),
         measure=_at_half,
     ),
     PlantEffect(
@@ -182,8 +158,8 @@ EFFECTS = (
         stands_for=("sprocket_ripple",),
         unit="N*m",
         typical=0.15,
-        change=_ripple,
-        measure=stated("torque_amplitude", "N*m"),
+        change=on_joint(lambda s: {"ripple": s, "ripple_periods": _TEETH, "ripple_phase": 0.7}),
+        stated="torque_amplitude",
         signed=True,
     ),
     PlantEffect(
@@ -191,8 +167,8 @@ EFFECTS = (
         formulation="a soft stop on one side, from 8 deg on",
         unit="N*m/rad",
         typical=4.0,
-        change=_stop,
-        measure=stated("stiffness", "N*m/rad"),
+        change=on_joint(lambda s: {"stop_at": _STOP, "stop_stiffness": s}),
+        stated="stiffness",
     ),
     PlantEffect(
         name="cable_spring",
@@ -201,7 +177,7 @@ EFFECTS = (
         unit="N*m/rad",
         typical=0.2,
         change=_cables,
-        measure=stated("stiffness", "N*m/rad"),
+        stated="stiffness",
         signed=True,
     ),
 )

@@ -11,10 +11,10 @@ from pamsim.core.errors import InputError, SimulationError
 from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
-from pamsim.twins.plant.compiled import compiled_integrator
-from pamsim.twins.plant.rates import on_teeth
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.records import (
+from tests.plant.compiled import compiled_integrator
+from tests.plant.rates import on_teeth
+from tests.plant.read_rig import Numbers
+from tests.plant.records import (
     AIR_TEMPERATURE,
     ANGLE,
     JOINT_STATES,

@@ -15,12 +15,12 @@ from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.twins.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
-from pamsim.twins.plant.compiled import compiled_integrator
-from pamsim.twins.plant.inputs import INPUTS
-from pamsim.twins.plant.integrate import sampled
-from pamsim.twins.plant.joint import bristle_rate, free_torque
-from pamsim.twins.plant.muscle import (
+from tests.plant.air import GAMMA, R_AIR, isentropic, orifice, pressure_rate
+from tests.plant.compiled import compiled_integrator
+from tests.plant.inputs import INPUTS
+from tests.plant.integrate import sampled
+from tests.plant.joint import bristle_rate, free_torque
+from tests.plant.muscle import (
     free_pull,
     play_share,
     played,
@@ -29,8 +29,8 @@ from pamsim.twins.plant.muscle import (
     steady_pull,
     volume,
 )
-from pamsim.twins.plant.read_rig import _COPIED, _FORCES, read_rig
-from pamsim.twins.plant.records import (
+from tests.plant.read_rig import _COPIED, _FORCES, read_rig
+from tests.plant.records import (
     AIR_TEMPERATURE,
     ANGLE,
     JOINT_STATES,
@@ -39,7 +39,7 @@ from pamsim.twins.plant.records import (
     RESERVOIR,
     state_count,
 )
-from pamsim.twins.plant.run import run
+from tests.plant.run import run
 
 FIRST = (JOINT_STATES, JOINT_STATES + MUSCLE_STATES)
 """Places of the two muscles' states."""

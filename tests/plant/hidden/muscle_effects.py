@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.virtual_test_conditions import PRESSURE
 from pamsim.effects.effect import SECOND_MUSCLE
-from pamsim.twins.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.hidden.virtual_tests import PRESSURE, creep, muscle_loop, pull_change
-from pamsim.twins.plant.muscle import inside_pressure
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import (
+    Own,
+    PlantEffect,
+    Quantities,
+    Quantity,
+    on_joint,
+    on_muscles,
+)
+from tests.plant.hidden.virtual_tests import creep, muscle_loop, pull_change
+from tests.plant.muscle import inside_pressure
+from tests.plant.read_rig import Numbers
 
 _LOOP = "hysteresis.force_per_pressure"
 _SECOND_SCALE = f"{SECOND_MUSCLE}:force.scale"
@@ -22,37 +30,13 @@ _MIDDLE_TENSION = 700.0
 """Tension at which a chain that hardens gives as much as a linear one [N]."""
 
 
-def _prandtl_ishlinskii(n: Numbers, size: float) -> None:
-    n.muscles.play_per_pressure, n.muscles.play_reach, n.muscles.play_even = size, 0.02, 1.0
-
-
-def _maxwell_slip(n: Numbers, size: float) -> None:
-    n.muscles.play_per_pressure, n.muscles.play_reach, n.muscles.play_even = size, 7e-3, 0.0
-
-
-def _constant_loop(n: Numbers, size: float) -> None:
-    n.muscles.play_force, n.muscles.play_reach, n.muscles.play_even = size, 7e-3, 0.0
-
-
-def _duhem(n: Numbers, size: float) -> None:
-    n.muscles.duhem_per_pressure, n.muscles.duhem_travel = size, 4e-3
-    n.muscles.duhem_skew = 0.4
+def _branches(branches: tuple[tuple[float, float], ...], size: float) -> dict[str, float]:
+    shares = {f"creep_{k}": share * size for k, (share, _) in enumerate(branches, start=1)}
+    return shares | {f"creep_time_{k}": time for k, (_, time) in enumerate(branches, start=1)}
 
 
 def _as_half_width(_: float, found: Quantities, own: Own) -> dict[str, float]:
     return {_LOOP: own(_LOOP) + found["loop_half_width"].value / PRESSURE}
-
-
-def _branches(branches: tuple[tuple[float, float], ...]):
-    def change(n: Numbers, size: float) -> None:
-        for k, (share, time) in enumerate(branches, start=1):
-            n.muscles[f"creep_{k}"], n.muscles[f"creep_time_{k}"] = share * size, time
-
-    return change
-
-
-def _smooth_threshold(n: Numbers, size: float) -> None:
-    n.muscles.lost_pressure, n.muscles.lost_over = size, 8e4
 
 
 def _lost_pressure(there: Numbers, _: Numbers, __: float) -> Quantities:
@@ -63,32 +47,11 @@ def _lost_pressure(there: Numbers, _: Numbers, __: float) -> Quantities:
     }
 
 
-def _cubic(n: Numbers, size: float) -> None:
-    n.muscles.cubic, n.muscles.cubic_at = size, 0.02
-
-
-def _cone(n: Numbers, size: float) -> None:
-    n.muscles.cone, n.muscles.cone_onset, n.muscles.cone_bend = size, 0.01, 4e-3
-
-
 def _unequal(n: Numbers, size: float) -> None:
     if float(n.muscles[-1].law) != 0.0:
         raise InputError("unequal_muscles needs the six-parameter law, which this rig has not")
     n.muscles[-1].e *= 1.0 + size
     n.muscles[-1].d *= 1.0 + 3.0 * size
-
-
-def _ageing(n: Numbers, size: float) -> None:
-    n.muscles.ageing, n.muscles.ageing_time = size, 4.0
-
-
-def _hardening(n: Numbers, size: float) -> None:
-    n.muscles.compliance, n.muscles.compliance_time = size, 5e-3
-    n.muscles.hardening = _MIDDLE_TENSION
-
-
-def _teeth(n: Numbers, size: float) -> None:
-    n.joint.backlash, n.joint.tooth_stiffness, n.joint.shift_damping = size, 4e5, 500.0
 
 
 EFFECTS = (
@@ -99,7 +62,7 @@ EFFECTS = (
         stands_for=("muscle_hysteresis",),
         unit="N/Pa",
         typical=4e-4,
-        change=_prandtl_ishlinskii,
+        change=on_muscles(lambda s: {"play_per_pressure": s, "play_reach": 0.02, "play_even": 1.0}),
         measure=muscle_loop,
         library=_as_half_width,
     ),
@@ -109,7 +72,7 @@ EFFECTS = (
         stands_for=("muscle_hysteresis",),
         unit="N/Pa",
         typical=1.5e-4,
-        change=_maxwell_slip,
+        change=on_muscles(lambda s: {"play_per_pressure": s, "play_reach": 7e-3, "play_even": 0.0}),
         measure=muscle_loop,
         library=_as_half_width,
     ),
@@ -120,7 +83,9 @@ EFFECTS = (
         stands_for=("muscle_hysteresis",),
         unit="N/Pa",
         typical=1.5e-4,
-        change=_duhem,
+        change=on_muscles(
+            lambda s: {"duhem_per_pressure": s, "duhem_travel": 4e-3, "duhem_skew": 0.4}
+        ),
         measure=muscle_loop,
         library=_as_half_width,
     ),
@@ -131,7 +96,7 @@ EFFECTS = (
         family="muscle_hysteresis",
         unit="N",
         typical=30.0,
-        change=_constant_loop,
+        change=on_muscles(lambda s: {"play_force": s, "play_reach": 7e-3, "play_even": 0.0}),
         measure=muscle_loop,
     ),
     PlantEffect(
@@ -140,9 +105,9 @@ EFFECTS = (
         stands_for=("viscoelastic_creep",),
         unit="N",
         typical=2000.0,
-        change=_branches(_TWO_BRANCHES),
+        change=on_muscles(lambda s: _branches(_TWO_BRANCHES, s)),
         measure=creep,
-        library=lambda size, *_: {"creep.stiffness": size},
+        equals="creep.stiffness",
     ),
     PlantEffect(
         name="power_law_creep",
@@ -150,9 +115,9 @@ EFFECTS = (
         stands_for=("viscoelastic_creep",),
         unit="N",
         typical=2000.0,
-        change=_branches(_MANY_BRANCHES),
+        change=on_muscles(lambda s: _branches(_MANY_BRANCHES, s)),
         measure=creep,
-        library=lambda size, *_: {"creep.stiffness": size},
+        equals="creep.stiffness",
     ),
     PlantEffect(
         name="smooth_threshold",
@@ -160,7 +125,7 @@ EFFECTS = (
         stands_for=("threshold_pressure",),
         unit="Pa",
         typical=1.5e4,
-        change=_smooth_threshold,
+        change=on_muscles(lambda s: {"lost_pressure": s, "lost_over": 8e4}),
         measure=_lost_pressure,
         library=lambda _, found, __: {"threshold.pressure": found["pressure_lost"].value},
     ),
@@ -170,7 +135,7 @@ EFFECTS = (
         stands_for=("passive_stiffness",),
         unit="N",
         typical=2800.0,
-        change=_cubic,
+        change=on_muscles(lambda s: {"cubic": s, "cubic_at": 0.02}),
         measure=pull_change,
         signed=True,
     ),
@@ -180,7 +145,7 @@ EFFECTS = (
         stands_for=("end_shape",),
         unit="1",
         typical=1.0,
-        change=_cone,
+        change=on_muscles(lambda s: {"cone": s, "cone_onset": 0.01, "cone_bend": 4e-3}),
         measure=pull_change,
     ),
     PlantEffect(
@@ -201,8 +166,8 @@ EFFECTS = (
         formulation="all muscles lose force within each trial, with a time constant of 4 s",
         unit="1",
         typical=0.03,
-        change=_ageing,
-        measure=stated("share_lost_in_the_end", "1"),
+        change=on_muscles(lambda s: {"ageing": s, "ageing_time": 4.0}),
+        stated="share_lost_in_the_end",
         signed=True,
     ),
     PlantEffect(
@@ -211,9 +176,11 @@ EFFECTS = (
         stands_for=("chain_compliance",),
         unit="m/N",
         typical=1e-6,
-        change=_hardening,
-        measure=stated("compliance_at_700_N", "m/N"),
-        library=lambda size, *_: {"chain.compliance": size},
+        change=on_muscles(
+            lambda s: {"compliance": s, "compliance_time": 5e-3, "hardening": _MIDDLE_TENSION}
+        ),
+        stated="compliance_at_700_N",
+        equals="chain.compliance",
     ),
     PlantEffect(
         name="elastic_teeth",
@@ -221,9 +188,9 @@ EFFECTS = (
         stands_for=("chain_backlash",),
         unit="m",
         typical=3e-4,
-        change=_teeth,
-        measure=stated("lost_travel", "m"),
-        library=lambda size, *_: {"chain.backlash": size},
+        change=on_joint(lambda s: {"backlash": s, "tooth_stiffness": 4e5, "shift_damping": 500.0}),
+        stated="lost_travel",
+        equals="chain.backlash",
     ),
 )
 """Hidden effects of muscles and chain."""

@@ -12,10 +12,10 @@ import math
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.plant.joint import dry_level, sticks
-from pamsim.twins.plant.muscle import played, reach_of
-from pamsim.twins.plant.rates import all_tensions, driving_torque, muscle_length, write_rates
-from pamsim.twins.plant.records import (
+from tests.plant.joint import dry_level, sticks
+from tests.plant.muscle import played, reach_of
+from tests.plant.rates import all_tensions, driving_torque, muscle_length, write_rates
+from tests.plant.records import (
     ANGLE,
     JOINT_STATES,
     MUSCLE_STATES,
@@ -198,9 +198,6 @@ def sampled(
         direction = math.copysign(1.0, states[SPEED])
     for sample in range(len(times)):
         now = times[sample]
-        while coming < len(arrivals) and arrivals[coming, 0] <= now + 1e-12:
-            commands[int(arrivals[coming, 1])] = arrivals[coming, 2]
-            coming += 1
         all_tensions(muscles, plays, states, now, tensions)
         rows[sample, 0] = states[ANGLE]
         rows[sample, 1] = states[SPEED]
@@ -211,6 +208,9 @@ def sampled(
             break
         until = times[sample + 1]
         while now < until - 1e-12:
+            while coming < len(arrivals) and arrivals[coming, 0] <= now + 1e-12:
+                commands[int(arrivals[coming, 1])] = arrivals[coming, 2]
+                coming += 1
             end = until
             if coming < len(arrivals) and arrivals[coming, 0] < until - 1e-12:
                 end = arrivals[coming, 0]
@@ -230,6 +230,3 @@ def sampled(
                     work,
                 )
             now = end
-            while coming < len(arrivals) and arrivals[coming, 0] <= now + 1e-12:
-                commands[int(arrivals[coming, 1])] = arrivals[coming, 2]
-                coming += 1

@@ -6,4 +6,5 @@ does not contain it makes recordings to which no diagnosis can be tuned.
 
 `records` lists what describes a rig, `read_rig` reads it, `muscle`, `air` and `joint` hold the
 laws, `rates` puts them together, `integrate` solves them, `run` makes a recording of an experiment.
+`hidden` are effects by other formulas, `inputs` what no diagnosis proposes, `hide` records both.
 """

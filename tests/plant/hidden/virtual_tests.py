@@ -1,4 +1,7 @@
-"""Sizes of hidden effects by tests on the plant's parts, in terms that no formula defines."""
+"""Sizes of hidden effects by tests on the plant's parts, in terms that no formula defines.
+
+The conditions are those under which a diagnosis states its sizes.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.hidden.hidden_effect import Quantities, Quantity
-from pamsim.twins.plant.joint import bristle_rate, dry_level, free_torque
-from pamsim.twins.plant.muscle import (
+from pamsim.diagnosis.virtual_test_conditions import FAST, PRESSURE, SLOW, STRAIN, TURN
+from tests.plant.hidden.hidden_effect import Quantities, Quantity
+from tests.plant.joint import bristle_rate, dry_level, free_torque
+from tests.plant.muscle import (
     duhem_rate,
     loop_pull,
     played,
@@ -18,17 +22,8 @@ from pamsim.twins.plant.muscle import (
     reach_of,
     steady_pull,
 )
-from pamsim.twins.plant.read_rig import Numbers
-from pamsim.twins.plant.records import PLAYS, Record
-
-PRESSURE = 2.5e5
-"""Gauge pressure of the tests [Pa]."""
-
-_STRAIN = 0.015
-"""Amplitude of a muscle's cycle about its nominal length [-]."""
-
-_TURN, _SLOW, _FAST = 0.1, 0.01, 0.5
-"""Amplitude [rad] and speeds [rad/s] of the joint's cycles."""
+from tests.plant.read_rig import Numbers
+from tests.plant.records import PLAYS, Record
 
 
 def cycle(amplitude: float, steps: int) -> FloatArray:
@@ -45,7 +40,7 @@ def _plain(record: Record) -> Record:
 def muscle_loop(there: Numbers, _: Numbers, __: float) -> Quantities:
     """Half-width and energy of the first muscle's hidden hysteresis at a held pressure."""
     m = _plain(there.muscles[0])
-    path = cycle(_STRAIN, 300)
+    path = cycle(STRAIN, 300)
     plays, duhem = np.zeros(PLAYS), 0.0
     forces: list[float] = []
     for before, kappa in zip(np.r_[0.0, path[:-1]].tolist(), path.tolist(), strict=True):
@@ -60,7 +55,7 @@ def muscle_loop(there: Numbers, _: Numbers, __: float) -> Quantities:
         "loop_half_width": Quantity(value=0.5 * float(np.max(rising - falling[::-1])), unit="N"),
         "energy_per_cycle": Quantity(value=energy * m.nominal_length, unit="J"),
         "at_pressure": Quantity(value=PRESSURE, unit="Pa"),
-        "contraction_amplitude": Quantity(value=_STRAIN, unit="1"),
+        "contraction_amplitude": Quantity(value=STRAIN, unit="1"),
     }
 
 
@@ -68,7 +63,7 @@ def _friction(there: Numbers, without: Numbers, speed: float) -> FloatArray:
     """Torque that hidden friction takes along a cycle at one speed [N m]."""
     j, bare = _plain(there.joint[0]), _plain(without.joint[0])
     carried = sum(steady_pull(m, m.length_at_zero, PRESSURE) for m in there.muscles)
-    path = cycle(_TURN, 1000)
+    path = cycle(TURN, 1000)
     deflection = 0.0
     found: list[float] = []
     for before, angle in zip(path[:-1].tolist(), path[1:].tolist(), strict=True):
@@ -83,14 +78,14 @@ def _friction(there: Numbers, without: Numbers, speed: float) -> FloatArray:
 
 def joint_friction(there: Numbers, without: Numbers, _: float) -> Quantities:
     """Breakaway torque, torque in sliding and energy of a slow cycle of the hidden friction."""
-    slow, fast = _friction(there, without, _SLOW), _friction(there, without, _FAST)
-    moved = np.diff(cycle(_TURN, 1000))
+    slow, fast = _friction(there, without, SLOW), _friction(there, without, FAST)
+    moved = np.diff(cycle(TURN, 1000))
     return {
         "breakaway_torque": Quantity(value=float(np.max(np.abs(slow))), unit="N*m"),
         "sliding_torque": Quantity(value=float(fast[999]), unit="N*m"),
-        "at_speed": Quantity(value=_FAST, unit="rad/s"),
+        "at_speed": Quantity(value=FAST, unit="rad/s"),
         "energy_per_cycle": Quantity(value=float(slow[1000:] @ moved[1000:]), unit="J"),
-        "angle_amplitude": Quantity(value=_TURN, unit="rad"),
+        "angle_amplitude": Quantity(value=TURN, unit="rad"),
     }
 
 

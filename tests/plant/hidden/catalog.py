@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import EFFECTS
-from pamsim.twins.hidden import air_effects, joint_effects, muscle_effects, sensor_effects
-from pamsim.twins.hidden.hidden_effect import PlantEffect
+from tests.plant.hidden import air_effects, joint_effects, muscle_effects, sensor_effects
+from tests.plant.hidden.hidden_effect import PlantEffect
 
 PLANT_EFFECTS: dict[str, PlantEffect] = {
     effect.name: effect

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.plant.records import Record
+from tests.plant.records import Record
 
 R_AIR = 287.05
 """Gas constant of air [J/(kg K)]."""

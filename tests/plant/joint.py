@@ -2,14 +2,14 @@
 
 Dry friction has two forms. Bristles deflect before they slip and are a state. The friction of
 `dry_level` is a set: at standstill it takes any torque up to its level, and the joint truly sticks;
-`pamsim.twins.plant.integrate` finds the instants at which it sticks and breaks loose.
+`tests.plant.integrate` finds the instants at which it sticks and breaks loose.
 """
 
 from __future__ import annotations
 
 import math
 
-from pamsim.twins.plant.records import Record
+from tests.plant.records import Record
 
 
 def dry_level(j: Record, speed: float, carried: float) -> float:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
+from typing import TypeAlias
 
 import numpy as np
 from scipy.signal import lsim
@@ -11,8 +13,10 @@ from scipy.signal import lsim
 from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.sensors import MeasurementChain
-from pamsim.twins.hidden.hidden_effect import PlantEffect, Quantities, Quantity, stated
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.hidden.hidden_effect import PlantEffect, Quantities, Quantity
+from tests.plant.read_rig import Numbers
+
+Sensed: TypeAlias = Callable[[Recording, float], Recording]
 
 _BENT = 0.25
 """Relative change of a sensor's error over its range."""
@@ -57,37 +61,18 @@ def reported(run: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
-def _angle_lag(run: Recording, size: float) -> Recording:
-    return run.with_angle(behind(run.time, run.angle, 0.5 * size, 0.5 * size))
+def _angle_error(error: Callable[[Recording, float], FloatArray]) -> Sensed:
+    """The angle with an error, of a recording and the effect's size."""
+    return lambda run, size: run.with_angle(run.angle + error(run, size))
 
 
-def _pressure_lag(run: Recording, size: float) -> Recording:
-    late = behind(run.time, run.pressure, 0.5 * size, 0.5 * size)
-    return dataclasses.replace(run, pressure=late)
+def _pressure_error(error: Callable[[Recording, float], FloatArray]) -> Sensed:
+    """The pressures with one."""
+    return lambda run, size: dataclasses.replace(run, pressure=run.pressure + error(run, size))
 
 
-def _bent(run: Recording, size: float) -> Recording:
-    error = size * run.angle * (1.0 + _BENT * run.angle / _ANGLE_SPAN)
-    return run.with_angle(run.angle + error)
-
-
-def _warming(run: Recording, size: float) -> Recording:
-    error = size * (1.0 + _BENT * (np.exp(-run.time / _WARM_UP) - 0.5))
-    return run.with_angle(run.angle + error)
-
-
-def _eccentric(run: Recording, size: float) -> Recording:
-    return run.with_angle(run.angle + size * np.sin(run.angle + _PHASE))
-
-
-def _saturating(run: Recording, size: float) -> Recording:
-    error = size * run.pressure * (1.0 + _BENT * (1.0 - run.pressure / _PRESSURE_SPAN))
-    return dataclasses.replace(run, pressure=run.pressure + error)
-
-
-def _drifting(run: Recording, size: float) -> Recording:
-    error = size * (1.0 + _BENT * (run.pressure / _PRESSURE_SPAN - 1.0))
-    return dataclasses.replace(run, pressure=run.pressure + error)
+def _twice_behind(run: Recording, signal: FloatArray, size: float) -> FloatArray:
+    return behind(run.time, signal, 0.5 * size, 0.5 * size)
 
 
 def _slow_clock(run: Recording, size: float) -> Recording:
@@ -118,9 +103,9 @@ EFFECTS = (
         stands_for=("angle_lag",),
         unit="s",
         typical=0.01,
-        sensed=_angle_lag,
-        measure=stated("sum_of_time_constants", "s"),
-        library=lambda size, *_: {"sensor.angle_lag": size},
+        sensed=lambda run, size: run.with_angle(_twice_behind(run, run.angle, size)),
+        stated="sum_of_time_constants",
+        equals="sensor.angle_lag",
     ),
     PlantEffect(
         name="bent_angle_scale",
@@ -128,8 +113,10 @@ EFFECTS = (
         stands_for=("angle_scale",),
         unit="1",
         typical=0.03,
-        sensed=_bent,
-        measure=stated("relative_error", "1"),
+        sensed=_angle_error(
+            lambda run, size: size * run.angle * (1.0 + _BENT * run.angle / _ANGLE_SPAN)
+        ),
+        stated="relative_error",
         library=lambda size, *_: {"sensor.angle_scale": 1.0 + size},
         signed=True,
     ),
@@ -139,9 +126,11 @@ EFFECTS = (
         stands_for=("angle_bias",),
         unit="rad",
         typical=0.01,
-        sensed=_warming,
-        measure=stated("mean_offset", "rad"),
-        library=lambda size, *_: {"sensor.angle_bias": size},
+        sensed=_angle_error(
+            lambda run, size: size * (1.0 + _BENT * (np.exp(-run.time / _WARM_UP) - 0.5))
+        ),
+        stated="mean_offset",
+        equals="sensor.angle_bias",
         signed=True,
     ),
     PlantEffect(
@@ -150,7 +139,7 @@ EFFECTS = (
         family="angle_sensor",
         unit="rad",
         typical=0.02,
-        sensed=_eccentric,
+        sensed=_angle_error(lambda run, size: size * np.sin(run.angle + _PHASE)),
         measure=_eccentric_error,
         signed=True,
     ),
@@ -160,7 +149,7 @@ EFFECTS = (
         unit="1",
         typical=0.01,
         sensed=_slow_clock,
-        measure=stated("relative_error_of_the_period", "1"),
+        stated="relative_error_of_the_period",
     ),
     PlantEffect(
         name="pressure_filter",
@@ -168,9 +157,11 @@ EFFECTS = (
         stands_for=("pressure_lag",),
         unit="s",
         typical=0.01,
-        sensed=_pressure_lag,
-        measure=stated("sum_of_time_constants", "s"),
-        library=lambda size, *_: {"sensor.pressure_lag": size},
+        sensed=lambda run, size: dataclasses.replace(
+            run, pressure=_twice_behind(run, run.pressure, size)
+        ),
+        stated="sum_of_time_constants",
+        equals="sensor.pressure_lag",
     ),
     PlantEffect(
         name="bent_pressure_scale",
@@ -178,8 +169,12 @@ EFFECTS = (
         stands_for=("pressure_scale",),
         unit="1",
         typical=0.02,
-        sensed=_saturating,
-        measure=stated("relative_error_at_3_bar", "1"),
+        sensed=_pressure_error(
+            lambda run, size: (
+                size * run.pressure * (1.0 + _BENT * (1.0 - run.pressure / _PRESSURE_SPAN))
+            )
+        ),
+        stated="relative_error_at_3_bar",
         library=lambda size, *_: {"sensor.pressure_scale": 1.0 + size},
         signed=True,
     ),
@@ -189,9 +184,11 @@ EFFECTS = (
         stands_for=("pressure_bias",),
         unit="Pa",
         typical=3e3,
-        sensed=_drifting,
-        measure=stated("offset_at_3_bar", "Pa"),
-        library=lambda size, *_: {"sensor.pressure_bias": size},
+        sensed=_pressure_error(
+            lambda run, size: size * (1.0 + _BENT * (run.pressure / _PRESSURE_SPAN - 1.0))
+        ),
+        stated="offset_at_3_bar",
+        equals="sensor.pressure_bias",
         signed=True,
     ),
 )

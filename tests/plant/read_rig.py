@@ -15,7 +15,7 @@ from pamsim.core.parameters import ParameterGroup
 from pamsim.core.units import FloatArray
 from pamsim.engine.mjcf_fields import native_value
 from pamsim.engine.rig import Rig
-from pamsim.twins.plant.records import JOINT, MUSCLE, Record
+from tests.plant.records import JOINT, MUSCLE, Record
 
 _HINGE, _ON_JOINT = 3, 1
 """Codes of a hinge and of a tendon that is proportional to a joint's angle in a compiled model."""

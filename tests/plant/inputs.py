@@ -14,7 +14,7 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.recordings.experiment import Experiment
-from pamsim.twins.plant.read_rig import Numbers
+from tests.plant.read_rig import Numbers
 
 RATE = 100.0
 """Sampling rate of a trial [Hz]."""

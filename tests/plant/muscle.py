@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pamsim.core.units import FloatArray
-from pamsim.twins.plant.records import PLAYS, STRAIN, Record
+from tests.plant.records import PLAYS, STRAIN, Record
 
 CHORD = 0.015
 """Amplitude of the cycle whose chord a Prandtl-Ishlinskii hysteresis leaves out [-]."""

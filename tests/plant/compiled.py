@@ -10,7 +10,7 @@ import numba
 from numba.extending import register_jitable
 
 from pamsim.engine.jit import fingerprint, reached_functions
-from pamsim.twins.plant.integrate import sampled
+from tests.plant.integrate import sampled
 
 
 @register_jitable
@@ -29,7 +29,7 @@ def _compile(key: str) -> Callable[..., None]:
 
 @functools.cache
 def compiled_integrator() -> Callable[..., None]:
-    """Compile `pamsim.twins.plant.integrate.sampled`, or load it from numba's cache."""
+    """Compile `tests.plant.integrate.sampled`, or load it from numba's cache."""
     functions = reached_functions(sampled)
     for function in functions:
         register_jitable(function)
