@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.envs import ENVIRONMENT, MAS20
+from pamsim.envs import ENVIRONMENT, MAS20, plant
 from pamsim.envs.rig_vector_env import RigVectorEnv
 
 RIGS = 3
@@ -79,6 +79,20 @@ def test_what_it_gives_lies_in_its_spaces(name, both):
         assert reward.dtype == np.float64
         assert terminated.dtype == truncated.dtype == np.bool_
         assert not terminated.any()
+
+
+@pytest.mark.parametrize(("rig", "muscles"), [("mas20_arm", 2), ("two_joint_arm", 4)])
+def test_lengths_by_the_jacobian_are_the_engine_s(rig, muscles, monkeypatch, both):
+    found = []
+    for fixed_tendons in (plant.fixed_tendons, lambda model: None):
+        monkeypatch.setattr(plant, "fixed_tendons", fixed_tendons)
+        for env in both(ENVIRONMENT, rig=rig, action="valve", frame_skip=10):
+            env.reset(seed=2)
+            rows = [
+                env.step(np.full((RIGS, muscles), push, np.float32))[0] for push in (0.4, -0.7, 0.1)
+            ]
+            found.append(rows)
+    assert all(np.array_equal(rows, found[0]) for rows in found)
 
 
 def test_number_of_threads_changes_nothing():
