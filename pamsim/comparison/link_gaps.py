@@ -81,8 +81,8 @@ class LinkGaps:
             above = "  above its floor" if one.exceeds else ""
             numbers = f"{one.gap:10.3g}{one.floor:10.3g} {one.unit:7s}{one.floors:9.2f}"
             lines.append(f"{one.link:26s}{one.channel:22s}{numbers}{above}")
-        born = f"begins in {self.born_in}" if self.born_in else "is within the noise of every link"
-        return [*lines, f"the gap {born}", *(f"note: {text}" for text in self.notes)]
+        born = f"the gap begins in {self.born_in}" if self.born_in else "no link has a certain gap"
+        return [*lines, born, *(f"note: {text}" for text in self.notes)]
 
 
 def gap_per_link(
@@ -121,6 +121,11 @@ def gap_per_link(
     p_values = _p_values(found)
     outputs = tuple(map(_gap, found, p_values))
     notes = _broken(rig, trials, residuals)
+    notes += [
+        f"{one.link}, {one.channel}: trials may differ by as much, as far as so few repeats show"
+        for one in outputs
+        if one.missed > 1.0 and not one.exceeds
+    ]
     if any(not one.repeats for one in found):
         notes.append(
             "of inputs recorded once the floor is the noise within a trial: what drifts, or differs"

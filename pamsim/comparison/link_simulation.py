@@ -21,7 +21,7 @@ import mujoco
 import numpy as np
 
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate, start_pressures
-from pamsim.comparison.imposed_signals import smoothed
+from pamsim.comparison.imposed_signals import sample_noise, smoothed
 from pamsim.comparison.links import Link, LinkRun, link_runs
 from pamsim.comparison.sensed_runs import as_read, sensed_runs
 from pamsim.core.units import FloatArray
@@ -37,21 +37,25 @@ from pamsim.recordings.trial import Trial, TrialLead
 _MOVED = {"angle": "angle", "position": "length"}
 """Kind of a joint's position -> drive that imposes it."""
 
-_WAY = 1.0
-"""Time in which rigs come to rest before an imposed motion [s]: several periods of an arm."""
+_REST = 4.0
+"""Time given to a rig to come to rest [s], as in every experiment."""
 
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Inputs:
-    """Measured inputs of a trial, smoothed: muscle number -> (n,) [Pa], joint -> (n,) [rad or m].
+    """Measured inputs of a trial, smoothed, with the errors of the rig's instruments.
 
-    Instruments' errors, which the simulation is told to undo, are still in them.
+    Attributes:
+        pressures: number of the muscle -> (n,) [Pa].
+        positions: joint -> (n,) [rad or m].
+        noise: joint -> standard deviation that was smoothed away [rad or m].
     """
 
     pressures: Mapping[int, FloatArray]
     positions: Mapping[str, FloatArray]
+    noise: Mapping[str, float]
 
     def start(self, trial: Trial) -> FloatArray:
         """Pressures (m,) at which the muscles rest before the trial [Pa]."""
@@ -172,6 +176,7 @@ def _inputs(rig: Rig, trial: Trial) -> _Inputs:
     driven = trial.command[:, trial.muscles :].T
     given = dict(zip(trial.drives.joints, driven, strict=True))
     positions: dict[str, FloatArray] = {}
+    noise: dict[str, float] = {}
     for joint, kind in rig.joints.items():
         channel = rig.names.joint_channel(joint)
         read = given[joint] if joint in trial.drives.imposed else trial.measured.get(channel)
@@ -180,8 +185,9 @@ def _inputs(rig: Rig, trial: Trial) -> _Inputs:
         low = 0.0
         if rig.sensor is not None and kind == "angle":
             low = encoder_offset(read, rig.sensor.encoder_increments)
-        positions[joint] = smoothed(trial.time, read) - low
-    return _Inputs(pressures=pressures, positions=positions)
+        noise[joint] = sample_noise(read)
+        positions[joint] = smoothed(trial.time, read, noise[joint]) - low
+    return _Inputs(pressures=pressures, positions=positions, noise=noise)
 
 
 def _driven(
@@ -200,7 +206,7 @@ def _driven(
         trial: as measured.
         run: which link.
         inputs: of the trial.
-        way: (k, j) to rest, which the imposed motion begins with; None for none.
+        way: (k, m + j) to rest, which the imposed signals begin with; None for none.
         torque: (n,) that acts on the joint that is pulled.
     """
     drives, muscles = trial.drives, len(rig.muscles)
@@ -226,6 +232,8 @@ def _driven(
         if way is not None:
             driven = replace(driven, lead_in=_lead_in(rig, driven, run, start, way))
         experiment = replace(experiment_of(driven), start_pressure=start)
+        if way is not None:
+            experiment = replace(experiment, settle=0.0)  # the way is in the lead-in
     else:
         experiment = experiment_of(driven)
     experiment = _within_ranges(rig, as_read(rig, experiment))
@@ -239,10 +247,10 @@ def _ways_to_rest(
     threads: int | None,
     simulated: Callable[[], None] | None,
 ) -> dict[str, FloatArray]:
-    """Trial -> (k, j) reading of every joint on its way to rest at the trial's start pressures.
+    """Trial -> (k, m + j) readings of pressures and positions on the way to rest at its start.
 
     A rig comes to rest from the model's initial position, and what hysteresis keeps of that way
-    lasts until a muscle has moved on far enough. So an imposed motion begins with the same way.
+    lasts until a muscle has moved on far enough. So imposed signals begin with the same way.
     """
     experiments: list[Experiment] = []
     for trial in trials:
@@ -253,7 +261,7 @@ def _ways_to_rest(
             command_time=np.zeros(1),
             command_value=np.append(start, trial.command[0, start.size :])[np.newaxis],
             start_pressure=start,
-            duration=_WAY,
+            duration=_REST,
             sample_rate=grid_rate(trial.time),
             load=trial.load,
             settle=0.0,
@@ -262,29 +270,37 @@ def _ways_to_rest(
     jobs = [(rig, experiment) for experiment in experiments]
     recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
     return {
-        trial.name: _sampled(recording, trial)
+        trial.name: _until_still(recording, trial, inputs[trial.name])
         for trial, recording in zip(trials, recordings, strict=True)
         if recording.outcome is Outcome.COMPLETED
     }
 
 
-def _sampled(recording: Recording, trial: Trial) -> FloatArray:
-    time = trial.sample_interval * np.arange(max(round(_WAY / trial.sample_interval), 2))
-    return np.column_stack(
-        [np.interp(time, recording.time, values) for values in recording.positions.T]
-    )
+def _until_still(recording: Recording, trial: Trial, inputs: _Inputs) -> FloatArray:
+    """A way to rest at the trial's rate, until its sensors would show no more motion."""
+    time = trial.sample_interval * np.arange(max(round(_REST / trial.sample_interval), 2))
+    joints = list(recording.joints)
+    readings = np.hstack([recording.pressure, recording.positions])
+    way = np.column_stack([np.interp(time, recording.time, values) for values in readings.T])
+    last = 1
+    for joint, noise in inputs.noise.items():
+        own = way[:, recording.pressure.shape[1] + joints.index(joint)]
+        last = max(last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist(), 1)
+    return way[: last + 1]
 
 
 def _lead_in(rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: FloatArray) -> TrialLead:
-    """The way to rest, and on to where the imposed motion begins."""
-    count = len(way)
+    """The way to rest, and on to where the imposed signals begin."""
+    count, muscles = len(way), start.size
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
     command = np.repeat(trial.command[:1], count, axis=0)
-    command[:, : start.size] = start
-    for column, joint in enumerate(trial.drives.joints, start=start.size):
+    columns = dict(enumerate(range(muscles)))
+    for column, joint in enumerate(trial.drives.joints, start=muscles):
         if joint in run.moved:
-            own = way[:, list(rig.joints).index(joint)]
-            command[:, column] = own + share * (command[:, column] - own[-1])
+            columns[column] = muscles + list(rig.joints).index(joint)
+    for column, number in columns.items():
+        own = way[:, number]
+        command[:, column] = own + share * (command[:, column] - own[-1])
     return TrialLead(
         time=trial.sample_interval * np.arange(count),
         duration=trial.sample_interval * count,

@@ -4,12 +4,15 @@ Repeats of a protocol differ by noise, of what is compared and of what is impose
 misses they share. So the mean product of the residuals of two different repeats estimates the mean
 square of what is missed, and the noise of each need not be known to be taken off.
 
-Without a gap a trial's residual may as well have the other sign. The trials are the units, however
-their noise is coloured, and a trial has one sign in all outputs: the largest statistic over the
-outputs in every arrangement of signs corrects for having looked at all of them (Westfall and Young
-1993). Where the signs of so few trials cannot reach the level, the mean of the repeats is compared
-with their scatter (Shen and Faraway, Statistica Sinica 14, 2004), with degrees of freedom after
-Box, as few as the repeats allow.
+Two tests are made, each at half the level:
+
+* Without a gap a trial's residual may as well have the other sign. Trials are the units, however
+  their noise is coloured, and a trial has one sign in all outputs: the largest statistic over the
+  outputs in every draw of signs corrects for having looked at all of them (Westfall and Young
+  1993). It finds a small gap in many inputs.
+* The mean of the repeats beside their scatter (Shen and Faraway, Statistica Sinica 14, 2004), with
+  as few degrees of freedom as the repeats can have. It finds a large gap in few trials, whose signs
+  could not reach the level.
 """
 
 from __future__ import annotations
@@ -89,15 +92,19 @@ def shared_p_values(outputs: Sequence[Sequence[RepeatedMisfit]], *, seed: int = 
         seed: random seed of the signs.
     """
     trials = list(dict.fromkeys(t for own in outputs for one in own for t in one.trials))
-    of_protocols = {one.trials for own in outputs for one in own}
-    if 2.0 ** (len(of_protocols) - len(trials)) > LEVEL:
-        return [min(1.0, len(outputs) * _scatter_p_value(own)) for own in outputs]
     index = {name: i for i, name in enumerate(trials)}
     rng = np.random.default_rng(seed)
     signs = np.concatenate([np.ones((1, len(trials))), *sign_flips(_FLIPS, len(trials), rng)])
     drawn = np.stack([_under_signs(own, signs, index) for own in outputs])
     largest = drawn[:, 1:].max(axis=0)
-    return [upper_p_value(largest, float(own[0])) for own in drawn]
+    return [
+        min(
+            1.0,
+            2.0 * upper_p_value(largest, float(flipped[0])),
+            2.0 * len(outputs) * _scatter_p_value(own),
+        )
+        for flipped, own in zip(drawn, outputs, strict=True)
+    ]
 
 
 def _under_signs(
