@@ -109,7 +109,9 @@ def link_residuals(
         return _driven(rig, trial, run, inputs[trial.name], way=way, torque=torque)
 
     first = [driven(trial, run) for trial, run in runs if not run.pulled]
-    found = [(one, s, 0.0) for one, s in _signals(rig, first, threads, simulated)]
+    found: list[tuple[_Driven, Mapping[str, FloatArray], FloatArray | float]] = [
+        (one, signals, 0.0) for one, signals in _signals(rig, first, threads, simulated)
+    ]
     torques = {
         one.trial.name: _torques(rig, one.trial, inputs[one.trial.name], signals)
         for one, signals, _ in found
@@ -302,7 +304,7 @@ def _lead_in(rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: Float
         own = way[:, number]
         command[:, column] = own + share * (command[:, column] - own[-1])
     return TrialLead(
-        time=trial.sample_interval * np.arange(count),
+        time=trial.sample_interval * np.arange(float(count)),
         duration=trial.sample_interval * count,
         command=command,
         start_pressure=start,
