@@ -20,7 +20,13 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of, grid_rate, start_pressures
+from pamsim.comparison.experiments import (
+    GRID_HZ,
+    at_times,
+    experiment_of,
+    grid_rate,
+    start_pressures,
+)
 from pamsim.comparison.imposed_signals import sample_noise, smoothed
 from pamsim.comparison.links import Link, LinkRun, link_runs
 from pamsim.comparison.sensed_runs import as_read, sensed_runs
@@ -39,6 +45,10 @@ _MOVED = {"angle": "angle", "position": "length"}
 
 _REST = 4.0
 """Time given to a rig to come to rest [s], as in every experiment."""
+
+_LEAST = 0.1
+"""Least time in which an imposed motion goes from rest to its first reading [s]: noise would
+otherwise start it with a blow. It is that in which corners of imposed motions are rounded."""
 
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
 
@@ -231,11 +241,12 @@ def _driven(
         # Of what a rig did before a trial the commands alone are known.
         driven = replace(driven, lead_in=None)
         start = inputs.start(driven)
-        if way is not None:
+        if way is None:
+            experiment = replace(experiment_of(driven), start_pressure=start)
+        else:
             driven = replace(driven, lead_in=_lead_in(rig, driven, run, start, way))
-        experiment = replace(experiment_of(driven), start_pressure=start)
-        if way is not None:
-            experiment = replace(experiment, settle=0.0)  # the way is in the lead-in
+            experiment = experiment_of(driven, sample_rate=_way_rate(driven))
+            experiment = replace(experiment, start_pressure=start, settle=0.0)
     else:
         experiment = experiment_of(driven)
     experiment = _within_ranges(rig, as_read(rig, experiment))
@@ -264,7 +275,7 @@ def _ways_to_rest(
             command_value=np.append(start, trial.command[0, start.size :])[np.newaxis],
             start_pressure=start,
             duration=_REST,
-            sample_rate=grid_rate(trial.time),
+            sample_rate=_way_rate(trial),
             load=trial.load,
             settle=0.0,
         )
@@ -278,16 +289,23 @@ def _ways_to_rest(
     }
 
 
+def _way_rate(trial: Trial) -> float:
+    """Rate of ways to rest [Hz]: the multiple of the trial's next below every step of the engine.
+
+    Hysteresis keeps the last small swings of an arm, which the rate of a log may miss.
+    """
+    steps = round(GRID_HZ / grid_rate(trial.time))
+    return GRID_HZ / next((n for n in range(2, steps) if steps % n == 0), steps)
+
+
 def _until_still(recording: Recording, trial: Trial, inputs: _Inputs) -> FloatArray:
-    """A way to rest at the trial's rate, until its sensors would show no more motion."""
-    time = trial.sample_interval * np.arange(max(round(_REST / trial.sample_interval), 2))
+    """A way to rest, until the trial's sensors would show no more motion."""
+    way = np.hstack([recording.pressure, recording.positions])
     joints = list(recording.joints)
-    readings = np.hstack([recording.pressure, recording.positions])
-    way = np.column_stack([np.interp(time, recording.time, values) for values in readings.T])
-    last = 1
+    last = round(_LEAST * _way_rate(trial))
     for joint, noise in inputs.noise.items():
         own = way[:, recording.pressure.shape[1] + joints.index(joint)]
-        last = max(last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist(), 1)
+        last = max([last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist()])
     return way[: last + 1]
 
 
@@ -304,8 +322,8 @@ def _lead_in(rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: Float
         own = way[:, number]
         command[:, column] = own + share * (command[:, column] - own[-1])
     return TrialLead(
-        time=trial.sample_interval * np.arange(float(count)),
-        duration=trial.sample_interval * count,
+        time=np.arange(float(count)) / _way_rate(trial),
+        duration=count / _way_rate(trial),
         command=command,
         start_pressure=start,
     )

@@ -39,15 +39,27 @@ def test_the_shared_part_and_the_noise_are_estimated_without_bias(rng):
     assert np.mean([one.noise for one in pairs]) == pytest.approx(1.0, rel=0.02)
 
 
-@pytest.mark.parametrize("repeats", [2, 3, 5])
+@pytest.mark.parametrize(
+    ("protocols", "repeats", "outputs"), [(1, 3, 1), (4, 2, 2), (4, 3, 8), (4, 5, 2)]
+)
 @pytest.mark.parametrize(("keep", "varying"), [(0.0, 0.0), (0.95, 0.0), (0.0, 3.0)])
-def test_p_values_of_noise_are_not_small(rng, repeats, keep, varying):
-    count = 150
+def test_p_values_of_noise_are_not_small(rng, protocols, repeats, outputs, keep, varying):
+    count = 300
     least = [
-        min(shared_p_values(drawn(rng, 4, repeats, keep, varying), seed=k)) for k in range(count)
+        min(shared_p_values(drawn(rng, protocols, repeats, keep, varying, outputs=outputs)))
+        for _ in range(count)
     ]
     for level in (0.05, 0.2):
         assert np.sum(np.array(least) <= level) <= binom.ppf(0.999, count, level)
+
+
+def test_outputs_of_other_noise_do_not_hide_a_gap(rng):
+    (varies,) = drawn(rng, 10, varying=0.5, shared=0.6, outputs=1)
+    (white,) = drawn(rng, 10, outputs=1)
+    assert shared_p_values([varies])[0] < 0.01
+    found, other = shared_p_values([varies, white])
+    assert found < 0.01
+    assert other > 0.1
 
 
 def test_a_gap_is_found_in_its_own_output(rng):
