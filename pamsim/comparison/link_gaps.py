@@ -11,6 +11,7 @@ from scipy.stats import f as f_distribution
 from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.links import Link, link_runs
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
+from pamsim.comparison.noise_within_trial import FloorRoute
 from pamsim.comparison.repeated_misfit import (
     LEVEL,
     RepeatedMisfit,
@@ -86,7 +87,11 @@ class LinkGaps:
             above = "  above its floor" if one.exceeds else ""
             numbers = f"{one.gap:10.3g}{one.floor:10.3g} {one.unit:7s}{one.floors:9.2f}"
             lines.append(f"{one.link:26s}{one.channel:22s}{numbers}{above}")
-        born = f"the gap begins in {self.born_in}" if self.born_in else "no link has a certain gap"
+        born = "no link has a certain gap"
+        if self.born_in:
+            first = next(one for one in self.outputs if one.exceeds)
+            once = "" if first.floor_from == FloorRoute.REPEATS else ", if trials do not differ"
+            born = f"the gap begins in {self.born_in}{once}"
         return [*lines, born, *(f"note: {text}" for text in self.notes)]
 
 

@@ -20,59 +20,25 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import (
-    GRID_HZ,
-    at_times,
-    experiment_of,
-    grid_rate,
-    start_pressures,
-)
-from pamsim.comparison.imposed_signals import sample_noise, smoothed
+from pamsim.comparison.experiments import at_times, experiment_of
+from pamsim.comparison.imposed_signals import smoothed
+from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
 from pamsim.comparison.links import Link, LinkRun, link_runs
-from pamsim.comparison.sensed_runs import as_read, sensed_runs
+from pamsim.comparison.sensed_runs import sensed_runs
+from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.inference.residual_block import ResidualBlock
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Outcome, Recording
-from pamsim.recordings.sensors import encoder_offset
+from pamsim.recordings.recording import Outcome
 from pamsim.recordings.signals import EFFORTS
-from pamsim.recordings.trial import Trial, TrialLead
+from pamsim.recordings.trial import Trial
 
 _MOVED = {"angle": "angle", "position": "length"}
 """Kind of a joint's position -> drive that imposes it."""
 
-_REST = 4.0
-"""Time given to a rig to come to rest [s], as in every experiment."""
-
-_LEAST = 0.1
-"""Least time in which an imposed motion goes from rest to its first reading [s]: noise would
-otherwise start it with a blow. It is that in which corners of imposed motions are rounded."""
-
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Inputs:
-    """Measured inputs of a trial, smoothed, with the errors of the rig's instruments.
-
-    Attributes:
-        pressures: number of the muscle -> (n,) [Pa].
-        positions: joint -> (n,) [rad or m].
-        noise: joint -> standard deviation that was smoothed away [rad or m].
-    """
-
-    pressures: Mapping[int, FloatArray]
-    positions: Mapping[str, FloatArray]
-    noise: Mapping[str, float]
-
-    def start(self, trial: Trial) -> FloatArray:
-        """Pressures (m,) at which the muscles rest before the trial [Pa]."""
-        start = start_pressures(trial)
-        for muscle, values in self.pressures.items():
-            start[muscle] = max(values[0], 0.0)
-        return start
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,12 +73,12 @@ def link_residuals(
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
     runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
-    inputs = {trial.name: _inputs(rig, trial) for trial in trials}
+    inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
     # A relaxed creep element would be stretched by that way anew.
     creeps = any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
     begun = {} if creeps else {t.name: t for t, r in runs if r.pressures and r.moved}
-    ways = _ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
+    ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
 
     def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> _Driven:
         way = ways.get(trial.name) if run.pressures and run.moved else None
@@ -177,36 +143,11 @@ def _signals(
     return done
 
 
-def _inputs(rig: Rig, trial: Trial) -> _Inputs:
-    pressures: dict[int, FloatArray] = {}
-    for muscle, kind in enumerate(trial.drives.muscles):
-        channel = trial.pressure_channels[muscle]
-        if kind == "measured":
-            pressures[muscle] = smoothed(trial.time, trial.command[:, muscle])
-        elif channel in trial.measured:
-            pressures[muscle] = smoothed(trial.time, trial.measured[channel])
-    driven = trial.command[:, trial.muscles :].T
-    given = dict(zip(trial.drives.joints, driven, strict=True))
-    positions: dict[str, FloatArray] = {}
-    noise: dict[str, float] = {}
-    for joint, kind in rig.joints.items():
-        channel = rig.names.joint_channel(joint)
-        read = given[joint] if joint in trial.drives.imposed else trial.measured.get(channel)
-        if read is None:
-            continue
-        low = 0.0
-        if rig.sensor is not None and kind == "angle":
-            low = encoder_offset(read, rig.sensor.encoder_increments)
-        noise[joint] = sample_noise(read)
-        positions[joint] = smoothed(trial.time, read, noise[joint]) - low
-    return _Inputs(pressures=pressures, positions=positions, noise=noise)
-
-
 def _driven(
     rig: Rig,
     trial: Trial,
     run: LinkRun,
-    inputs: _Inputs,
+    inputs: LinkInputs,
     *,
     way: FloatArray | None = None,
     torque: FloatArray | None = None,
@@ -244,103 +185,17 @@ def _driven(
         if way is None:
             experiment = replace(experiment_of(driven), start_pressure=start)
         else:
-            driven = replace(driven, lead_in=_lead_in(rig, driven, run, start, way))
-            experiment = experiment_of(driven, sample_rate=_way_rate(driven))
+            driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
+            experiment = experiment_of(driven, sample_rate=way_rate(driven))
             experiment = replace(experiment, start_pressure=start, settle=0.0)
     else:
         experiment = experiment_of(driven)
-    experiment = _within_ranges(rig, as_read(rig, experiment))
+    experiment = with_true_inputs(rig, experiment)
     return _Driven(trial=driven, run=run, experiment=experiment)
 
 
-def _ways_to_rest(
-    rig: Rig,
-    inputs: Mapping[str, _Inputs],
-    trials: Sequence[Trial],
-    threads: int | None,
-    simulated: Callable[[], None] | None,
-) -> dict[str, FloatArray]:
-    """Trial -> (k, m + j) readings of pressures and positions on the way to rest at its start.
-
-    A rig comes to rest from the model's initial position, and what hysteresis keeps of that way
-    lasts until a muscle has moved on far enough. So imposed signals begin with the same way.
-    """
-    experiments: list[Experiment] = []
-    for trial in trials:
-        start, drives = inputs[trial.name].start(replace(trial, lead_in=None)), trial.drives
-        still = replace(drives, muscles=("pressure_set",) * start.size).stated(tuple(rig.muscles))
-        alone = Experiment(
-            drive=still,
-            command_time=np.zeros(1),
-            command_value=np.append(start, trial.command[0, start.size :])[np.newaxis],
-            start_pressure=start,
-            duration=_REST,
-            sample_rate=_way_rate(trial),
-            load=trial.load,
-            settle=0.0,
-        )
-        experiments.append(_within_ranges(rig, as_read(rig, alone)))
-    jobs = [(rig, experiment) for experiment in experiments]
-    recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
-    return {
-        trial.name: _until_still(recording, trial, inputs[trial.name])
-        for trial, recording in zip(trials, recordings, strict=True)
-        if recording.outcome is Outcome.COMPLETED
-    }
-
-
-def _way_rate(trial: Trial) -> float:
-    """Rate of ways to rest [Hz]: the multiple of the trial's next below every step of the engine.
-
-    Hysteresis keeps the last small swings of an arm, which the rate of a log may miss.
-    """
-    steps = round(GRID_HZ / grid_rate(trial.time))
-    return GRID_HZ / next((n for n in range(2, steps) if steps % n == 0), steps)
-
-
-def _until_still(recording: Recording, trial: Trial, inputs: _Inputs) -> FloatArray:
-    """A way to rest, until the trial's sensors would show no more motion."""
-    way = np.hstack([recording.pressure, recording.positions])
-    joints = list(recording.joints)
-    last = round(_LEAST * _way_rate(trial))
-    for joint, noise in inputs.noise.items():
-        own = way[:, recording.pressure.shape[1] + joints.index(joint)]
-        last = max([last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist()])
-    return way[: last + 1]
-
-
-def _lead_in(rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: FloatArray) -> TrialLead:
-    """The way to rest, and on to where the imposed signals begin."""
-    count, muscles = len(way), start.size
-    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
-    command = np.repeat(trial.command[:1], count, axis=0)
-    columns = dict(enumerate(range(muscles)))
-    for column, joint in enumerate(trial.drives.joints, start=muscles):
-        if joint in run.moved:
-            columns[column] = muscles + list(rig.joints).index(joint)
-    for column, number in columns.items():
-        own = way[:, number]
-        command[:, column] = own + share * (command[:, column] - own[-1])
-    return TrialLead(
-        time=np.arange(float(count)) / _way_rate(trial),
-        duration=count / _way_rate(trial),
-        command=command,
-        start_pressure=start,
-    )
-
-
-def _within_ranges(rig: Rig, experiment: Experiment) -> Experiment:
-    """An experiment whose imposed motion ends at a joint's stops, which a reading may miss."""
-    value, first = experiment.command_value.copy(), len(experiment.drives.muscles)
-    for column, joint in enumerate(experiment.drives.joints, start=first):
-        index = rig.model.joint(joint).id
-        if joint in experiment.drives.imposed and rig.model.jnt_limited[index]:
-            value[:, column] = np.clip(value[:, column], *rig.model.jnt_range[index])
-    return replace(experiment, command_value=value)
-
-
 def _torques(
-    rig: Rig, trial: Trial, inputs: _Inputs, signals: Mapping[str, FloatArray]
+    rig: Rig, trial: Trial, inputs: LinkInputs, signals: Mapping[str, FloatArray]
 ) -> dict[str, FloatArray]:
     """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pamsim.comparison import link_simulation
+from pamsim.comparison import link_inputs
 from pamsim.comparison.link_gaps import gap_per_link
 from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import read_calibration_data
@@ -130,7 +130,7 @@ def test_static_noise_of_an_imposed_motion_does_not_move_hysteresis(monkeypatch)
     drift = []
     for smooth in (True, False):
         if not smooth:
-            monkeypatch.setattr(link_simulation, "smoothed", lambda _, values, *__: values)
+            monkeypatch.setattr(link_inputs, "smoothed", lambda _, values, *__: values)
         apart = forces(still(np.random.default_rng(4))) - quiet
         drift.append(np.abs(apart[:, 300:].mean(axis=1) - apart[:, :100].mean(axis=1)).max())
     assert drift[0] < 0.2  # of a loop that is 10 N wide
