@@ -40,7 +40,8 @@ def command(
 ) -> int:
     """Report what was read of DATA, what is implausible, and which effects they could show.
 
-    DATA are recording folders. Nothing is fitted: it takes seconds, before calibrate and diagnose.
+    The gap per link shows in which part of the rig the simulation begins to differ. DATA are
+    recording folders. Nothing is fitted: it takes seconds, before calibrate and diagnose.
     Exit 1 if anything is suspicious.
     """
     from pamsim.diagnosis.check import check

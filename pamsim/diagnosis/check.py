@@ -17,6 +17,8 @@ from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.likely_mistakes import likely_mistakes
+from pamsim.comparison.link_gaps import LinkGaps, gap_per_link
+from pamsim.comparison.link_simulation import most_runs
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
@@ -73,6 +75,7 @@ class RecordingCheck:
         held_out: trials, or parts of trials, that would be judged by.
         seconds: of all trials together.
         channels: compared ones.
+        links: the gap per link of the rig as it is, see `pamsim.comparison.links`.
         suspicions: what is implausible, one sentence each, with the likely mend.
         notes: what else to know, one sentence each.
         effects: what each would look like, the clearest first.
@@ -87,6 +90,7 @@ class RecordingCheck:
     held_out: tuple[str, ...]
     seconds: float
     channels: dict[str, CheckedChannel]
+    links: LinkGaps
     suspicions: tuple[str, ...]
     notes: tuple[str, ...]
     effects: tuple[EffectInData, ...]
@@ -116,6 +120,7 @@ class RecordingCheck:
         for name, one in self.channels.items():
             numbers = "".join(f"{v:10.4g}" for v in (one.low, one.high, one.floor, one.missed))
             lines.append(f"{name:20s}{numbers} {one.unit}")
+        lines += self.links.lines()
         lines += [f"suspicious: {text}" for text in self.suspicions]
         lines += [f"note: {text}" for text in self.notes]
         lines.append(
@@ -183,7 +188,7 @@ def check(
     split = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)
     freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
-    steps = Steps(progress, len(beside.trials) + len(tried))
+    steps = Steps(progress, len(beside.trials) + len(tried) + most_runs(loaded, beside.trials))
     predictor = TrialPredictor(
         loaded,
         beside,
@@ -200,6 +205,12 @@ def check(
     places = TrialLayout(places=layout(blocks), held_out=frozenset())
     residual = np.concatenate([block.residual for block in blocks])
     floor = noise_floor(places, residual, {t.name: t.command for t in beside.trials})
+    links = gap_per_link(
+        loaded,
+        beside.trials,
+        threads=threads,
+        simulated=lambda: steps.begin("simulating single links"),
+    )
     of_each = effects_in_data(
         loaded,
         beside,
@@ -217,6 +228,7 @@ def check(
         held_out=split.names,
         seconds=sum(float(t.time[-1]) for t in beside.trials),
         channels=_channels(beside, prediction.trials, floor.sd),
+        links=links,
         suspicions=(
             *_standing_still(beside.trials, prediction.trials),
             *likely_mistakes(loaded, beside.trials, prediction.trials, threads=threads),

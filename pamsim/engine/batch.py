@@ -150,5 +150,7 @@ def _start(run: Run) -> tuple[object, ...]:
     """What the state at time 0 depends on; the time step is the same in a rig and batch."""
     start = run.experiment
     joints = start.command_value[0, len(start.drives.muscles) :]
-    driven = (tuple(start.drives.joints.items()), tuple(joints.tolist()))
-    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, driven
+    # The air state of a muscle whose pressure is measured is that pressure.
+    measured = tuple(kind == "measured" for kind in start.drives.muscles)
+    drives = (measured, tuple(start.drives.joints.items()), tuple(joints.tolist()))
+    return id(run.rig), start.load, tuple(start.start_pressure.tolist()), start.settle, drives

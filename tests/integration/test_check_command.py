@@ -81,6 +81,27 @@ def test_a_good_recording_is_described_and_raises_no_suspicion(
     assert json.loads((page / "check.json").read_text())["seen"] == found["seen"]
     assert "angle" in shown
     assert "suspicious" not in shown
+    links = found["links"]
+    assert [one["link"] for one in links["outputs"]] == [
+        "valves and air", "valves and air", "muscle", "muscle", "joint and transmission"
+    ]  # fmt: skip
+    assert links["born_in"] == ""
+    assert all(
+        one["gap"] == pytest.approx(one["floors"] * one["floor"]) for one in links["outputs"]
+    )
+    assert "no link has a certain gap" in shown
+
+
+def test_the_link_in_which_a_gap_begins_is_reported(tmp_path, monkeypatch, capsys):
+    hide("mas20_arm", {"coulomb_friction": 1.0}, **SETTINGS).save(tmp_path / "data")
+    file = tmp_path / "check.json"
+    effects = ("--effects", "viscous_friction", "--json", file)
+    code, shown = run(monkeypatch, capsys, tmp_path / "data", *effects)
+    assert code == 0  # a gap is no mistake of the recording
+    links = json.loads(file.read_text())["links"]
+    assert links["born_in"] == "joint and transmission"
+    assert [one["channel"] for one in links["outputs"] if one["exceeds"]] == ["angle"]
+    assert "the gap begins in joint and transmission" in shown
 
 
 def test_a_turned_sign_is_suspicious(recorded, tmp_path, monkeypatch, capsys):
@@ -125,10 +146,13 @@ def test_the_progress_counts_simulations_and_foresees_how_many_there_will_be(tmp
     effects = ["viscous_friction", "valve_flow"]
     pamsim.check(tmp_path / "data", effects=effects, progress=lambda *now: steps.append(now))
     assert [done for done, _, _ in steps] == list(range(len(steps)))
-    assert [what for _, _, what in steps[:3]] == [
-        "simulating the rig as it is", "simulating the rig as it is", "simulating each effect"
-    ]  # fmt: skip
-    # The trials as they are; then of one of them the rig, nudged, its sensitivities, two effects.
+    # The trials as they are, their rest and three links; then of one of them the rig, nudged, its
+    # sensitivities, two effects.
+    assert [what for _, _, what in steps[:11]] == [
+        *["simulating the rig as it is"] * 2,
+        *["simulating single links"] * 8,
+        "simulating each effect",
+    ]
     assert len(steps) <= steps[-1][1] <= len(steps) + 3
 
 

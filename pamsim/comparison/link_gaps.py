@@ -1,0 +1,249 @@
+"""The gap per link: how far each part of a rig is from what was measured, in its own noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.links import Link, link_runs
+from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
+from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.repeated_misfit import (
+    LEVEL,
+    RepeatedMisfit,
+    repeated_misfit,
+    shared_p_values,
+)
+from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.core.encoding import json_property
+from pamsim.engine.rig import Rig
+from pamsim.inference.residual_block import ResidualBlock, layout
+from pamsim.recordings.signals import KINDS, kind_of
+from pamsim.recordings.trial import Trial
+
+MATERIAL = 0.5
+"""Part of a gap that is no noise from which it is said to exceed its floor, in floors. Imposed
+signals are never free of error: with nothing hidden and no variation between trials, repeats share
+up to 0.3 floors on the shipped arm with one joint and 0.4 on that with two."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputGap:
+    """One output of one link.
+
+    Attributes:
+        link: name of the link, see `pamsim.comparison.links`.
+        channel: the output, such as ``pressure_1``.
+        unit: of the numbers.
+        gap: root mean square of simulated minus measured.
+        floor: what a perfect model would be off by: noise of the output and of what is imposed, and
+            what differs between repeats.
+        missed: part of the gap that is no noise, in floors.
+        p_value: of a gap that is noise, corrected for the number of outputs.
+        floor_from: ``repeats``; else how the floor is known within trials.
+        exceeds: whether what is missed is at least `MATERIAL` and its p-value below `LEVEL`.
+    """
+
+    link: str
+    channel: str
+    unit: str
+    gap: float
+    floor: float
+    missed: float
+    p_value: float
+    floor_from: str
+    exceeds: bool
+
+    @json_property
+    def floors(self) -> float:
+        """The gap in floors."""
+        return self.gap / self.floor
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkGaps:
+    """The gap per link.
+
+    Attributes:
+        outputs: of all links, from the command on.
+        born_in: first link whose gap exceeds its floor; empty if none does.
+        notes: what the numbers rest on, one sentence each.
+    """
+
+    outputs: tuple[OutputGap, ...]
+    born_in: str
+    notes: tuple[str, ...]
+
+    def lines(self) -> list[str]:
+        """The gap per link as a table for a screen."""
+        if not self.outputs:
+            return []
+        lines = [f"{'link':26s}{'compared':22s}{'gap':>10s}{'floor':>10s} {'unit':7s}in floors"]
+        for one in self.outputs:
+            above = "  above its floor" if one.exceeds else ""
+            numbers = f"{one.gap:10.3g}{one.floor:10.3g} {one.unit:7s}{one.floors:9.2f}"
+            lines.append(f"{one.link:26s}{one.channel:22s}{numbers}{above}")
+        born = "no link has a certain gap"
+        if self.born_in:
+            first = next(one for one in self.outputs if one.exceeds)
+            once = "" if first.floor_from == FloorRoute.REPEATS else ", if trials do not differ"
+            born = f"the gap begins in {self.born_in}{once}"
+        return [*lines, born, *(f"note: {text}" for text in self.notes)]
+
+
+def gap_per_link(
+    rig: Rig,
+    trials: Sequence[Trial],
+    *,
+    judged: Collection[str] | None = None,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> LinkGaps:
+    """Simulate every link that the trials separate, and compare its outputs with its own noise.
+
+    Nothing is fitted. A floor is what repeats differ by when each is driven by its own measured
+    inputs; of inputs recorded once, it is what noise within the trial shows.
+
+    Args:
+        rig: as it is, or as it was fitted.
+        trials: with channels as the rig names them.
+        judged: names of the trials that count, such as those that no fit has used; all if left out.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+
+    Raises:
+        InputError: for a trial that does not fit the rig, or does not give its start pressures.
+    """
+    residuals = link_residuals(rig, trials, threads=threads, simulated=simulated)
+    commands = {trial.name: trial.command for trial in trials}
+    found: list[_Output] = []
+    for link, blocks in residuals.items():
+        stack = np.concatenate([block.residual for block in blocks])
+        every = TrialLayout(places=layout(blocks), held_out=frozenset())
+        floor = noise_floor(every, stack, commands)
+        kept = [block for block in blocks if judged is None or block.trial in judged]
+        channels = dict.fromkeys(block.channel for block in kept)
+        found += [_output(link, channel, kept, floor) for channel in channels]
+    p_values = _p_values(found)
+    outputs = tuple(map(_gap, found, p_values))
+    notes = _broken(rig, trials, residuals)
+    notes += [
+        f"{one.link}, {one.channel}: trials may differ by as much, as far as so few repeats show"
+        for one in outputs
+        if one.missed >= MATERIAL and not one.exceeds
+    ]
+    if any(not one.repeats for one in found):
+        notes.append(
+            "of inputs recorded once the floor is the noise within a trial: what drifts, or differs"
+            " from trial to trial, counts as a gap"
+        )
+    sensor = rig.sensor
+    if sensor is not None and (sensor.angle_lag or sensor.pressure_lag):
+        notes.append("the lag of the rig's sensors is not taken off the imposed signals")
+    return LinkGaps(
+        outputs=outputs,
+        born_in=next((one.link for one in outputs if one.exceeds), ""),
+        notes=tuple(notes),
+    )
+
+
+def _broken(
+    rig: Rig, trials: Sequence[Trial], residuals: Mapping[Link, Sequence[ResidualBlock]]
+) -> list[str]:
+    """Links whose simulations broke down, or which need forces of one that did."""
+    tried: dict[Link, set[str]] = {}
+    for trial in trials:
+        for run in link_runs(rig, trial):
+            tried.setdefault(run.link, set()).add(trial.name)
+    broken = {
+        link: len(names - {block.trial for block in residuals.get(link, ())})
+        for link, names in tried.items()
+    }
+    return [
+        f"{link.name}: the simulation breaks down in {count} of {len(tried[link])} trials"
+        for link, count in broken.items()
+        if count
+    ]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Output:
+    """An output before it is judged.
+
+    Attributes:
+        link, channel: which.
+        square, variance: mean square of the residual and of the noise, over protocols [SI^2].
+        samples: of all its trials.
+        repeats: its protocols with two trials or more.
+        floor_from: how the floor is known.
+    """
+
+    link: Link
+    channel: str
+    square: float
+    variance: float
+    samples: int
+    repeats: tuple[RepeatedMisfit, ...]
+    floor_from: str
+
+
+def _output(
+    link: Link, channel: str, blocks: Sequence[ResidualBlock], floor: NoiseFloor
+) -> _Output:
+    protocols: dict[str, list[ResidualBlock]] = {}
+    for block in blocks:
+        if block.channel == channel:
+            protocols.setdefault(block.protocol, []).append(block)
+    squares = [np.mean([np.mean(b.residual**2) for b in own]) for own in protocols.values()]
+    return _Output(
+        link=link,
+        channel=channel,
+        square=float(np.mean(squares)),
+        variance=float(np.mean([floor.variance_in(channel, p) for p in protocols])),
+        samples=sum(b.residual.size for own in protocols.values() for b in own),
+        repeats=tuple(
+            repeated_misfit({b.trial: b.residual for b in own})
+            for own in protocols.values()
+            if len(own) > 1
+        ),
+        floor_from=str(next(floor.routes[channel, p] for p in protocols)),
+    )
+
+
+def _p_values(found: Sequence[_Output]) -> list[float]:
+    """P-value of each output, corrected for their number."""
+    repeated = [one for one in found if one.repeats]
+    shared = iter(shared_p_values([one.repeats for one in repeated]) if repeated else ())
+    p_values: list[float] = []
+    for one in found:
+        if one.repeats:
+            p_values.append(next(shared))
+        else:  # noise as white as the floor takes it for
+            ratio = one.square / max(one.variance, np.finfo(float).tiny)
+            tail = float(f_distribution.sf(ratio, one.samples, one.samples))
+            p_values.append(min(1.0, tail * len(found)))
+    return p_values
+
+
+def _gap(one: _Output, p_value: float) -> OutputGap:
+    kind = KINDS[kind_of(one.channel)]
+    floor = max(one.variance, np.finfo(float).tiny) ** 0.5
+    missed = one.square - one.variance
+    if one.repeats:
+        missed = float(np.mean([own.shared for own in one.repeats]))
+    missed = max(missed, 0.0) ** 0.5 / floor
+    return OutputGap(
+        link=one.link.name,
+        channel=one.channel,
+        unit=kind.shown,
+        gap=one.square**0.5 * kind.scale,
+        floor=floor * kind.scale,
+        missed=missed,
+        p_value=p_value,
+        floor_from=one.floor_from,
+        exceeds=missed >= MATERIAL and p_value < LEVEL,
+    )

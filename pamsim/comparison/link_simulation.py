@@ -1,0 +1,234 @@
+"""Simulations of single links: measured inputs imposed, outputs beside what was measured.
+
+Imposed pressures and motion are smoothed, see `pamsim.comparison.imposed_signals`. A run starts at
+rest at the first of them; as read, noise and all, the start of a muscle whose valves are shut would
+be wrong for the whole trial. Before an imposed motion a rig without creep comes to rest as it would
+with its joints free, so that its hysteresis begins as in any other run.
+
+A joint that is given measured forces keeps its muscles in the simulation, since a joint under
+forces alone would drift away with the noise of the load cells. The muscles have their measured
+pressures, and the joint is given the torque of what the cells read beyond the muscles' simulated
+forces along the measured motion: where the joint is modelled rightly, muscles and torque together
+exert what was measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+
+from pamsim.comparison.experiments import at_times, experiment_of
+from pamsim.comparison.imposed_signals import smoothed
+from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
+from pamsim.comparison.links import Link, LinkRun, link_runs
+from pamsim.comparison.sensed_runs import sensed_runs
+from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
+from pamsim.core.units import FloatArray
+from pamsim.engine.rig import Rig
+from pamsim.engine.stepping import muscle_ids
+from pamsim.inference.residual_block import ResidualBlock
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome
+from pamsim.recordings.signals import EFFORTS
+from pamsim.recordings.trial import Trial
+
+_MOVED = {"angle": "angle", "position": "length"}
+"""Kind of a joint's position -> drive that imposes it."""
+
+_SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Driven:
+    """A run ready to be simulated: the trial as it is driven, and its experiment."""
+
+    trial: Trial
+    run: LinkRun
+    experiment: Experiment
+
+
+def link_residuals(
+    rig: Rig,
+    trials: Sequence[Trial],
+    *,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> dict[Link, list[ResidualBlock]]:
+    """Simulated minus measured, for every link that the trials separate.
+
+    Args:
+        rig: as it is.
+        trials: with channels as the rig names them.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+
+    Returns:
+        Link -> block of every output of every trial, links from the command on. Runs that break
+        down are left out.
+
+    Raises:
+        InputError: for a trial that does not fit the rig, or does not give its start pressures.
+    """
+    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
+    inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
+    wanted = {trial.name for trial, run in runs if run.pulled}
+    # A relaxed creep element would be stretched by that way anew.
+    creeps = any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
+    begun = {} if creeps else {t.name: t for t, r in runs if r.pressures and r.moved}
+    ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
+
+    def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> _Driven:
+        way = ways.get(trial.name) if run.pressures and run.moved else None
+        return _driven(rig, trial, run, inputs[trial.name], way=way, torque=torque)
+
+    first = [driven(trial, run) for trial, run in runs if not run.pulled]
+    found: list[tuple[_Driven, Mapping[str, FloatArray], FloatArray | float]] = [
+        (one, signals, 0.0) for one, signals in _signals(rig, first, threads, simulated)
+    ]
+    torques = {
+        one.trial.name: _torques(rig, one.trial, inputs[one.trial.name], signals)
+        for one, signals, _ in found
+        if one.trial.name in wanted and one.run.gives_forces
+    }
+    second = [
+        driven(t, r, torques[t.name][r.pulled]) for t, r in runs if r.pulled and t.name in torques
+    ]
+    for one, signals in _signals(rig, second, threads, simulated):
+        # Where a machine moves the joint, the torque is taken off what the motion takes.
+        held = one.run.pulled in one.run.moved
+        found.append((one, signals, torques[one.trial.name][one.run.pulled] if held else 0.0))
+    blocks: dict[Link, list[ResidualBlock]] = {}
+    for one, signals, less in found:
+        blocks.setdefault(one.run.link, []).extend(
+            ResidualBlock(
+                trial=one.trial.name,
+                protocol=one.trial.protocol,
+                channel=channel,
+                residual=signals[channel] - less - one.trial.measured[channel],
+                sample_interval=one.trial.sample_interval,
+            )
+            for channel in one.run.outputs
+        )
+    return {link: blocks[link] for link in sorted(blocks, key=lambda link: link.order)}
+
+
+def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:
+    """Simulations that `link_residuals` runs at most: the links, and one more for rest."""
+    return sum(len(link_runs(rig, trial)) + 1 for trial in trials)
+
+
+def _signals(
+    rig: Rig,
+    driven: Sequence[_Driven],
+    threads: int | None,
+    simulated: Callable[[], None] | None,
+) -> list[tuple[_Driven, dict[str, FloatArray]]]:
+    """Simulated signals at the times of each trial, of the runs that do not break down."""
+    # Rest is shared by what is simulated together, and is another with other drives.
+    together: dict[tuple[str, ...], list[_Driven]] = {}
+    for one in driven:
+        together.setdefault(one.experiment.drives.muscles, []).append(one)
+    done: list[tuple[_Driven, dict[str, FloatArray]]] = []
+    for some in together.values():
+        jobs = [(rig, one.experiment) for one in some]
+        recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
+        done += [
+            (one, at_times(recording, one.trial, rig.sensor))
+            for one, recording in zip(some, recordings, strict=True)
+            if recording.outcome is Outcome.COMPLETED
+        ]
+    return done
+
+
+def _driven(
+    rig: Rig,
+    trial: Trial,
+    run: LinkRun,
+    inputs: LinkInputs,
+    *,
+    way: FloatArray | None = None,
+    torque: FloatArray | None = None,
+) -> _Driven:
+    """A trial as a run drives it.
+
+    Args:
+        rig: the rig.
+        trial: as measured.
+        run: which link.
+        inputs: of the trial.
+        way: (k, m + j) to rest, which the imposed signals begin with; None for none.
+        torque: (n,) that acts on the joint that is pulled.
+    """
+    drives, muscles = trial.drives, len(rig.muscles)
+    drive: dict[str, str] = {}
+    columns: list[FloatArray] = []
+    for i, (muscle, kind) in enumerate(zip(rig.muscles, drives.muscles, strict=True)):
+        drive[muscle] = "measured" if run.pressures else kind
+        columns.append(inputs.pressures[i] if drive[muscle] == "measured" else trial.command[:, i])
+    for joint, kind in rig.joints.items():
+        own = list(drives.joints).index(joint) if joint in drives.joints else None
+        if joint in run.moved:
+            drive[joint] = _MOVED[kind]
+            columns.append(inputs.positions[joint])
+        elif own is not None or (joint == run.pulled and torque is not None):
+            drive[joint] = EFFORTS[kind]
+            given = np.zeros(trial.time.size) if own is None else trial.command[:, muscles + own]
+            columns.append(given if torque is None else given + torque)
+    driven = replace(trial, drive=drive, command=np.column_stack(columns))
+    if run.pressures or run.moved:
+        # Of what a rig did before a trial the commands alone are known.
+        driven = replace(driven, lead_in=None)
+        start = inputs.start(driven)
+        if way is None:
+            experiment = replace(experiment_of(driven), start_pressure=start)
+        else:
+            driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
+            experiment = experiment_of(driven, sample_rate=way_rate(driven))
+            experiment = replace(experiment, start_pressure=start, settle=0.0)
+    else:
+        experiment = experiment_of(driven)
+    experiment = with_true_inputs(rig, experiment)
+    return _Driven(trial=driven, run=run, experiment=experiment)
+
+
+def _torques(
+    rig: Rig, trial: Trial, inputs: LinkInputs, signals: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
+
+    Args:
+        rig: the rig.
+        trial: with the force of every muscle.
+        inputs: of the trial.
+        signals: simulated along the measured motion, at the times of the trial.
+    """
+    beyond = np.column_stack(
+        [
+            smoothed(trial.time, trial.measured[channel] - signals[channel])
+            for channel in rig.names.of_muscles("force")
+        ]
+    )
+    moved = np.column_stack([inputs.positions[joint] for joint in rig.joints])
+    # A muscle pulls towards where its tendon is shorter.
+    torque = -np.einsum("kmj,km->kj", _moment_arms(rig, moved), beyond)
+    return dict(zip(rig.joints, torque.T, strict=True))
+
+
+def _moment_arms(rig: Rig, positions: FloatArray) -> FloatArray:
+    """Change of each tendon's length with each joint along positions (n, j), (n, m, j)."""
+    model, data = rig.model, mujoco.MjData(rig.model)
+    muscles = [int(model.actuator_outadr[i]) for i in muscle_ids(model)]
+    arms = np.empty((len(positions), len(muscles), len(rig.joints)))
+    for k, where in enumerate(positions):
+        for j, address in enumerate(rig.position_addresses):
+            ends: list[FloatArray] = []
+            for shift in (_SHIFT, -_SHIFT):
+                data.qpos[rig.position_addresses] = where
+                data.qpos[address] += shift
+                mujoco.mj_fwdPosition(model, data)
+                ends.append(data.actuator_length[muscles].copy())
+            arms[k, :, j] = (ends[0] - ends[1]) / (2.0 * _SHIFT)
+    return arms

@@ -1,0 +1,164 @@
+"""Links of a rig: the parts of its chain that measured signals separate, each compared alone.
+
+    command -> valves and air -> pressure -> muscle -> force -> joint and transmission -> position
+
+A link whose input and output are both measured is simulated with its measured input imposed, so
+that a gap shows where it begins, and not in all that follows:
+
+* valves and air: commands as recorded and the measured motion in, pressures out;
+* muscle: measured pressures and motion in, forces out;
+* joint and transmission: measured forces in; the joint's position out or, of a joint that a machine
+  moves, the torque or force that this takes.
+
+What is not measured does not separate: without load cells muscle and joint are one link, without
+pressures valves, air and muscle are. A joint is simulated while the measured motion of the others
+is imposed. Joints that the rig does not record move freely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from pamsim.engine.rig import Rig
+from pamsim.recordings.signals import kind_of
+from pamsim.recordings.trial import Trial
+
+VALVES, MUSCLE, JOINT = "valves and air", "muscle", "joint and transmission"
+PARTS = (VALVES, MUSCLE, JOINT)
+"""Parts of the chain, from the command on."""
+
+_NAMES = {
+    (VALVES, MUSCLE): "valves, air and muscle",
+    (MUSCLE, JOINT): "muscle and joint",
+    PARTS: "whole chain",
+}
+
+
+@dataclass(frozen=True)
+class Link:
+    """Neighbouring parts of the chain between two measured signals.
+
+    Attributes:
+        parts: of `PARTS`, in their order.
+    """
+
+    parts: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Such as ``valves and air`` or, where no force is measured, ``muscle and joint``."""
+        return _NAMES.get(self.parts, self.parts[0])
+
+    @property
+    def order(self) -> tuple[int, int]:
+        """Sorts links from the command on: by the last part, then by the first."""
+        return PARTS.index(self.parts[-1]), PARTS.index(self.parts[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkRun:
+    """How one link of a rig is simulated beside one trial.
+
+    Attributes:
+        link: which.
+        outputs: channels that are compared.
+        pressures: whether muscles have their measured pressures; else they are driven as recorded.
+        moved: joints whose measured motion is imposed.
+        pulled: joint that is given the measured forces; empty where muscles exert their own.
+    """
+
+    link: Link
+    outputs: tuple[str, ...]
+    pressures: bool
+    moved: tuple[str, ...] = ()
+    pulled: str = ""
+
+    @property
+    def gives_forces(self) -> bool:
+        """Whether its simulated forces are those along the measured motion."""
+        return self.link.parts[-1] == MUSCLE
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Measured:
+    """What a trial measures of a rig, by channels that drive nothing.
+
+    Attributes:
+        pressures, forces: channels of the muscles.
+        positions: joint that moves freely -> its channel.
+        efforts: joint that a machine moves -> channel of what that takes.
+    """
+
+    pressures: tuple[str, ...]
+    forces: tuple[str, ...]
+    positions: dict[str, str]
+    efforts: dict[str, str]
+
+
+def link_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
+    """The links that the measured channels of a trial separate.
+
+    Args:
+        rig: that the trial is of.
+        trial: with channels as the rig names them, see `pamsim.recordings.trial.of_rig`.
+
+    Returns:
+        A run of each, from the command on; none if no channel is left to compare.
+    """
+    return tuple(run for run in _runs(rig, trial) if run.outputs)
+
+
+def _runs(rig: Rig, trial: Trial) -> Iterator[LinkRun]:
+    seen, drives = _measured(rig, trial), trial.drives
+    commanded = [kind != "measured" for kind in drives.muscles]
+    channels = zip(trial.pressure_channels, commanded, strict=True)
+    pressures = all(not free or channel in trial.measured for channel, free in channels)
+    forces = len(seen.forces) == len(rig.muscles)
+    imposed = tuple(j for j in rig.joints if j in drives.imposed)
+    motion = len(seen.positions) + len(imposed) == len(rig.joints)
+    every = tuple(rig.joints) if motion else imposed
+    pulling = (MUSCLE,) if pressures else (VALVES, MUSCLE)
+    if any(commanded) and pressures:
+        parts = (VALVES,) if motion else PARTS
+        yield LinkRun(link=Link(parts), outputs=seen.pressures, pressures=False, moved=every)
+    left = () if pressures else seen.pressures
+    if not motion:
+        outputs = (*left, *seen.forces, *seen.positions.values(), *seen.efforts.values())
+        link = Link((*pulling, JOINT))
+        yield LinkRun(link=link, outputs=outputs, pressures=pressures, moved=imposed)
+        return
+    yield LinkRun(
+        link=Link(pulling if seen.forces else (*pulling, JOINT)),
+        outputs=(*left, *seen.forces),
+        pressures=pressures,
+        moved=every,
+    )
+    link = Link((JOINT,) if forces else (*pulling, JOINT))
+    for joint, channel in (seen.positions | seen.efforts).items():
+        yield LinkRun(
+            link=link,
+            outputs=(channel,),
+            pressures=pressures,
+            moved=tuple(j for j in every if j != joint or j in imposed),
+            pulled=joint if forces else "",
+        )
+
+
+def _measured(rig: Rig, trial: Trial) -> _Measured:
+    drives, names = trial.drives, rig.names
+    driving = {
+        channel
+        for channel, kind in zip(trial.pressure_channels, drives.muscles, strict=True)
+        if kind == "measured"
+    }
+    joints = {j: names.joint_channel(j) for j in rig.joints if j not in drives.imposed}
+    efforts = {j: names.effort_channel(j) for j in drives.imposed}
+    known = set(trial.measured) - driving
+    taken = {*joints.values(), *efforts.values()}
+    return _Measured(
+        pressures=tuple(c for c in trial.measured if c in known and kind_of(c) == "pressure"),
+        forces=tuple(c for c in names.of_muscles("force") if c in known and c not in taken),
+        positions={j: c for j, c in joints.items() if c in known},
+        efforts={j: c for j, c in efforts.items() if c in known},
+    )

@@ -1,0 +1,137 @@
+"""Planted effects appear in the gap of their own link, and in no other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pamsim.comparison import link_inputs
+from pamsim.comparison.link_gaps import gap_per_link
+from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.engine.rig import load_rig
+from pamsim.recordings.trial import Trial
+from pamsim.twins.hide import hide
+
+SETTINGS = {"protocols": ("triangle", "staircase"), "duration": 2.0, "repeats": 3}
+AIR, MUSCLE, JOINT = "valves and air", "muscle", "joint and transmission"
+BOTH = "muscle and joint"
+ARM = load_rig("mas20_arm")
+
+
+def trials_of(folder, effects, rig=ARM, **settings):
+    hide(rig, effects, **(SETTINGS | settings)).save(folder / "data")
+    return read_calibration_data([folder / "data"]).of_rig(rig).trials
+
+
+def exceeding(gaps):
+    return {one.link for one in gaps.outputs if one.exceeds}
+
+
+@pytest.mark.parametrize(
+    ("effects", "forces", "links"),
+    [
+        ({"valve_delay": 1.0}, False, {AIR}),
+        ({"muscle_hysteresis": 1.0}, False, {BOTH}),
+        ({"valve_delay": 1.0, "coulomb_friction": 1.0}, False, {AIR, BOTH}),
+        ({"coulomb_friction": 1.0}, True, {JOINT}),
+        ({"valve_delay": 1.0, "muscle_hysteresis": 1.0, "coulomb_friction": 1.0}, True,
+         {AIR, MUSCLE, JOINT}),
+    ],
+)  # fmt: skip
+def test_an_effect_is_born_in_its_own_link(tmp_path, effects, forces, links):
+    gaps = gap_per_link(ARM, trials_of(tmp_path, effects, forces=forces, seed=2))
+    assert exceeding(gaps) == links
+    order = [link for link in (AIR, MUSCLE, BOTH, JOINT) if link in links]
+    assert gaps.born_in == order[0]
+    for one in gaps.outputs:
+        assert one.floors > 1.5 if one.exceeds else one.floors < 1.6
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_with_nothing_hidden_no_link_exceeds_its_floor(tmp_path, seed):
+    gaps = gap_per_link(ARM, trials_of(tmp_path, {}, seed=seed, coloured=seed % 2 == 1))
+    assert len(gaps.outputs) == 5
+    assert not exceeding(gaps)
+    assert gaps.born_in == ""
+    # Two trials to each degree of freedom of a floor, for what varies from trial to trial.
+    assert all(one.floors < 1.6 for one in gaps.outputs)
+
+
+def worst(rig, trials):
+    """Largest root mean square of what is left, in usual noise of each channel."""
+    usual = {"pressure": 400.0, "force": 1.5, "angle": 9e-4}
+    blocks = [block for own in link_residuals(rig, trials).values() for block in own]
+    return max(
+        np.sqrt(np.mean(b.residual**2)) / usual[b.channel.split(".")[-1].split("_")[0]]
+        for b in blocks
+    )
+
+
+@pytest.mark.parametrize("name", ["mas20_arm", "two_joint_arm"])
+def test_without_noise_every_link_is_met_to_a_quarter_of_usual_noise(tmp_path, name):
+    trials = trials_of(tmp_path, {}, load_rig(name), noise=0.0, variation=0.0, repeats=1)
+    assert worst(load_rig(name), trials) < 0.25
+
+
+def test_a_rig_with_creep_rests_where_it_is_held(tmp_path):
+    rig = ARM.with_parameters({"creep.stiffness": 2e3})
+    trials = trials_of(tmp_path, {}, rig, noise=0.0, variation=0.0, repeats=1, forces=False)
+    assert worst(rig, trials) < 0.25
+
+
+def test_trials_that_count_may_be_named(tmp_path):
+    trials = trials_of(tmp_path, {}, seed=1, forces=False)
+    held_out = {t.name for t in trials if t.protocol.endswith("_check")}
+    some = gap_per_link(ARM, trials, judged=held_out)
+    every = gap_per_link(ARM, trials)
+    assert [one.channel for one in some.outputs] == [one.channel for one in every.outputs]
+    assert all(a.gap != b.gap for a, b in zip(some.outputs, every.outputs, strict=True))
+
+
+def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
+    trials = trials_of(tmp_path, {"valve_delay": 1.0}, repeats=1, forces=False, variation=0.0)
+    gaps = gap_per_link(ARM, trials)
+    assert gaps.born_in == AIR
+    assert {one.floor_from for one in gaps.outputs} <= {"within trials", "holds"}
+    assert any("inputs recorded once" in note for note in gaps.notes)
+
+
+def still(rng=None):
+    """A held joint with held pressures, away from where its hysteresis is symmetric."""
+    time = np.arange(600) / 100.0
+    noise = 0.0 if rng is None else rng.normal(0.0, 1e-3, time.size)
+    return Trial(
+        name="still",
+        protocol="still",
+        drive={"muscle_1": "measured", "muscle_2": "measured"},
+        load=0.0,
+        time=time,
+        command=np.tile([1.5e5, 3.5e5], (time.size, 1)),
+        measured={
+            "angle": np.full(time.size, -0.45) + noise,
+            "force_1": np.zeros(time.size),
+            "force_2": np.zeros(time.size),
+        },
+        muscle_names=ARM.names.named_muscles,
+    )
+
+
+def forces(trial):
+    blocks = link_residuals(ARM, [replace(trial, drive="measured")])
+    (found,) = (own for link, own in blocks.items() if link.name == MUSCLE)
+    return np.stack([block.residual for block in found])
+
+
+def test_static_noise_of_an_imposed_motion_does_not_move_hysteresis(monkeypatch):
+    quiet = forces(still())
+    drift = []
+    for smooth in (True, False):
+        if not smooth:
+            monkeypatch.setattr(link_inputs, "smoothed", lambda _, values, *__: values)
+        apart = forces(still(np.random.default_rng(4))) - quiet
+        drift.append(np.abs(apart[:, 300:].mean(axis=1) - apart[:, :100].mean(axis=1)).max())
+    assert drift[0] < 0.2  # of a loop that is 10 N wide
+    assert drift[1] > 5.0 * drift[0]  # the noise itself, imposed, moves it on
