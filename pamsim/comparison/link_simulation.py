@@ -75,7 +75,7 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
     inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
-    # A relaxed creep element would be stretched by that way anew.
+    # A relaxed creep element would be stretched by that way again.
     creeps = any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
     begun = {} if creeps else {t.name: t for t, r in runs if r.pressures and r.moved}
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)

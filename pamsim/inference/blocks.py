@@ -230,7 +230,7 @@ def correlation_length(noise: ArNoise, samples: int) -> int:
     """Rows over which noise is correlated: the gap between parts that may count as independent.
 
     It is the last lag at which the autocorrelation is at least ``1 / sqrt(samples)``, the standard
-    error of the autocorrelation of white noise: what is below cannot be told from 0.
+    error of the autocorrelation of white noise: what is below cannot be distinguished from 0.
 
     Args:
         noise: of a series.

@@ -5,7 +5,7 @@ that remains holds the best model with a probability of at least 1 - alpha, whic
 in it is tied. The test of each set is the largest paired statistic between any two of its models,
 with the same sign flips for all (see `pamsim.inference.model_comparison` for what they assume and
 for how few units decide anything). At five units or fewer and a level of 5 % nothing is ever taken
-out: the set then says that the data cannot separate models, not that they are alike
+out: the set then says that the data cannot separate models, not that they are equal
 (`ConfidenceSet.decidable`).
 
 Source: P. Hansen, A. Lunde and J. Nason, Econometrica 79 (2011), the range statistic and its

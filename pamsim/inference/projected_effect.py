@@ -4,7 +4,7 @@ No formula is exact. Where an effect is in the model by one of its forms, what t
 looks like further effects. So while a further effect is tested, the other forms of the effects in
 the model are free: their signatures are projected out of the candidate's, in the metric of the
 noise, and only what they cannot give counts. A candidate whose signature is in the span of the
-forms cannot be told from an error of the formula, whatever its size.
+forms cannot be distinguished from an error of the formula, whatever its size.
 
 All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks.stack`):
 
@@ -197,7 +197,7 @@ def compare_effects(
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
-    """Orthonormal basis (n, r) of columns, each of which counts alike whatever its unit."""
+    """Orthonormal basis (n, r) of columns, which all count the same whatever their units."""
     norms = np.linalg.norm(columns, axis=0)
     used = columns[:, norms > 0.0] / norms[norms > 0.0]
     if not used.size:

@@ -80,7 +80,7 @@ def test_order_of_repeats_and_units_do_not_matter(rng):
     assert other.noise == pytest.approx(1e10 * one.noise)
 
 
-def test_exact_repeats_have_no_doubt_and_no_gap_no_misfit():
+def test_exact_repeats_are_certain_and_no_gap_is_no_misfit():
     ones, zeros = np.ones(SAMPLES), np.zeros(SAMPLES)
     assert shared_p_values([[repeated_misfit({"a": ones, "b": ones})]])[0] == 0.0
     assert shared_p_values([[repeated_misfit({"a": zeros, "b": zeros})]])[0] == 1.0

@@ -44,7 +44,7 @@ def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance(size):
         assert np.sum(block(size, noise).whiten(values) ** 2) == pytest.approx(expected)
 
 
-def test_residual_and_jacobian_are_whitened_alike():
+def test_residual_and_jacobian_are_whitened_the_same_way():
     rng = np.random.default_rng(1)
     blocks = [block(40), block(30, scipy.linalg.toeplitz(SLOW.autocovariance(30)), start=40)]
     jacobian, size = rng.standard_normal((70, 3)), rng.standard_normal(3)

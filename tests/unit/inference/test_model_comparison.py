@@ -28,14 +28,14 @@ def heavy(rng, shape):
 
 
 def exchangeable(rng, draw, units, models):
-    """Losses of models that predict alike: what a unit has in common, and what each has alone."""
+    """Losses of models that predict equally well: what a unit shares, and what each has alone."""
     return draw(rng, (units, 1)) + draw(rng, (units, models))
 
 
 @pytest.mark.parametrize("two_sided", [False, True])
 @pytest.mark.parametrize("draw", [skewed, heavy])
 @pytest.mark.parametrize("units", [3, 5, 12])
-def test_p_values_are_uniform_where_models_predict_alike(units, draw, two_sided):
+def test_p_values_are_uniform_where_models_predict_equally_well(units, draw, two_sided):
     """On the values that so many units can give, within a 95 % band of the whole distribution."""
     rng = np.random.default_rng(units)
     values = np.empty(RUNS)

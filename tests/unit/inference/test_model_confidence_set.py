@@ -62,7 +62,7 @@ def test_two_models_are_compared_as_a_pair_is():
 
 
 def test_p_values_are_those_of_sets_taken_one_by_one():
-    """The nested sets, each tested anew with all of its pairs."""
+    """The nested sets, each tested again with all of its pairs."""
     losses = losses_of(np.random.default_rng(3), [0.0, 0.5, 1.0, 3.0, 3.0], 9)
     found = model_confidence_set(losses, 0.05)
     left, expected, so_far = list(range(5)), np.ones(5), 0.0
