@@ -137,17 +137,21 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
             else:
                 fine &= np.isfinite(now)
             shown[column] = reading
-        change = (command[rig] - s.commands[rig, 1]) / s.span
+        moved = 0.0  # numbers, no arrays: making those takes as long as all else
+        for muscle in range(command.shape[1]):
+            change = (command[rig, muscle] - s.commands[rig, 1, muscle]) / s.span
+            moved += change * change
         s.commands[rig, 0] = command[rig]
         for old in range(s.commands.shape[1] - 1, 0, -1):
             s.commands[rig, old] = s.commands[rig, old - 1]
-        reward[rig] = -error / joints - s.effort * (change * change).sum() / change.size
+        reward[rig] = -error / joints - s.effort * moved / command.shape[1]
         broken[rig] = not fine
         if not fine and not first:
             reward[rig], velocity[:], shown[:] = BREAKDOWN, 0.0, 0.0
         seen[:joints], seen[joints : 2 * joints] = shown[:joints], velocity
         seen[2 * joints : joints + signals] = shown[joints:]
         seen[joints + signals :] = following[: TORQUE * joints]
-        seen[:] = (seen - s.centre) / s.scale
-        observation[rig] = np.minimum(np.maximum(seen, -LIMIT), LIMIT)
+        for place in range(seen.size):
+            scaled = (seen[place] - s.centre[place]) / s.scale[place]
+            observation[rig, place] = np.minimum(np.maximum(scaled, -LIMIT), LIMIT)
     return at.max() + 1 >= table.shape[1]
