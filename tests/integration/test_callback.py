@@ -401,6 +401,19 @@ def test_runge_kutta_is_refused_and_gives_no_number(rig):
     assert np.isnan(data.actuator_force).all()
 
 
+@pytest.mark.parametrize("backend", ["compiled", "python"])
+def test_a_step_that_evaluates_muscles_between_time_points_leaves_no_air(rig, backend):
+    """`mj_RungeKutta` may be called whatever the model's integrator is."""
+    model, data = charged(rig)
+    ends = model.actuator_actadr + model.actuator_actnum - 1
+    with pamsim.live(model, backend=backend):
+        mujoco.mj_step(model, data)
+        assert np.isfinite(data.act).all()
+        mujoco.mj_forward(model, data)
+        mujoco.mj_RungeKutta(model, data, 4)
+    assert np.isnan(data.act[ends]).all()
+
+
 def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):
     model, _ = charged(rig)
     with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
