@@ -401,6 +401,7 @@ def test_runge_kutta_is_refused_and_gives_no_number(rig):
     assert np.isnan(data.actuator_force).all()
 
 
+@pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize("backend", ["compiled", "python"])
 def test_a_step_that_evaluates_muscles_between_time_points_leaves_no_air(rig, backend):
     """`mj_RungeKutta` may be called whatever the model's integrator is."""

@@ -250,7 +250,7 @@ def test_environments_are_as_fast_as_is_promised():
     at_the_peer_s = [row for row in rows if row["frame_skip"] == 2]
     assert {row["arms"] for row in at_the_peer_s} == {1, 64, 256}
     for row in at_the_peer_s:
-        # 4.0 while environments stopped the engine's timers, also those of other models. Of 64 arms,
+        # Of 64 arms 4.0 while environments stopped the engine's timers, also those of other models;
         # five records of one code lie from 3.3 to 3.5.
         assert row["ratio"] >= (1.0 if row["arms"] == 1 else 3.3), row
 
