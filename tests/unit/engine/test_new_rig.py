@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import tomllib
 
 import mujoco
@@ -129,6 +130,9 @@ def test_muscles_of_an_mjcf_work_between_no_contraction_and_a_quarter(own, tmp_p
     assert np.all((most > 0.2) & (most <= 0.25 + 1e-4))
     # A cable of the rest: the muscle on the spatial tendon is not longer than the tendon.
     assert rig.muscles["extensor"].mounting.length_at_zero < 0.0
+    text = (rig.file.folder / "params.toml").read_text(encoding="utf-8")
+    stated = re.findall(r"assumed: (\d+) % contracted where its tendon is shortest", text)
+    assert [*map(float, stated)] == pytest.approx(100.0 * most, abs=0.5)
     assert rig.model.joint("knee").damping[0] > 0.0
     assert (tmp_path / "rig" / "knee.xml").read_text() == SPATIAL
 
