@@ -68,6 +68,13 @@ def settle(model, pressures):
     return data
 
 
+def test_a_reset_without_pressures_leaves_the_chambers_at_the_atmosphere():
+    model = build()
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data)
+    assert pamsim.pressures(model, data) == pytest.approx(0.0, abs=1e-6)
+
+
 def test_each_muscle_moves_its_own_joint():
     model = build()
     rest, shoulder, elbow = (settle(model, p) for p in ((0, 0), (3e5, 0), (0, 3e5)))

@@ -65,7 +65,7 @@ BAD_INPUT = {
     ),
     "step longer than the regulator": (
         ["step", "--pressure", "300,0", "--timestep-ms", "40", "--sample-hz", "25"],
-        "in which the pressure regulator of muscle_1 settles",
+        "a time step of 40 ms is longer than the 21 ms in which the pressure regulator of muscle_1",
     ),
     "zero time step": (["step", "--pressure", "300,0", "--timestep-ms", "0"], "time step"),
     "unknown backend": (["step", "--pressure", "9,0", "--backend", "gpu"], "no backend 'gpu'"),
