@@ -73,21 +73,23 @@ def address(key: Any) -> Any:
 
 
 @register_jitable(**OPTIONS)
+def _without(answer: Any) -> Any:
+    """What stands for a result where there is no such function: no number, or 0 while not asked."""
+    return 0.0 if answer == _NOT_NOW else math.nan
+
+
+@register_jitable(**OPTIONS)
 def value(key: Any, arguments: Any) -> Any:
     """Result of a function that only reads; no number where there is no such function."""
     at = address(key)
-    if at <= _NOT_NOW:
-        return 0.0 if at == _NOT_NOW else math.nan
-    return value_at(at, arguments)
+    return _without(at) if at <= _NOT_NOW else value_at(at, arguments)
 
 
 @register_jitable(**OPTIONS)
 def result(key: Any, arguments: Any) -> Any:
     """`value` of a function that writes."""
     at = address(key)
-    if at <= _NOT_NOW:
-        return 0.0 if at == _NOT_NOW else math.nan
-    return write_at(at, arguments)
+    return _without(at) if at <= _NOT_NOW else write_at(at, arguments)
 
 
 @register_jitable(**OPTIONS)
@@ -95,7 +97,7 @@ def five_values(key: Any, arguments: Any) -> Any:
     """`value` of a function with five results."""
     at = address(key)
     if at <= _NOT_NOW:
-        nothing = 0.0 if at == _NOT_NOW else math.nan
+        nothing = _without(at)
         return nothing, nothing, nothing, nothing, nothing
     return five_at(at, arguments)
 

@@ -50,6 +50,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.permutation import sign_flips
 
 DRAWN = 9_999
 """Sign patterns drawn where there are more in all (14 units and more): a p-value of 0.05 then has
@@ -239,8 +240,7 @@ def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
             yield np.where((numbers >> np.arange(units)) & 1, -1.0, 1.0)
         return
     yield np.ones((1, units))
-    for begin in range(0, DRAWN, _BLOCK):
-        yield np.where(rng.integers(2, size=(min(_BLOCK, DRAWN - begin), units)), -1.0, 1.0)
+    yield from sign_flips(DRAWN, units, rng)
 
 
 def _countable(units: int) -> bool:

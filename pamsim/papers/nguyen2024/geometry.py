@@ -10,12 +10,11 @@ from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
 from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
 from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, digits, muscle, value
 from pamsim.papers.rounding import propagated
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.physics.braid import max_contraction, volume, volume_slope
 from pamsim.physics.force_laws.mckibben import elastic_energy_force, ideal_force, ideal_tension
 from pamsim.recordings.printed import printed_table
 
-_ATMOSPHERE = 101325.0
-"""[Pa]."""
 _AIR_DIFFUSIVITY = 2.2e-5
 """Thermal diffusivity of air at 1 atm and 300 K [m^2/s], standard tables; falls as 1/pressure."""
 _BESSEL_ZERO = 2.4048
@@ -109,7 +108,7 @@ def _isothermal() -> Recomputed:
     braid = muscle()
     length = braid.nominal_length * (1.0 - value("slow_contraction") * PERCENT)
     held = volume(length, braid.nominal_length, braid.diameter, braid.fibre_angle)
-    ratio = (value("slow_pressure") * PA_PER_BAR + _ATMOSPHERE) / _ATMOSPHERE
+    ratio = (value("slow_pressure") * PA_PER_BAR + ATMOSPHERE) / ATMOSPHERE
     radius_squared = held / (math.pi * length)
     equalised = radius_squared / _BESSEL_ZERO**2 / (_AIR_DIFFUSIVITY / ratio)
     lasts = value("slow_shortening") / value("slow_speed")
@@ -145,7 +144,7 @@ def _below_measured() -> Recomputed:
     measured: list[float] = []
     for contraction in sorted({row[0] for row in rows if row[0] < work[1]}, reverse=True):
         now = volume((1.0 - contraction) * braid.nominal_length, *shape)
-        pressure = (work[0] + _ATMOSPHERE) * held / now - _ATMOSPHERE
+        pressure = (work[0] + ATMOSPHERE) * held / now - ATMOSPHERE
         points = sorted((row[1], row[2]) for row in rows if row[0] == contraction)
         # Beyond the map's highest pressure nothing was measured.
         if pressure <= points[-1][0]:

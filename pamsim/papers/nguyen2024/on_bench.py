@@ -14,9 +14,9 @@ from pamsim.papers.bench_experiments import bench, stretched
 from pamsim.papers.claim import printed_values
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, element, muscle, omega, value
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.physics.braid import volume, volume_slope
 
-_ATMOSPHERE = 101325.0  # [Pa]
 _AMPLITUDE = 2.0 * MILLIMETRE
 """Of the cycles, about nominal length, where the element starts relaxed; it is linear."""
 _PERIODS, _STEPS = 12, 400
@@ -113,7 +113,7 @@ def slow_stroke(rig: Rig) -> Mapping[str, Any]:
     run = stretched(air, time, contraction, pressure, sealed=True, timestep=_SLOW_STEP)
     length = (1.0 - run.contraction) * nominal
     inside = np.array([volume(float(each), nominal, *shape) for each in length])
-    isothermal = (pressure + _ATMOSPHERE) * inside[0] / inside - _ATMOSPHERE
+    isothermal = (pressure + ATMOSPHERE) * inside[0] / inside - ATMOSPHERE
     pairs = zip(isothermal.tolist(), length.tolist(), strict=True)
     tension = np.array([_air_force(*pair) for pair in pairs])
     exact = tension - tension[0]

@@ -21,10 +21,8 @@ from pamsim.papers.nguyen2024.numbers import (
     value,
 )
 from pamsim.papers.numerics import derivative
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.physics.braid import volume, volume_slope
-
-_ATMOSPHERE = 101325.0
-"""[Pa]."""
 
 
 def _dynamic(frequency: float) -> float:
@@ -54,7 +52,7 @@ def _air_stiffness() -> Recomputed:
         length = (1.0 - kappa) * braid.nominal_length
         slope = volume_slope(length, *shape)
         # Isothermal: the softer of the two extremes the closed air can have.
-        squeezed = (pressure + _ATMOSPHERE) * slope**2 / volume(length, *shape)
+        squeezed = (pressure + ATMOSPHERE) * slope**2 / volume(length, *shape)
         result.append(squeezed - pressure * derivative(lambda at: volume_slope(at, *shape), length))
     rubber = _dynamic(value("first_case_frequency"))
     return Recomputed((min(result), rubber), order=Order.RISING)
