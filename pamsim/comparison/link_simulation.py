@@ -14,7 +14,7 @@ exert what was measured.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -38,11 +38,13 @@ from pamsim.recordings.trial import Trial
 _MOVED = {"angle": "angle", "position": "length"}
 """Kind of a joint's position -> drive that imposes it."""
 
+Signals = Mapping[str, FloatArray]
+
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Driven:
+class LinkExperiment:
     """A run ready to be simulated: the trial as it is driven, and its experiment."""
 
     trial: Trial
@@ -75,28 +77,31 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
     inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
-    # A relaxed creep element would be stretched by that way again.
-    creeps = any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
-    begun = {} if creeps else {t.name: t for t, r in runs if r.pressures and r.moved}
+    begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
 
-    def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> _Driven:
+    def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:
         way = ways.get(trial.name) if run.pressures and run.moved else None
-        return _driven(rig, trial, run, inputs[trial.name], way=way, torque=torque)
+        return link_experiment(rig, trial, run, inputs[trial.name], way=way, torque=torque)
+
+    def done(some: Sequence[LinkExperiment]) -> Iterator[tuple[LinkExperiment, Signals]]:
+        jobs = [(rig, one) for one in some]
+        signals = link_signals(jobs, threads=threads, simulated=simulated)
+        return ((o, s) for o, s in zip(some, signals, strict=True) if s is not None)
 
     first = [driven(trial, run) for trial, run in runs if not run.pulled]
-    found: list[tuple[_Driven, Mapping[str, FloatArray], FloatArray | float]] = [
-        (one, signals, 0.0) for one, signals in _signals(rig, first, threads, simulated)
+    found: list[tuple[LinkExperiment, Signals, FloatArray | float]] = [
+        (one, signals, 0.0) for one, signals in done(first)
     ]
     torques = {
-        one.trial.name: _torques(rig, one.trial, inputs[one.trial.name], signals)
+        one.trial.name: torques_beyond(rig, one.trial, inputs[one.trial.name], signals)
         for one, signals, _ in found
         if one.trial.name in wanted and one.run.gives_forces
     }
     second = [
         driven(t, r, torques[t.name][r.pulled]) for t, r in runs if r.pulled and t.name in torques
     ]
-    for one, signals in _signals(rig, second, threads, simulated):
+    for one, signals in done(second):
         # Where a machine moves the joint, the torque is taken off what the motion takes.
         held = one.run.pulled in one.run.moved
         found.append((one, signals, torques[one.trial.name][one.run.pulled] if held else 0.0))
@@ -120,30 +125,46 @@ def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:
     return sum(len(link_runs(rig, trial)) + 1 for trial in trials)
 
 
-def _signals(
-    rig: Rig,
-    driven: Sequence[_Driven],
-    threads: int | None,
-    simulated: Callable[[], None] | None,
-) -> list[tuple[_Driven, dict[str, FloatArray]]]:
-    """Simulated signals at the times of each trial, of the runs that do not break down."""
+def link_signals(
+    jobs: Sequence[tuple[Rig, LinkExperiment]],
+    *,
+    timestep: float | None = None,
+    settle_steps: int = 1,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> list[dict[str, FloatArray] | None]:
+    """Simulated signals at the times of each trial.
+
+    Args:
+        jobs: rigs, and how a link of each is driven.
+        timestep: [s]; each rig's own if left out.
+        settle_steps: see `pamsim.engine.batch.simulate_batch`.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+
+    Returns:
+        For each job channel -> (n,) [SI]; None where the run breaks down.
+    """
     # Rest is shared by what is simulated together, and is another with other drives.
-    together: dict[tuple[str, ...], list[_Driven]] = {}
-    for one in driven:
-        together.setdefault(one.experiment.drives.muscles, []).append(one)
-    done: list[tuple[_Driven, dict[str, FloatArray]]] = []
-    for some in together.values():
-        jobs = [(rig, one.experiment) for one in some]
-        recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
-        done += [
-            (one, at_times(recording, one.trial, rig.sensor))
-            for one, recording in zip(some, recordings, strict=True)
-            if recording.outcome is Outcome.COMPLETED
-        ]
-    return done
+    together: dict[tuple[str, ...], list[int]] = {}
+    for number, (_, one) in enumerate(jobs):
+        together.setdefault(one.experiment.drives.muscles, []).append(number)
+    found: list[dict[str, FloatArray] | None] = [None] * len(jobs)
+    for numbers in together.values():
+        recordings = sensed_runs(
+            [(jobs[n][0], jobs[n][1].experiment) for n in numbers],
+            timestep=timestep,
+            settle_steps=settle_steps,
+            threads=threads,
+            simulated=simulated,
+        )
+        for n, recording in zip(numbers, recordings, strict=True):
+            if recording.outcome is Outcome.COMPLETED:
+                found[n] = at_times(recording, jobs[n][1].trial, jobs[n][0].sensor)
+    return found
 
 
-def _driven(
+def link_experiment(
     rig: Rig,
     trial: Trial,
     run: LinkRun,
@@ -151,7 +172,7 @@ def _driven(
     *,
     way: FloatArray | None = None,
     torque: FloatArray | None = None,
-) -> _Driven:
+) -> LinkExperiment:
     """A trial as a run drives it.
 
     Args:
@@ -191,11 +212,20 @@ def _driven(
     else:
         experiment = experiment_of(driven)
     experiment = with_true_inputs(rig, experiment)
-    return _Driven(trial=driven, run=run, experiment=experiment)
+    return LinkExperiment(trial=driven, run=run, experiment=experiment)
 
 
-def _torques(
-    rig: Rig, trial: Trial, inputs: LinkInputs, signals: Mapping[str, FloatArray]
+def creeps(rig: Rig) -> bool:
+    """Whether a muscle creeps.
+
+    Then nothing precedes an imposed motion: a relaxed creep element would be stretched by the way
+    to rest again.
+    """
+    return any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
+
+
+def torques_beyond(
+    rig: Rig, trial: Trial, inputs: LinkInputs, signals: Signals
 ) -> dict[str, FloatArray]:
     """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
 

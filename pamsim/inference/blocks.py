@@ -300,6 +300,8 @@ def fitted_runs(block: Block, held_out: Sequence[Block], gap: int) -> tuple[Bloc
 
 def _of_order_at_most(noise: ArNoise, size: int) -> ArNoise:
     """The same noise over a few rows, which see no more lags than there are rows."""
+    if noise.order <= size:
+        return noise  # itself, since it keeps its predictors
     unused = np.array(noise.reflections[size:])
     variance = noise.variance / float(np.prod(1.0 - unused**2))
     return ArNoise(noise.reflections[:size], variance)

@@ -100,7 +100,7 @@ class FreeForms:
         self._unit = stack.unit
         self._own = [np.flatnonzero(stack.unit == u) for u in range(len(stack.units))]
         self._rows = np.bincount(stack.unit, minlength=len(stack.units)).astype(np.float64)
-        self._basis = _orthonormal(np.hstack([stack.jacobian, forms]))
+        self._basis = orthonormal(np.hstack([stack.jacobian, forms]))
         # In each unit the directions of (1 - Q_u' Q_u)^(-1/2), undetermined ones left out.
         self._roots: list[FloatArray] = []
         for rows in self._own:
@@ -196,7 +196,7 @@ def compare_effects(
     )
 
 
-def _orthonormal(columns: FloatArray) -> FloatArray:
+def orthonormal(columns: FloatArray) -> FloatArray:
     """Orthonormal basis (n, r) of columns, which all count the same whatever their units."""
     norms = np.linalg.norm(columns, axis=0)
     used = columns[:, norms > 0.0] / norms[norms > 0.0]

@@ -1,0 +1,345 @@
+"""A rig simulated link by link with many parameter sets, beside trials that repeat each other.
+
+With the rig as it is, every trial is simulated with its own measured inputs, in fine time steps.
+With other parameters the repeats of an input are simulated once, with the mean of their inputs and
+in coarse steps; the difference between the two at the rig as it is is added to all of them. So
+noise that a trial's inputs bring along counts as noise of its residual, and costs one simulation.
+
+A parameter may have a value of its own in each link (`in_link`), as nuisance parameters have: what
+is wrong in one link is then not made up for in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.comparison.link_inputs import link_inputs
+from pamsim.comparison.link_simulation import (
+    LinkExperiment,
+    Signals,
+    creeps,
+    link_experiment,
+    link_residuals,
+    link_signals,
+    torques_beyond,
+)
+from pamsim.comparison.links import VALVES, Link, LinkRun, link_runs
+from pamsim.comparison.repeats import Repeats
+from pamsim.comparison.way_to_rest import ways_to_rest
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.units import FloatArray
+from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.preflight import check_timestep
+from pamsim.engine.rig import Rig
+from pamsim.inference.blocks import Block, Noise, noise_from_repeats
+from pamsim.recordings.trial import Trial
+
+Values = Mapping[str, float]
+"""Name of a rig parameter, alone or `in_link`, to its value [SI]; others are the rig's own."""
+
+_IN = " in "
+
+_OF_VALVES = frozenset({"valve", "chamber"})
+_OF_FORCE_ALONE = frozenset({"passive", "creep", "friction", "joint", "body"})
+"""Groups of parameters without influence on pressures along an imposed motion. That of the active
+force has: the volume is its derivative by the pressure (virtual work)."""
+
+COARSE = 2
+"""Fine time steps in a coarse one, as whole rigs are fitted with: twice as many would be too long
+for the bristles of friction that sticks."""
+
+_SETTLE = 4  # coarse steps in one of those in which rigs come to rest
+
+
+def in_link(name: str, link: Link) -> str:
+    """Name of a parameter's value in one link alone."""
+    return f"{name}{_IN}{link.name}"
+
+
+def plain(name: str) -> str:
+    """Name of the rig's parameter, without the link."""
+    return name.partition(_IN)[0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """One run to be simulated: number of the parameter set, of the run, and its rig."""
+
+    number: int
+    run: int
+    rig: Rig
+
+
+class ChainSimulator:
+    """Residuals of all links as one vector, simulated minus measured.
+
+    Args:
+        rig: as it is.
+        groups: repeats, with channels as the rig names them.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+
+    Attributes:
+        links: that the trials separate, from the command on.
+        blocks: of rows of the residual; units are trials.
+        link_of: number of the link of each block.
+        repeats: the groups.
+        stated: residual of the rig as it is, (n,) [SI].
+
+    Raises:
+        InputError: for a trial that does not fit the rig or does not give its start pressures, no
+            channel to compare, or an output of which no input was repeated.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        groups: Sequence[Repeats],
+        *,
+        threads: int | None = None,
+        simulated: Callable[[], None] | None = None,
+    ) -> None:
+        self.rig, self.repeats = rig, tuple(groups)
+        trials = [trial for group in groups for trial in group.trials]
+        self._threads, self._simulated = threads, simulated
+        exact = {
+            (link, block.trial, block.channel): block.residual
+            for link, blocks in link_residuals(
+                rig, trials, threads=threads, simulated=simulated
+            ).items()
+            for block in blocks
+        }
+        if not exact:
+            raise InputError("no link can be compared: nothing is measured that drives nothing")
+        self.links = tuple(dict.fromkeys(link for link, _, _ in exact))
+        means = [group.mean() for group in groups]
+        self._runs: list[tuple[Repeats, Trial, LinkRun]] = [
+            (group, mean, run)
+            for group, mean in zip(groups, means, strict=True)
+            for run in link_runs(rig, mean)
+            if all((run.link, t.name, c) in exact for t in group.trials for c in run.outputs)
+        ]
+        self._inputs = {mean.name: link_inputs(rig, mean) for mean in means}
+        begun = {m.name: m for _, m, run in self._runs if run.pressures and run.moved}
+        self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
+        self._pulls = any(run.pulled for _, _, run in self._runs)
+        self._coarse = self._coarse_step()
+        noise = _noise(groups, exact)
+        self.blocks, self.link_of = self._blocks(noise)
+        rows = {
+            (link, b.unit, b.channel): b.rows
+            for link, b in zip((self.links[i] for i in self.link_of), self.blocks, strict=True)
+        }
+        size = self.blocks[-1].rows.stop
+        self.stated = np.empty(size)
+        for key, where in rows.items():
+            self.stated[where] = exact[key]
+        self._correction = np.zeros(size)
+        (coarse,) = self.residuals([{}], [frozenset(self.links)], self.stated)
+        if coarse is None:
+            raise InputError(f"{rig.name}: a link breaks down in coarse time steps")
+        self._correction = self.stated - coarse
+
+    def acts_in(self, names: Collection[str]) -> frozenset[Link]:
+        """Links whose outputs parameters change."""
+        found: set[Link] = set()
+        for name in names:
+            own, _, where = name.partition(_IN)
+            group = ParameterName.parse(own).group
+            for link in self.links:
+                if where and link.name != where:
+                    continue
+                valves = VALVES in link.parts
+                if (valves or group not in _OF_VALVES) and (
+                    link.parts != (VALVES,) or group not in _OF_FORCE_ALONE
+                ):
+                    found.add(link)
+        return frozenset(found)
+
+    def residuals(
+        self,
+        sets: Sequence[Values],
+        links: Sequence[Collection[Link]],
+        others: FloatArray,
+        *,
+        only: Collection[str] | None = None,
+    ) -> list[FloatArray | None]:
+        """Residual with each parameter set.
+
+        Args:
+            sets: values by name.
+            links: of each set, those to simulate.
+            others: residual (n,) that the rows of the other links and trials are taken from [SI].
+            only: names of groups of repeats to simulate; all if left out.
+
+        Returns:
+            (n,) [SI] for each; None where a value is out of range or a simulation breaks down.
+        """
+        rigs = [self._rigs(v, own) for v, own in zip(sets, links, strict=True)]
+        jobs = [
+            _Job(number, run, rig)
+            for number, (own, wanted) in enumerate(zip(rigs, links, strict=True))
+            if own is not None
+            for run, rig in self._wanted(own, wanted, only)
+        ]
+        signals = self._simulate([j for j in jobs if not self._run(j).pulled], {})
+        torques = {
+            (j.number, self._runs[j.run][1].name): self._torques(j, seen)
+            for j, seen in signals.items()
+            if self._pulls and self._run(j).gives_forces and seen is not None
+        }
+        signals |= self._simulate([j for j in jobs if self._run(j).pulled], torques)
+        found = [None if own is None else others.copy() for own in rigs]
+        for job, seen in signals.items():
+            if seen is None:
+                found[job.number] = None
+        for job, seen in signals.items():
+            residual = found[job.number]
+            if residual is None or seen is None or self._run(job).link not in links[job.number]:
+                continue
+            group, mean, run = self._runs[job.run]
+            less: FloatArray | float = 0.0
+            if run.pulled in run.moved:
+                less = torques[job.number, mean.name][run.pulled]
+            for trial in group.trials:
+                for channel in run.outputs:
+                    rows = self._rows[job.run, trial.name, channel]
+                    residual[rows] = (
+                        seen[channel] - less - trial.measured[channel] + self._correction[rows]
+                    )
+        return found
+
+    def _run(self, job: _Job) -> LinkRun:
+        return self._runs[job.run][2]
+
+    def _rigs(self, values: Values, links: Collection[Link]) -> dict[Link, Rig] | None:
+        """The rig with values, in each link; None where they are out of range or too quick."""
+        needed = self.links if self._pulls else links
+        common = {name: value for name, value in values.items() if _IN not in name}
+        made: dict[tuple[tuple[str, float], ...], Rig] = {}
+        found: dict[Link, Rig] = {}
+        for link in needed:
+            end = f"{_IN}{link.name}"
+            own = {plain(n): v for n, v in values.items() if n.endswith(end)}
+            key = tuple(sorted((common | own).items()))
+            if key not in made:
+                try:
+                    made[key] = rig = self.rig.with_parameters(common | own)
+                    check_timestep(rig.model_for(timestep=self._coarse), rig.muscles)
+                except (InputError, ParameterError):
+                    return None
+            found[link] = made[key]
+        return found
+
+    def _wanted(
+        self, rigs: Mapping[Link, Rig], links: Collection[Link], only: Collection[str] | None
+    ) -> Iterator[tuple[int, Rig]]:
+        """Runs that are simulated, each with its rig; joints that are pulled need the forces."""
+        pulled = any(run.pulled and run.link in links for _, _, run in self._runs)
+        for number, (group, _, run) in enumerate(self._runs):
+            needed = run.link in links or (pulled and run.gives_forces)
+            if needed and (only is None or group.name in only):
+                yield number, rigs[run.link]
+
+    def _simulate(
+        self, jobs: Sequence[_Job], torques: Mapping[tuple[int, str], Mapping[str, FloatArray]]
+    ) -> dict[_Job, Signals | None]:
+        found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
+        known = [
+            j
+            for j in jobs
+            if not self._run(j).pulled or (j.number, self._runs[j.run][1].name) in torques
+        ]
+        driven = [(j.rig, self._experiment(j, torques)) for j in known]
+        signals = link_signals(
+            driven,
+            timestep=self._coarse,
+            settle_steps=_SETTLE,
+            threads=self._threads,
+            simulated=self._simulated,
+        )
+        found.update(zip(known, signals, strict=True))
+        return found
+
+    def _experiment(
+        self, job: _Job, torques: Mapping[tuple[int, str], Mapping[str, FloatArray]]
+    ) -> LinkExperiment:
+        _, mean, run = self._runs[job.run]
+        leads = run.pressures and bool(run.moved) and not creeps(job.rig)
+        return link_experiment(
+            job.rig,
+            mean,
+            run,
+            self._inputs[mean.name],
+            way=self._ways.get(mean.name) if leads else None,
+            torque=torques[job.number, mean.name][run.pulled] if run.pulled else None,
+        )
+
+    def _torques(self, job: _Job, signals: Signals) -> dict[str, FloatArray]:
+        mean = self._runs[job.run][1]
+        return torques_beyond(job.rig, mean, self._inputs[mean.name], signals)
+
+    def _coarse_step(self) -> float | None:
+        """Coarse time step [s]; None where the rig or a sampling rate needs the rig's own."""
+        step = COARSE * float(self.rig.model.opt.timestep)
+        for number in range(len(self._runs)):
+            if self._run(_Job(0, number, self.rig)).pulled:
+                continue
+            rate = self._experiment(_Job(0, number, self.rig), {}).experiment.sample_rate
+            steps = 1.0 / (rate * step)
+            if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < 1:
+                return None
+        try:
+            check_timestep(self.rig.model_for(timestep=step), self.rig.muscles)
+        except InputError:
+            return None
+        return step
+
+    def _blocks(
+        self, noise: Mapping[tuple[Link, str], Noise]
+    ) -> tuple[tuple[Block, ...], tuple[int, ...]]:
+        blocks: list[Block] = []
+        link_of: list[int] = []
+        self._rows: dict[tuple[int, str, str], slice] = {}
+        end = 0
+        for number, (group, _, run) in enumerate(self._runs):
+            for channel in run.outputs:
+                for trial in group.trials:
+                    rows = slice(end, end + trial.time.size)
+                    end = rows.stop
+                    self._rows[number, trial.name, channel] = rows
+                    blocks.append(
+                        Block(
+                            unit=trial.name,
+                            channel=channel,
+                            rows=rows,
+                            noise=noise[run.link, channel],
+                            source=trial.name,
+                        )
+                    )
+                    link_of.append(self.links.index(run.link))
+        return tuple(blocks), tuple(link_of)
+
+
+def _noise(
+    groups: Sequence[Repeats], exact: Mapping[tuple[Link, str, str], FloatArray]
+) -> dict[tuple[Link, str], Noise]:
+    """Noise of every output of every link, as repeats with their own inputs differ."""
+    found: dict[tuple[Link, str], Noise] = {}
+    for link, channel in dict.fromkeys((link, channel) for link, _, channel in exact):
+        protocols = [
+            np.stack([exact[link, trial.name, channel] for trial in group.trials])
+            for group in groups
+            if all((link, trial.name, channel) in exact for trial in group.trials)
+        ]
+        try:
+            found[link, channel] = noise_from_repeats(protocols)
+        except InputError:
+            raise InputError(
+                f"{channel}: no input was recorded twice, so that repeats do not show its noise;"
+                " record every input three times or more"
+            ) from None
+    return found

@@ -1,0 +1,296 @@
+"""Fits of effects to the residuals of links, in whitened rows of the trials that are fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.chain_simulator import ChainSimulator, Values, in_link
+from pamsim.comparison.links import Link
+from pamsim.core.units import FloatArray
+from pamsim.engine.parameters import rig_parameter
+from pamsim.inference.blocks import Block, whitened
+from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
+from pamsim.inference.difference_jacobian import secant_updated
+
+PRIOR = 0.3
+"""Standard deviation of a nuisance parameter about what the rig states, as a share of that. It
+keeps where it is what the rows of a link do not show; what they show is free of it."""
+
+_REACH = 5.0  # factor either way within which a nuisance parameter is sought
+_STEP, _NUISANCE_STEP = 0.1, 0.02
+"""Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
+since residuals of sticking friction and of sampled delays are not smooth below."""
+
+_TOLERANCE = 1e-3  # relative change of the sum of squares that ends a fit
+_STEPS = 15
+_FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh slopes
+_DESCENTS = 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkModel:
+    """A rig with some effects, after their fit.
+
+    Attributes:
+        effects: that it has.
+        values: of nuisance parameters in each link, and of the effects' parameters [SI].
+        residual: of all links and trials, (n,) [SI]; of trials that are held out it is that of the
+            rig as it is.
+        rows: of the fitted trials, whitened, (f,).
+        slopes: change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,).
+    """
+
+    effects: tuple[Candidate, ...]
+    values: Mapping[str, float]
+    residual: FloatArray
+    rows: FloatArray
+    slopes: Mapping[str, FloatArray]
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares of the whitened rows."""
+        return float(self.rows @ self.rows)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the effects, with their places."""
+        return frozenset(effect.name for effect in self.effects)
+
+    @property
+    def freed(self) -> frozenset[str]:
+        """Parameters of the effects."""
+        return frozenset(p.name for effect in self.effects for p in effect.parameters)
+
+    def jacobian(self) -> FloatArray:
+        """Slopes as columns, (f, p)."""
+        return np.stack(list(self.slopes.values()), axis=1)
+
+
+class LinkFitter:
+    """Fits to the trials that are not held out.
+
+    Args:
+        simulator: of the links.
+        nuisance: rig parameters that have a value of their own in every link.
+        held_out: names of trials.
+
+    Attributes:
+        stated: the rig as it is, with the slopes of its nuisance parameters.
+        link_of: number of the link of each whitened row, (f,).
+    """
+
+    def __init__(
+        self, simulator: ChainSimulator, nuisance: Sequence[str], held_out: Collection[str]
+    ) -> None:
+        self.simulator = simulator
+        self.groups = frozenset(g.name for g in simulator.repeats if g.name not in held_out)
+        pairs = zip(simulator.blocks, simulator.link_of, strict=True)
+        kept = [(block, link) for block, link in pairs if block.unit not in held_out]
+        self.blocks: tuple[Block, ...] = tuple(block for block, _ in kept)
+        self.link_of = np.repeat([link for _, link in kept], [block.size for block, _ in kept])
+        self.nuisance = {
+            in_link(name, link): rig_parameter(simulator.rig, name).value
+            for name in nuisance
+            for link in simulator.links
+            if link in simulator.acts_in([name])
+        }
+        rows = self.whiten(simulator.stated)
+        start = LinkModel(
+            effects=(),
+            values=self.nuisance,
+            residual=simulator.stated,
+            rows=rows,
+            slopes={},
+        )
+        slopes = self._slopes(start, list(self.nuisance), self.values_of(start))
+        self.stated = replace(start, slopes=slopes)
+
+    def whiten(self, residual: FloatArray) -> FloatArray:
+        """Whitened rows (f,) of the fitted trials out of a residual (n,) [SI]."""
+        return whitened(self.blocks, residual)
+
+    def values_of(self, model: LinkModel) -> dict[str, float]:
+        """Values of a model's parameters [SI]."""
+        return dict(model.values)
+
+    def per_row(self, model: LinkModel) -> list[float]:
+        """Mean square of the rows of each link: 1 where only noise is left."""
+        return [
+            float(np.mean(model.rows[self.link_of == i] ** 2))
+            for i in range(len(self.simulator.links))
+        ]
+
+    def in_links(self, links: Collection[Link]) -> NDArray[np.bool_]:
+        """Mask (f,) of the whitened rows of some links."""
+        numbers = [i for i, link in enumerate(self.simulator.links) if link in links]
+        return np.isin(self.link_of, numbers)
+
+    def scale(self, name: str, effects: Sequence[Candidate]) -> float:
+        """Typical change of a parameter [SI]: of its effect; of a nuisance parameter, its value."""
+        if name in self.nuisance:
+            return abs(self.nuisance[name])
+        effect = next(e for e in effects if any(p.name == name for p in e.parameters))
+        parameter = next(p for p in effect.parameters if p.name == name)
+        probed, neutral = effect.probes[0].values[name], effect.neutral.get(name)
+        if neutral is None:
+            return abs(probed) or 0.1 * (parameter.high - parameter.low)
+        return abs(probed - neutral) or 0.1 * (parameter.high - parameter.low)
+
+    def simulate(
+        self, sets: Sequence[Values], links: Sequence[Collection[Link]], others: FloatArray
+    ) -> list[FloatArray | None]:
+        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `ChainSimulator`."""
+        return self.simulator.residuals(sets, links, others, only=self.groups)
+
+    def fit(
+        self,
+        begin: LinkModel,
+        effects: Sequence[Candidate],
+        start: Values,
+        links: Collection[Link],
+    ) -> LinkModel | None:
+        """Fit what acts in some links; what acts elsewhere stays.
+
+        Args:
+            begin: model with the values that the fit begins with.
+            effects: of the model that is fitted.
+            start: values of parameters that begin elsewhere [SI].
+            links: whose rows are fitted.
+
+        Returns:
+            The model, or None if the simulation breaks down where it begins.
+        """
+        own = {p.name: p for effect in effects for p in effect.parameters}
+        values = {k: v for k, v in begin.values.items() if k in self.nuisance or k in own}
+        values |= start
+        wanted = frozenset(links)
+        acts = {name: self.simulator.acts_in([name]) for name in values}
+        free = [
+            name
+            for name in values
+            if (acts[name] <= wanted if name in self.nuisance else acts[name] & wanted)
+        ]
+        scale = np.array([self.scale(name, effects) for name in free])
+        low = np.array([self._low(n) if n in self.nuisance else own[n].low for n in free]) / scale
+        high = np.array([self._high(n) if n in self.nuisance else own[n].high for n in free])
+        high = high / scale
+        stated = np.array([self.nuisance.get(name, 0.0) for name in free]) / scale
+        weight = np.array([1.0 / PRIOR if name in self.nuisance else 0.0 for name in free])
+        residuals: dict[bytes, FloatArray] = {}
+
+        def values_at(place: FloatArray) -> dict[str, float]:
+            return values | dict(zip(free, (place * scale).tolist(), strict=True))
+
+        def rows_at(places: FloatArray) -> list[FloatArray | None]:
+            found = self.simulate(
+                [values_at(place) for place in places], [wanted] * len(places), begin.residual
+            )
+            for place, residual in zip(places, found, strict=True):
+                if residual is not None:
+                    residuals[place.tobytes()] = residual
+            return [
+                None if r is None else np.append(self.whiten(r), weight * (place - stated))
+                for place, r in zip(places, found, strict=True)
+            ]
+
+        def columns(place: FloatArray, here: FloatArray, kept: Collection[str]) -> FloatArray:
+            at = LinkModel(
+                effects=tuple(effects),
+                values=values_at(place),
+                residual=residuals.get(place.tobytes(), begin.residual),
+                rows=here[: here.size - place.size],
+                slopes={},
+            )
+            known = {name: begin.slopes[name] for name in kept}
+            fresh = [name for name in free if name not in known]
+            known |= self._slopes(at, fresh, at.values, wanted)
+            return np.vstack([np.stack([known[n] for n in free], axis=1), np.diag(weight)])
+
+        def descended(place: FloatArray, kept: Collection[str]) -> Fit | None:
+            try:
+                return bounded_least_squares(
+                    rows_at,
+                    [np.clip(place, low, high)],
+                    lower=low,
+                    upper=high,
+                    jacobian=secant_updated(lambda at, here: columns(at, here, kept)),
+                    x_scale=1.0,
+                    tolerance=_TOLERANCE,
+                    max_steps=_STEPS,
+                )
+            except BreakdownError:
+                return None
+
+        known = [name for name in free if name in begin.slopes and name not in start]
+        fit = descended(np.array([values[name] for name in free]) / scale, known)
+        # Slopes of another model, and those that only followed the steps, end a fit too soon.
+        for _ in range(_DESCENTS):
+            if fit is None or fit.start_cost - fit.cost <= _FAR * fit.cost:
+                break
+            fit = descended(fit.x, ()) or fit
+        if fit is None:
+            return None
+        end = values_at(fit.x)
+        residual = residuals.get(fit.x.tobytes())
+        if residual is None:
+            (residual,) = self.simulate([end], [wanted], begin.residual)
+        if residual is None:
+            return None
+        slopes = {k: v for k, v in begin.slopes.items() if k in end}
+        count = fit.residual.size - len(free)
+        slopes |= {name: fit.jacobian[:count, i] for i, name in enumerate(free)}
+        return LinkModel(
+            effects=tuple(effects),
+            values=end,
+            residual=residual,
+            rows=self.whiten(residual),
+            slopes=slopes,
+        )
+
+    def everywhere(self, model: LinkModel) -> LinkModel:
+        """A model with the residual of all links, those included that no fit of it has simulated.
+
+        Effects of the muscle change pressures along an imposed motion a little.
+        """
+        links = frozenset(self.simulator.links)
+        (residual,) = self.simulate([model.values], [links], model.residual)
+        if residual is None:
+            return model
+        return replace(model, residual=residual, rows=self.whiten(residual))
+
+    def _low(self, name: str) -> float:
+        return min(self.nuisance[name] / _REACH, self.nuisance[name] * _REACH)
+
+    def _high(self, name: str) -> float:
+        return max(self.nuisance[name] / _REACH, self.nuisance[name] * _REACH)
+
+    def _slopes(
+        self,
+        at: LinkModel,
+        names: Sequence[str],
+        values: Values,
+        links: frozenset[Link] | None = None,
+    ) -> dict[str, FloatArray]:
+        """Change of the rows with parameters, in units of their scale."""
+        own = {p.name: p for effect in at.effects for p in effect.parameters}
+        steps: list[float] = []
+        sets: list[Values] = []
+        for name in names:
+            scale = self.scale(name, at.effects)
+            step = scale * (_NUISANCE_STEP if name in self.nuisance else _STEP)
+            if name in own and values[name] + step > own[name].high:
+                step = -step
+            steps.append(step / scale)
+            sets.append({**values, name: values[name] + step})
+        acts = [self.simulator.acts_in([name]) for name in names]
+        inside = [own & links if links is not None else own for own in acts]
+        found = self.simulate(sets, inside, at.residual)
+        return {
+            name: np.zeros_like(at.rows) if r is None else (self.whiten(r) - at.rows) / step
+            for name, step, r in zip(names, steps, found, strict=True)
+        }

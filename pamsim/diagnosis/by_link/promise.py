@@ -1,0 +1,136 @@
+"""What an effect promises: by how much its signature would lower the misfit, to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.comparison.candidate import Candidate, Probe
+from pamsim.comparison.links import Link
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.inference.projected_effect import orthonormal
+
+_SEEN = 0.05
+"""Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
+fitted with it: hysteresis of a muscle changes pressures by some thousandths of its squares."""
+
+_NONE_LEFT = 1e-8
+"""Share of a signature's squares below which nothing is left of it beside a model: finite
+differences are that accurate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signature:
+    """Change of the whitened rows with an effect.
+
+    Attributes:
+        effect: which, in which form.
+        probe: values of its parameters.
+        rows: (f,).
+    """
+
+    effect: Candidate
+    probe: Probe
+    rows: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Promise:
+    """What an effect would do beside a model.
+
+    Attributes:
+        signature: its own.
+        gain: fall of the sum of squares.
+        factor: on its probe.
+    """
+
+    signature: Signature
+    gain: float
+    factor: float
+
+    @property
+    def effect(self) -> Candidate:
+        """Which effect it is."""
+        return self.signature.effect
+
+    def start(self) -> dict[str, float]:
+        """Values of the effect's parameters that a fit begins with [SI]."""
+        return self.effect.moved(self.signature.probe, self.factor)
+
+
+def signatures(
+    fitter: LinkFitter, model: LinkModel, probes: Sequence[tuple[Candidate, Probe]]
+) -> list[Signature]:
+    """Signatures about a model; none of probes with which the simulation breaks down."""
+    found = fitter.simulate(
+        [{**model.values, **probe.values} for _, probe in probes],
+        [fitter.simulator.acts_in(probe.values) for _, probe in probes],
+        model.residual,
+    )
+    return [
+        Signature(effect=effect, probe=probe, rows=fitter.whiten(residual) - model.rows)
+        for (effect, probe), residual in zip(probes, found, strict=True)
+        if residual is not None
+    ]
+
+
+def first_probe(effect: Candidate) -> Probe:
+    """The middle one of the sizes of an effect with a threshold; else the first."""
+    sizes = [p for p in effect.probes if p.same_shape(effect.probes[0])]
+    return sizes[len(sizes) // 2]
+
+
+def promises(
+    model: LinkModel, known: Iterable[Signature], forms: FloatArray
+) -> tuple[FloatArray, list[Promise]]:
+    """What effects promise beside a model whose parameters, and other forms, are free.
+
+    Args:
+        model: fitted.
+        known: signatures of what is tried; effects that the model has, or whose parameters it has
+            freed, are left out.
+        forms: (f, k) signatures of the other forms of the model's effects.
+
+    Returns:
+        Rows (f,) that neither the model's parameters nor the forms can take away, and the best
+        promise of each probe, the largest gain first.
+    """
+    basis = orthonormal(np.hstack([model.jacobian(), forms]))
+    left = model.rows - basis @ (basis.T @ model.rows)
+    found: list[Promise] = []
+    for signature in known:
+        effect = signature.effect
+        if effect.name in model.names or model.freed & {p.name for p in effect.parameters}:
+            continue
+        own = signature.rows - basis @ (basis.T @ signature.rows)
+        square = float(own @ own)
+        if square <= _NONE_LEFT * float(signature.rows @ signature.rows):
+            continue
+        factor = -float(own @ left) / square
+        if factor > 0.0 or effect.two_sided:
+            found.append(Promise(signature=signature, gain=factor**2 * square, factor=factor))
+    return left, sorted(found, key=lambda promise: -promise.gain)
+
+
+def forms_of(model: LinkModel, known: Iterable[Signature]) -> FloatArray:
+    """Signatures of all forms of a model's effects as columns, (f, k)."""
+    columns = [s.rows for s in known if s.effect.name in model.names]
+    return np.stack(columns, axis=1) if columns else np.empty((model.rows.size, 0))
+
+
+def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:
+    """Links whose rows an effect changes by a share that counts."""
+    links = fitter.simulator.links
+    squares = np.zeros(len(links))
+    for signature in known:
+        if signature.effect.name == name:
+            own = np.bincount(fitter.link_of, weights=signature.rows**2, minlength=len(links))
+            squares += own / max(float(own.sum()), np.finfo(float).tiny)
+    return frozenset(
+        link
+        for link, square in zip(links, squares.tolist(), strict=True)
+        if square >= _SEEN * float(squares.sum()) and square > 0.0
+    )

@@ -1,0 +1,225 @@
+"""Search for effects: link by link, one after the other, while more is left than a formula's error.
+
+While a further effect is sought, the other forms of the effects in the model are free, so that what
+remains is no error of their formulas. An effect is taken for the fit that it makes possible beside
+its rivals, not for its promise. Nothing is claimed here: `pamsim.diagnosis.by_link.judge` does that
+on trials that no fit has seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.links import Link
+from pamsim.core.computation import Steps
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.promise import (
+    Promise,
+    Signature,
+    first_probe,
+    forms_of,
+    promises,
+    seen_in,
+    signatures,
+)
+
+MATERIAL = 0.02
+"""Fall of the mean square of the whitened rows of the links in which an effect is seen, from which
+it is material, in variances of the noise: a signal of a seventh of the noise's amplitude."""
+
+MATERIAL_SHARE = 0.01
+"""The same as a share of what the rig leaves there: beside a large effect the formula of which is
+not exact, less is not told from its error."""
+
+_WIDER = 0.15
+"""Share of a link's largest promise from which all forms and probes of an effect are simulated:
+its first probe may show that much too little of it."""
+
+_WORTH = 0.4
+"""Share of the largest promise from which an effect is fitted: promises are of first order."""
+
+_MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
+_FORM_WORTH = 0.7  # share of the promise of an effect's best form from which another is fitted
+_ROUNDS = 8  # effects at most
+_FARTHEST = 8.0  # factor on a probe that a fit begins with at most: a promise is of first order
+
+
+@dataclass(frozen=True, kw_only=True)
+class Searched:
+    """What a search has found.
+
+    Attributes:
+        base: the rig with its nuisance parameters fitted.
+        model: with all effects that were found, in the order in which they were.
+        known: signatures about the rig as it is.
+    """
+
+    base: LinkModel
+    model: LinkModel
+    known: tuple[Signature, ...]
+
+
+def search(
+    fitter: LinkFitter,
+    candidates: Sequence[Candidate],
+    *,
+    material: float = MATERIAL,
+    steps: Steps,
+) -> Searched:
+    """Find the effects that a rig is missing.
+
+    Args:
+        fitter: of the trials.
+        candidates: effects that are tried, in all of their forms.
+        material: see `MATERIAL`.
+        steps: each fit is one.
+    """
+    known = _screened(fitter, candidates)
+    base = fitter.stated
+    for link in fitter.simulator.links:
+        base = fitter.fit(base, (), {}, {link}) or base
+    model, now = fitter.stated, known
+    for _ in range(_ROUNDS):
+        _, found = promises(model, now, forms_of(model, known))
+        worth = [p for p in found if p.gain >= _least(fitter, p.effect.name, known, material)]
+        if not worth:
+            break
+        where = seen_in(fitter, known, worth[0].effect.name)
+        rivals = [p for p in worth if seen_in(fitter, known, p.effect.name) & where]
+        fits = best_fits(fitter, model, rivals, known, steps=steps)
+        best = min(fits, key=lambda fit: fit.cost, default=None)
+        if best is None or model.cost - best.cost < _least(
+            fitter, best.effects[-1].name, known, material
+        ):
+            break
+        model = in_best_forms(fitter, fitter.everywhere(best), known, steps=steps)
+        now = _about(fitter, model, now, where)
+    return Searched(base=base, model=model, known=tuple(known))
+
+
+def best_fits(
+    fitter: LinkFitter,
+    model: LinkModel,
+    found: Sequence[Promise],
+    known: Sequence[Signature],
+    *,
+    most: int = _MOST,
+    forms: int = _FORMS,
+    least: float = 0.0,
+    links: Collection[Link] = (),
+    steps: Steps,
+) -> list[LinkModel]:
+    """Fits of a model with one effect more: each in its best form, the most promising first.
+
+    Args:
+        fitter: of the trials.
+        model: to be added to.
+        found: promises beside it, the largest first.
+        known: signatures about the rig as it is.
+        most: effects that are fitted.
+        forms: of each that are fitted.
+        least: promise from which an effect is fitted in any case.
+        links: fitted beside those in which the effect is seen.
+        steps: each fit is one.
+    """
+    fits: list[LinkModel] = []
+    for name in dict.fromkeys(promise.effect.name for promise in found):
+        own = [promise for promise in found if promise.effect.name == name]
+        if len(fits) == most or own[0].gain < (least or _WORTH * found[0].gain):
+            break
+        where = seen_in(fitter, known, name) | frozenset(links)
+        tried: list[LinkModel] = []
+        for label in list(dict.fromkeys(promise.effect.label for promise in own))[:forms]:
+            promise = next(p for p in own if p.effect.label == label)
+            if promise.gain < _FORM_WORTH * own[0].gain:
+                break
+            steps.begin(label)
+            effects = (*model.effects, promise.effect)
+            start = promise.effect.moved(
+                promise.signature.probe, float(np.clip(promise.factor, -_FARTHEST, _FARTHEST))
+            )
+            fit = fitter.fit(model, effects, start, where)
+            if fit is not None:
+                tried.append(fit)
+        if tried:
+            fits.append(min(tried, key=lambda fit: fit.cost))
+    return fits
+
+
+def without(
+    fitter: LinkFitter, model: LinkModel, effect: Candidate, known: Sequence[Signature]
+) -> LinkModel | None:
+    """The model refitted without one of its effects, in the links in which that is seen."""
+    rest = tuple(other for other in model.effects if other.name != effect.name)
+    return fitter.fit(model, rest, {}, seen_in(fitter, known, effect.name))
+
+
+def in_best_forms(
+    fitter: LinkFitter, model: LinkModel, known: Sequence[Signature], *, steps: Steps
+) -> LinkModel:
+    """A model whose effects of several forms have the one that fits best beside the others.
+
+    The form that was best alone may have stood for another effect, too.
+    """
+    for effect in model.effects:
+        forms = {s.effect.label for s in known if s.effect.name == effect.name} - {effect.label}
+        if not forms or len(model.effects) == 1:
+            continue
+        rest = without(fitter, model, effect, known)
+        if rest is None:
+            continue
+        own = [s for s in known if s.effect.label in forms]
+        _, found = promises(rest, own, np.empty((rest.rows.size, 0)))
+        others = best_fits(fitter, rest, found, known, most=1, steps=steps)
+        model = min([model, *others], key=lambda fit: fit.cost)
+    return model
+
+
+def _screened(fitter: LinkFitter, candidates: Sequence[Candidate]) -> list[Signature]:
+    """Signatures about the rig as it is: of every effect, and of all forms of what promises."""
+    stated = fitter.stated
+    usual = [effect for effect in candidates if effect.usual]
+    known = signatures(fitter, stated, [(effect, first_probe(effect)) for effect in usual])
+    _, found = promises(stated, known, np.empty((stated.rows.size, 0)))
+    largest: dict[Link, float] = {}
+    seen = {p.effect.name: seen_in(fitter, known, p.effect.name) for p in found}
+    for promise in found:
+        for link in seen[promise.effect.name]:
+            largest[link] = max(largest.get(link, 0.0), promise.gain)
+    wide = {
+        p.effect.name
+        for p in found
+        if any(p.gain >= _WIDER * largest[link] for link in seen[p.effect.name])
+    }
+    done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
+    more = [
+        (effect, probe)
+        for effect in candidates
+        if effect.name in wide
+        for probe in effect.probes
+        if (effect.label, probe.size, probe.shape) not in done
+    ]
+    return known + signatures(fitter, stated, more)
+
+
+def _about(
+    fitter: LinkFitter, model: LinkModel, now: Sequence[Signature], where: Collection[Link]
+) -> list[Signature]:
+    """Signatures about a model, of what promises something in the links that it has changed."""
+    _, found = promises(model, now, forms_of(model, now))
+    near = [p for p in found if p.gain >= _WIDER * found[0].gain]
+    again = {p.effect.label for p in near if seen_in(fitter, now, p.effect.name) & frozenset(where)}
+    fresh = signatures(fitter, model, [(s.effect, s.probe) for s in now if s.effect.label in again])
+    return [s for s in now if s.effect.label not in again] + fresh
+
+
+def _least(fitter: LinkFitter, name: str, known: Sequence[Signature], material: float) -> float:
+    """Fall of the sum of squares from which an effect is material."""
+    where = seen_in(fitter, known, name)
+    rows = fitter.in_links(where)
+    gap = float(np.sum(fitter.stated.rows[rows] ** 2)) - float(np.sum(rows))
+    return max(material * float(np.sum(rows)), MATERIAL_SHARE * gap)
