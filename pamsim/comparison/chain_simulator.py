@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.comparison.experiments import grid_rate
 from pamsim.comparison.link_inputs import link_inputs
 from pamsim.comparison.link_simulation import (
     LinkExperiment,
@@ -47,11 +48,13 @@ _OF_FORCE_ALONE = frozenset({"passive", "creep", "friction", "joint", "body"})
 """Groups of parameters without influence on pressures along an imposed motion. That of the active
 force has: the volume is its derivative by the pressure (virtual work)."""
 
-COARSE = 2
-"""Fine time steps in a coarse one, as whole rigs are fitted with: twice as many would be too long
-for the bristles of friction that sticks."""
+COARSE, MIDDLE = 5, 2
+"""Fine time steps in one of a search, and of what is judged. The first moves the signals of the
+MAS-20 arm by 0.05 % of what an effect changes, once corrected; the second by a tenth of that. A
+rig or a sampling rate that needs shorter steps gets them, as the bristles of sticking friction."""
 
-_SETTLE = 4  # coarse steps in one of those in which rigs come to rest
+_STEPS = (COARSE, MIDDLE, 1)
+_SETTLE = 4  # steps in one of those in which rigs come to rest
 
 
 def in_link(name: str, link: Link) -> str:
@@ -66,11 +69,12 @@ def plain(name: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """One run to be simulated: number of the parameter set, of the run, and its rig."""
+    """One run to be simulated: number of the parameter set, of the run, its rig and time steps."""
 
     number: int
     run: int
     rig: Rig
+    steps: int
 
 
 class ChainSimulator:
@@ -105,6 +109,7 @@ class ChainSimulator:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
         self._threads, self._simulated = threads, simulated
+        self._fine = float(rig.model.opt.timestep)
         exact = {
             (link, block.trial, block.channel): block.residual
             for link, blocks in link_residuals(
@@ -126,7 +131,7 @@ class ChainSimulator:
         begun = {m.name: m for _, m, run in self._runs if run.pressures and run.moved}
         self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
         self._pulls = any(run.pulled for _, _, run in self._runs)
-        self._coarse = self._coarse_step()
+        self._possible = self._possible_steps()
         noise = _noise(groups, exact)
         self.blocks, self.link_of = self._blocks(noise)
         rows = {
@@ -137,11 +142,12 @@ class ChainSimulator:
         self.stated = np.empty(size)
         for key, where in rows.items():
             self.stated[where] = exact[key]
-        self._correction = np.zeros(size)
-        (coarse,) = self.residuals([{}], [frozenset(self.links)], self.stated)
-        if coarse is None:
-            raise InputError(f"{rig.name}: a link breaks down in coarse time steps")
-        self._correction = self.stated - coarse
+        self._correction = {steps: np.zeros(size) for steps in _STEPS}
+        for steps in _STEPS:
+            (coarse,) = self.residuals([{}], [frozenset(self.links)], self.stated, steps=steps)
+            if coarse is None:
+                raise InputError(f"{rig.name}: a link breaks down in coarse time steps")
+            self._correction[steps] = self.stated - coarse
 
     def acts_in(self, names: Collection[str]) -> frozenset[Link]:
         """Links whose outputs parameters change."""
@@ -166,6 +172,7 @@ class ChainSimulator:
         others: FloatArray,
         *,
         only: Collection[str] | None = None,
+        steps: int = COARSE,
     ) -> list[FloatArray | None]:
         """Residual with each parameter set.
 
@@ -174,16 +181,17 @@ class ChainSimulator:
             links: of each set, those to simulate.
             others: residual (n,) that the rows of the other links and trials are taken from [SI].
             only: names of groups of repeats to simulate; all if left out.
+            steps: fine time steps in one, at most: `COARSE`, `MIDDLE` or 1.
 
         Returns:
             (n,) [SI] for each; None where a value is out of range or a simulation breaks down.
         """
         rigs = [self._rigs(v, own) for v, own in zip(sets, links, strict=True)]
         jobs = [
-            _Job(number, run, rig)
+            _Job(number, run, rig, self._longest(run, limit, steps))
             for number, (own, wanted) in enumerate(zip(rigs, links, strict=True))
             if own is not None
-            for run, rig in self._wanted(own, wanted, only)
+            for run, (rig, limit) in self._wanted(own, wanted, only)
         ]
         signals = self._simulate([j for j in jobs if not self._run(j).pulled], {})
         torques = {
@@ -208,35 +216,48 @@ class ChainSimulator:
                 for channel in run.outputs:
                     rows = self._rows[job.run, trial.name, channel]
                     residual[rows] = (
-                        seen[channel] - less - trial.measured[channel] + self._correction[rows]
-                    )
+                        seen[channel] - less - trial.measured[channel]
+                    ) + self._correction[job.steps][rows]
         return found
 
     def _run(self, job: _Job) -> LinkRun:
         return self._runs[job.run][2]
 
-    def _rigs(self, values: Values, links: Collection[Link]) -> dict[Link, Rig] | None:
-        """The rig with values, in each link; None where they are out of range or too quick."""
+    def _longest(self, run: int, limit: int, most: int) -> int:
+        """Fine time steps in one: the most that a run and its rig allow."""
+        return next(n for n in _STEPS if n <= min(limit, most) and n in self._possible[run])
+
+    def _rigs(self, values: Values, links: Collection[Link]) -> dict[Link, tuple[Rig, int]] | None:
+        """The rig with values in each link, and its most fine time steps in one.
+
+        None where a value is out of range, or too quick for any time step.
+        """
         needed = self.links if self._pulls else links
         common = {name: value for name, value in values.items() if _IN not in name}
-        made: dict[tuple[tuple[str, float], ...], Rig] = {}
-        found: dict[Link, Rig] = {}
+        made: dict[tuple[tuple[str, float], ...], tuple[Rig, int]] = {}
+        found: dict[Link, tuple[Rig, int]] = {}
         for link in needed:
             end = f"{_IN}{link.name}"
             own = {plain(n): v for n, v in values.items() if n.endswith(end)}
             key = tuple(sorted((common | own).items()))
             if key not in made:
                 try:
-                    made[key] = rig = self.rig.with_parameters(common | own)
-                    check_timestep(rig.model_for(timestep=self._coarse), rig.muscles)
+                    rig = self.rig.with_parameters(common | own)
                 except (InputError, ParameterError):
                     return None
+                limit = self._limit(rig)
+                if limit is None:
+                    return None
+                made[key] = rig, limit
             found[link] = made[key]
         return found
 
     def _wanted(
-        self, rigs: Mapping[Link, Rig], links: Collection[Link], only: Collection[str] | None
-    ) -> Iterator[tuple[int, Rig]]:
+        self,
+        rigs: Mapping[Link, tuple[Rig, int]],
+        links: Collection[Link],
+        only: Collection[str] | None,
+    ) -> Iterator[tuple[int, tuple[Rig, int]]]:
         """Runs that are simulated, each with its rig; joints that are pulled need the forces."""
         pulled = any(run.pulled and run.link in links for _, _, run in self._runs)
         for number, (group, _, run) in enumerate(self._runs):
@@ -253,15 +274,16 @@ class ChainSimulator:
             for j in jobs
             if not self._run(j).pulled or (j.number, self._runs[j.run][1].name) in torques
         ]
-        driven = [(j.rig, self._experiment(j, torques)) for j in known]
-        signals = link_signals(
-            driven,
-            timestep=self._coarse,
-            settle_steps=_SETTLE,
-            threads=self._threads,
-            simulated=self._simulated,
-        )
-        found.update(zip(known, signals, strict=True))
+        for steps in dict.fromkeys(job.steps for job in known):
+            own = [job for job in known if job.steps == steps]
+            signals = link_signals(
+                [(job.rig, self._experiment(job, torques)) for job in own],
+                timestep=steps * self._fine,
+                settle_steps=1 if steps == 1 else _SETTLE,
+                threads=self._threads,
+                simulated=self._simulated,
+            )
+            found.update(zip(own, signals, strict=True))
         return found
 
     def _experiment(
@@ -282,21 +304,27 @@ class ChainSimulator:
         mean = self._runs[job.run][1]
         return torques_beyond(job.rig, mean, self._inputs[mean.name], signals)
 
-    def _coarse_step(self) -> float | None:
-        """Coarse time step [s]; None where the rig or a sampling rate needs the rig's own."""
-        step = COARSE * float(self.rig.model.opt.timestep)
-        for number in range(len(self._runs)):
-            if self._run(_Job(0, number, self.rig)).pulled:
+    def _possible_steps(self) -> list[tuple[int, ...]]:
+        """Fine time steps in one that the sampling of each run allows."""
+        found: list[tuple[int, ...]] = []
+        for number, (_, mean, run) in enumerate(self._runs):
+            rate = grid_rate(mean.time)
+            if not run.pulled:
+                rate = self._experiment(_Job(0, number, self.rig, 1), {}).experiment.sample_rate
+            periods = [1.0 / (rate * steps * self._fine) for steps in _STEPS]
+            whole = [abs(n - round(n)) <= 1e-6 * n and round(n) >= 1 for n in periods]
+            found.append(tuple(n for n, good in zip(_STEPS, whole, strict=True) if good or n == 1))
+        return found
+
+    def _limit(self, rig: Rig) -> int | None:
+        """Most fine time steps in one that a rig allows; None if it allows none."""
+        for steps in _STEPS:
+            try:
+                check_timestep(rig.model_for(timestep=steps * self._fine), rig.muscles)
+            except InputError:
                 continue
-            rate = self._experiment(_Job(0, number, self.rig), {}).experiment.sample_rate
-            steps = 1.0 / (rate * step)
-            if abs(steps - round(steps)) > 1e-6 * steps or round(steps) < 1:
-                return None
-        try:
-            check_timestep(self.rig.model_for(timestep=step), self.rig.muscles)
-        except InputError:
-            return None
-        return step
+            return steps
+        return None
 
     def _blocks(
         self, noise: Mapping[tuple[Link, str], Noise]

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.chain_simulator import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
@@ -124,7 +125,11 @@ class HeldOut:
         """Mean square of the whitened rows of every link in every trial, (u,); 1 is noise."""
         simulator = self._fitter.simulator
         (residual,) = simulator.residuals(
-            [model.values], [frozenset(simulator.links)], simulator.stated, only=self._groups
+            [model.values],
+            [frozenset(simulator.links)],
+            simulator.stated,
+            only=self._groups,
+            steps=MIDDLE,
         )
         if residual is None:  # a model that cannot be simulated predicts nothing
             return {link: np.full(len(self.trials), np.inf) for link in simulator.links}
@@ -242,7 +247,6 @@ def _beside_rivals(
         and p.effect.label != effect.label
         and seen_in(fitter, known, p.effect.name) & links
     ]
-    family = effect.family
     # Nearest first: another form, another kind of the family, other families.
     kinds = (
         ([p for p in others if p.effect.name == effect.name], 1),
