@@ -477,6 +477,8 @@ TESTS: Mapping[str, VirtualTest] = {
     "angle_bias": _sensed("angle_bias", "mean_offset", "rad"),
     "angle_scale": _sensed("angle_scale", "relative_error", "1"),
     "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
+    "angle_backlash": _sensed("angle_backlash", "lost_turn", "rad"),
+    "clock_offset": _sensed("clock_offset", "time_offset", "s"),
     "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
     "pressure_scale": _sensed("pressure_scale", "relative_error_at_3_bar", "1"),
     "pressure_lag": _sensed("pressure_lag", "sum_of_time_constants", "s"),

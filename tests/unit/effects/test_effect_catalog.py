@@ -64,6 +64,8 @@ RARE = [
     "valve_slew",
     "tube_resistance",
     "sprocket_ripple",
+    "angle_backlash",
+    "clock_offset",
 ]
 OTHER_FORMS = [
     "coulomb_friction:dahl",
