@@ -13,7 +13,7 @@ from pamsim.physics.chain import chain_ratio, extension_rate, shift_rate
 from pamsim.physics.chamber import air_state, air_state_rate, relaxing_rate
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.friction import dry_friction, rubs, tendon_friction
+from pamsim.physics.friction import bond_rate, dry_friction, rubs, tendon_friction
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
@@ -89,9 +89,9 @@ def tendon_force(
     """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and friction.
 
     The states are those before the step, length [m] and velocity [m/s] the present ones; dry
-    friction is that at the end of the step [s].
+    friction is that at the end of the step [s], by the bonds at its beginning.
     """
-    rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+    rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep, s.bonds)
     return chain_ratio(m.chain, tendon_length) * pull + rubbed
 
 
@@ -134,7 +134,7 @@ def state_rates(
     pull = tension_under(m, s, z, tendon_length, tendon_velocity, pressure_abs)
     length = length_at_muscle(m, s, tendon_length)
     velocity = chain_ratio(m.chain, tendon_length) * tendon_velocity
-    ds.shift = ds.extension = ds.friction = ds.creep = ds.creep_2 = 0.0
+    ds.shift = ds.extension = ds.friction = ds.bonds = ds.creep = ds.creep_2 = 0.0
     if m.chain.backlash > 0.0:
         sliding = shift_rate(m.chain, s.shift, pull, opposing, timestep)
         ds.shift = sliding
@@ -144,8 +144,10 @@ def state_rates(
         ds.extension = stretching
         velocity -= stretching
     if rubs(m.friction):
-        after = dry_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+        after = dry_friction(m.friction, s.friction, pull, tendon_velocity, timestep, s.bonds)
         ds.friction = (after - s.friction) / timestep
+    if m.friction.dwell_force > 0.0:
+        ds.bonds = bond_rate(m.friction, s.bonds, tendon_velocity, timestep)
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
     if m.creep.stiffness > 0.0:

@@ -70,6 +70,7 @@ RARE = [
 OTHER_FORMS = [
     "coulomb_friction:dahl",
     "coulomb_friction:lugre",
+    "coulomb_friction:dwell",
     "coulomb_friction:smooth",
     "thermal_relaxation:temperature",
     "air_leak:laminar",

@@ -118,6 +118,9 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             stribeck_velocity=3e-3,
             coulomb_force=4.0,
             breakaway_force=2.0,
+            dwell_force=1.5,
+            dwell_time=0.7,
+            dwell_travel=8e-5,
             tension_share=0.01,
             presliding=3e-5,
             bristle_time=1e-3,
@@ -151,6 +154,8 @@ RUBBED = 3.0
 """Dry friction along the tendon of a `charged` muscle [N]."""
 SAGGED = 0.01
 """Sag of the supply of a `charged` muscle, as a share of its pressure [-]."""
+BONDED = 0.4
+"""Bonds of the dry friction of a `charged` muscle [-]."""
 RELAXED, RELAXED_2 = 0.07, 0.05
 """Contractions at which the elements of a `charged` muscle's creep are relaxed [-]."""
 
@@ -168,7 +173,7 @@ def charged(
     if len(memory) == 1:
         memory[0] = z
     # No step before; neither heat nor tube nor slow valves.
-    early = [*[0.0] * (BLOCKS + 3), RELAXED_2, 0.0, 0.0]
+    early = [*[0.0] * BLOCKS, BONDED, *[0.0] * 3, RELAXED_2, 0.0, 0.0]
     states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

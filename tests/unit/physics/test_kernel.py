@@ -16,7 +16,7 @@ from pamsim.physics.chamber import Chamber, air_state_rate
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
-from pamsim.physics.friction import Friction, dry_friction
+from pamsim.physics.friction import Friction, bond_rate, dry_friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
@@ -40,6 +40,7 @@ from tests.unit.physics.flat import (
     valve_opening,
 )
 from tests.unit.physics.muscles import (
+    BONDED,
     EXTENSION,
     FORCES,
     KINDS,
@@ -185,8 +186,9 @@ def test_rates_are_the_laws_put_together(loop, command):
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
         pull = composed_tension(muscle, act, tendon)
-        rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP)
+        rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP, BONDED)
         expected[-6] = (rubbed - RUBBED) / TIMESTEP
+        expected[-14] = bond_rate(muscle.friction, BONDED, velocity, TIMESTEP)
         expected[-12] = p_abs / TIMESTEP  # for the next search; none was made before
         expected[-7] = (SAG / supply - SAGGED) / TIMESTEP
         if muscle.hysteresis is not None:
@@ -338,7 +340,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST - 1)  # no search
+        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST)  # no search
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -386,7 +388,7 @@ OFF = {
     "creep": (Creep(), Creep(relaxation_time=0.1, relaxation_time_2=0.2)),
     "friction": (
         Friction(),
-        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01),
+        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01, dwell_time=0.1),
     ),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
     "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, **NO_LEAK)),
