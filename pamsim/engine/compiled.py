@@ -3,8 +3,8 @@
 `pamsim.engine.muscle_step` and the physics are ordinary Python, handed to numba as they stand. The
 step calls the kernel, and the kernel the laws, through `pamsim.engine.function_table`: numba
 optimises and emits every function again in each one that calls it. The machine code is cached on
-disk under a key that covers the source, its constants and the layouts of the engine's structs and of
-a muscle's numbers: numba alone would notice an edit only in this file.
+disk under a key that covers the source, its constants and the layouts of the engine's structs and
+of a muscle's numbers: numba alone would notice an edit only in this file.
 """
 
 # Numba's options are a dictionary.

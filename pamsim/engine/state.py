@@ -35,7 +35,14 @@ _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 _REST_BLOCK = 0.1  # time between two checks whether a rig has come to rest [s]
 _REST = 1e-10  # largest relative change of a state over that time in a rig at rest
 _ROUNDING = 1e-9
-_AWAY = ("creep.stiffness", "creep.stiffness_2", "valve.dead_zone", "valve.regulator_dead_band")
+_AWAY = (
+    "creep.stiffness",
+    "creep.stiffness_2",
+    "valve.dead_zone",
+    "valve.hysteresis",
+    "valve.least_set_point",
+    "valve.regulator_dead_band",
+)
 _AWAY_MEANWHILE = [slot(name) for name in _AWAY]
 
 

@@ -108,6 +108,7 @@ def state_rates(
     timestep: float,
     opposing: float = 0.0,
     sag: float = 0.0,
+    crossing: float = 0.0,
 ) -> float:
     """Write the rates of all states of one muscle.
 
@@ -126,6 +127,8 @@ def state_rates(
         opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
         sag: fall of the supply's pressure during the step [Pa], see `supply_sag`; used with
             resistance of the supply only.
+        crossing: flow that leaks in from the muscle at the other end of the chain, see
+            `cross_flow` [kg/s].
 
     Returns:
         Tension of the muscle [N], for `tendon_force`.
@@ -175,14 +178,14 @@ def state_rates(
     at_valve_abs = pressure_at_valve(m, s, pressure_abs)
     opening = reached_opening(m, s, command, at_valve_abs, time, timestep)
     ds.opening = 0.0
-    if m.valve.travel_time > 0.0:
+    if m.valve.travel_time + m.valve.hysteresis > 0.0:
         ds.opening = (opening - s.opening) / timestep
     flow = flow_through_valves(m, at_valve_abs, opening, sag)
     ds.tube_pressure = 0.0
     if m.valve.tube_resistance > 0.0:
         after, flow = tube_step(m, at_valve_abs, pressure_abs, flow, timestep)
         ds.tube_pressure = (after - s.tube_pressure) / timestep
-    flow -= leak_flow(m, pressure_abs)
+    flow += crossing - leak_flow(m, pressure_abs)
     ds.last_pressure = 0.0
     ds.earlier_pressure = 0.0
     if volume_varies(m):

@@ -90,6 +90,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             floor=2e3,
             leak_conductance=2e-11,
             laminar_leak_conductance=7e-12,
+            cross_leak_conductance=4e-12,
         ),
         "valve": ValvePair(
             conductance_fill=6e-9,
@@ -102,6 +103,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             regulator_dead_band=1e3,
             dead_zone=0.04,
             dead_zone_asymmetry=0.3,
+            least_set_point=5e3,
             supply_resistance=3e7,
             supply_volume=2e-4,
             supply_line=2.0,

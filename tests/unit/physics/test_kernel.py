@@ -31,6 +31,7 @@ from pamsim.physics.valves import (
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
 from tests.unit.physics.flat import (
+    OPENING,
     chamber_pressure,
     gauge_pressure,
     hysteresis_force,
@@ -196,6 +197,20 @@ def test_rates_are_the_laws_put_together(loop, command):
             shortening /= muscle.braid.nominal_length
             OPERATORS[loop].rates(muscle.hysteresis, act, expected, kappa, shortening, TIMESTEP)
         assert rates(muscle, act, tendon, velocity, sent) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("field", ["hysteresis", "travel_time"])
+def test_valves_that_stick_or_are_slow_remember_where_they_are(field):
+    muscle = make(valve=dataclasses.replace(PLAIN_VALVE, **{field: 0.2}))
+    act, opened = charged(muscle, 0.2, 1e5), []
+    for command in (0.5, 0.5, 0.45, -0.2):
+        act[-OPENING] += TIMESTEP * rates(muscle, act, 0.2, 0.0, command)[-OPENING]
+        opened.append(act[-OPENING])
+    slow = TIMESTEP / 0.2
+    expected = (
+        [slow, 2 * slow, 3 * slow, 2 * slow] if field == "travel_time" else [0.4, 0.4, 0.4, -0.1]
+    )
+    assert opened == pytest.approx(expected)
 
 
 def test_commands_mean_what_the_row_says():
