@@ -450,6 +450,7 @@ TESTS: Mapping[str, VirtualTest] = {
     "added_inertia": _inertia,
     "muscle_hysteresis": _muscle_loop,
     "viscoelastic_creep": _creep,
+    "first_stroke": _stated("first_stroke.force", "force_lost", "N"),
     "braid_friction": _braid_friction,
     "threshold_pressure": _lost_pressure,
     "passive_stiffness": _pull_change,

@@ -114,6 +114,21 @@ EFFECTS = (
         path_dependent=True,
     ),
     Effect(
+        link="muscle", family="first_stroke", name="first_stroke",
+        missing="force that the first stroke after a rest takes, and later ones do not",
+        equation="F = F_static - F_1 clip(1 + (kappa - kappa_m) / d, 0, 1), kappa_m the furthest"
+        " kappa so far",
+        parameters=(
+            # A third of what `muscle_hysteresis` takes at 3 bar.
+            size("first_stroke.force", 15.0, 0.0, 300.0),
+            shape("first_stroke.travel", 5e-3, 1e-3, 5e-2, starts=(2e-3, 0.015)),
+        ),
+        look_alikes=("muscle_hysteresis", "viscoelastic_creep", "coulomb_friction"),
+        separating="equal strokes one after the other, from a rest of hours: the first loop is"
+        " wider, the others are alike",
+        probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
+    ),
+    Effect(
         link="muscle", family="braid_friction", name="braid_friction",
         missing="friction in the braid, growing with pressure and with the rate of contraction",
         equation="F = F_static - b p kappa'",

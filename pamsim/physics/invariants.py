@@ -46,6 +46,7 @@ _PLACES = 50  # contractions at which the largest volume is looked for
 _WORDS = {
     "air": "air (a chamber without volume has no pressure)",
     "friction": "dry friction",
+    "furthest": "furthest contraction",
     "bonds": "bonds of dry friction",
     "line": "command's line",
     "sag": "supply's sag",

@@ -23,7 +23,7 @@ from pamsim.physics.muscle_valves import (
     reached_opening,
     tube_step,
 )
-from pamsim.physics.passive import creep_rate
+from pamsim.physics.passive import creep_rate, first_stroke_force
 from pamsim.physics.record import MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import (
     contraction,
@@ -68,6 +68,8 @@ def tension_under(
     pull = force - hysteresis_force(m, z, kappa, above, carried)
     pull -= m.creep.stiffness * (kappa - s.creep)
     pull -= m.creep.stiffness_2 * (kappa - s.creep_2)
+    if m.first_stroke.force > 0.0:
+        pull -= first_stroke_force(m.first_stroke, kappa, s.furthest)
     if m.braid.friction > 0.0:
         # The fibres rub as the pressure presses them on each other. That the force grows in
         # proportion to the rate as well is the simplest law that only dissipates.
@@ -153,6 +155,9 @@ def state_rates(
         ds.bonds = bond_rate(m.friction, s.bonds, tendon_velocity, timestep)
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
+    ds.furthest = 0.0
+    if m.first_stroke.force > 0.0 and not kappa <= s.furthest:
+        ds.furthest = (kappa - s.furthest) / timestep
     if m.creep.stiffness > 0.0:
         ds.creep = creep_rate(kappa, s.creep, m.creep.relaxation_time, timestep)
     if m.creep.stiffness_2 > 0.0:

@@ -64,6 +64,7 @@ RARE = [
     "valve_slew",
     "tube_resistance",
     "sprocket_ripple",
+    "first_stroke",
     "cross_leak",
     "valve_hysteresis",
     "regulator_dead_band",
