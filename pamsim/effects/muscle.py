@@ -125,7 +125,7 @@ EFFECTS = (
         ),
         look_alikes=("muscle_hysteresis", "viscoelastic_creep", "coulomb_friction"),
         separating="equal strokes one after the other, from a rest of hours: the first loop is"
-        " wider, the others are alike",
+        " wider, the others are equal",
         probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
     ),
     Effect(
