@@ -483,6 +483,8 @@ TESTS: Mapping[str, VirtualTest] = {
     "angle_scale": _sensed("angle_scale", "relative_error", "1"),
     "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
     "angle_backlash": _sensed("angle_backlash", "lost_turn", "rad"),
+    "dead_angle": _sensed("angle_dead_share", "share_of_the_time", "1"),
+    "dead_pressure": _sensed("pressure_dead_share", "share_of_the_time", "1"),
     "clock_offset": _sensed("clock_offset", "time_offset", "s"),
     "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
     "pressure_scale": _sensed("pressure_scale", "relative_error_at_3_bar", "1"),

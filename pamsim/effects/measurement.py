@@ -1,4 +1,4 @@
-"""Effects in the sensors: bias, scale and lag of angle and pressure, backlash, and two clocks."""
+"""Effects in the sensors: bias, scale and lag, backlash, two clocks, and channels that are dead."""
 
 from __future__ import annotations
 
@@ -41,6 +41,16 @@ EFFECTS = (
         probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
     ),
     Effect(
+        link="sensor", family="angle_sensor", name="dead_angle",
+        missing="an angle channel that is dead, all the time or from some time of a recording on",
+        equation="beta_read(t) = beta(min(t, (1 - share) T)) in a recording of length T",
+        # Any share may be dead. It may be sought from half of it: at 1 no signal is left.
+        parameters=(size("sensor.angle_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
+        look_alikes=("angle_scale", "coulomb_friction", "angle_backlash"),
+        separating="turn the arm by hand and watch the reading",
+        path_dependent=True, rare=True,
+    ),
+    Effect(
         link="sensor", family="clock", name="clock_offset",
         missing="a constant offset between the clocks of the angle's and the pressures' logs",
         equation="beta_read(t) = beta(t - offset)",
@@ -73,5 +83,14 @@ EFFECTS = (
         parameters=(size("sensor.pressure_lag", 0.01, 0.0, 0.3),),
         look_alikes=("line_lag", "valve_delay"),
         separating="fill a rigid volume and compare with a fast sensor",
+    ),
+    Effect(
+        link="sensor", family="pressure_sensor", name="dead_pressure",
+        missing="pressure channels that are dead, all the time or from some time of a recording on",
+        equation="p_read(t) = p(min(t, (1 - share) T)) in a recording of length T",
+        parameters=(size("sensor.pressure_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
+        look_alikes=("pressure_scale", "regulator_dead_band", "pressure_lag"),
+        separating="change the pressure by hand and watch the readings",
+        path_dependent=True, rare=True,
     ),
 )  # fmt: skip

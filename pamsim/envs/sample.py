@@ -54,7 +54,8 @@ class Sampling(NamedTuple):
     def set_errors(self, number: int, rig: Rig) -> None:
         """Give one rig's instruments the errors that its measurement chain states.
 
-        A log's clock is none of them: whatever acts on the readings has them as they come.
+        Those of a log, its clock and its dead channels, are none of them: whatever acts on the
+        readings has them as they come.
         """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
         for columns, gain, bias, lag in (

@@ -44,9 +44,15 @@ class MeasurementChain(ParameterGroup):
     clock_offset: float = _stated(
         "time by which the log of angles is late against that of pressures", "s", 10.0, -10.0
     )
+    angle_dead_share: float = _stated(
+        "share of a recording, up to its end, in which the reported angles stand still", "1", 1.0
+    )
     pressure_bias: float = _stated("reported less true pressure at zero", "Pa", 1e6, -1e6)
     pressure_scale: float = _stated("reported per true change of pressure", "1", 10.0, 0.1, 1.0)
     pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
+    pressure_dead_share: float = _stated(
+        "share of a recording, up to its end, in which the reported pressures stand still", "1", 1.0
+    )
 
     def __post_init__(self) -> None:
         """Check every field, and that a converter is stated whole; ParameterError names what."""
@@ -127,6 +133,26 @@ def shifted(time: ArrayLike, signal: ArrayLike, offset: float) -> FloatArray:
     return np.array([np.interp(at - offset, at, one) for one in columns]).T.reshape(true.shape)
 
 
+def dying(time: ArrayLike, signal: ArrayLike, share: float) -> FloatArray:
+    """A sampled signal of a channel that stands still from some time on.
+
+    It is straight between its samples, so that the rest depends smoothly on that time.
+
+    Args:
+        time: (n,) increasing [s].
+        signal: (n,) or (n, m), in any unit.
+        share: of the time, up to its end, in which it stands still: 1 for all of it; 0 gives the
+            signal itself.
+    """
+    true = np.asarray(signal, dtype=float)
+    if share == 0.0 or len(true) == 0:
+        return true
+    at = np.asarray(time, dtype=float)
+    shown = np.minimum(at, at[-1] - share * (at[-1] - at[0]))
+    columns = true.reshape(len(true), -1).T
+    return np.array([np.interp(shown, at, one) for one in columns]).T.reshape(true.shape)
+
+
 def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
     """Angle (...) [rad], in whole increments, so many per revolution, up to the true one (...)."""
     step = 2.0 * math.pi / increments
@@ -165,9 +191,9 @@ def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it.
 
-    A coupling's backlash comes first, then lag, scale and bias, and last the clock that the angles
-    are logged by; commands and pressures share the other one. Instruments without errors report the
-    same arrays.
+    A coupling's backlash comes first, then lag, scale and bias, then the clock that the angles are
+    logged by, while commands and pressures share the other one, and last what is dead of a channel.
+    Instruments without errors report the same arrays.
     """
 
     def reported(true: FloatArray, lag: float, scale: float, bias: float) -> FloatArray:
@@ -178,10 +204,12 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     angle = chain.angle_lag, chain.angle_scale, chain.angle_bias
     pressure = chain.pressure_lag, chain.pressure_scale, chain.pressure_bias
     turned = reported(through_backlash(recording.positions, chain.angle_backlash), *angle)
+    turned = shifted(recording.time, turned, chain.clock_offset)
+    pressed = reported(recording.pressure, *pressure)
     return dataclasses.replace(
         recording,
-        positions=shifted(recording.time, turned, chain.clock_offset),
-        pressure=reported(recording.pressure, *pressure),
+        positions=dying(recording.time, turned, chain.angle_dead_share),
+        pressure=dying(recording.time, pressed, chain.pressure_dead_share),
     )
 
 

@@ -70,6 +70,8 @@ RARE = [
     "regulator_dead_band",
     "least_set_point",
     "angle_backlash",
+    "dead_angle",
+    "dead_pressure",
     "clock_offset",
 ]
 OTHER_FORMS = [

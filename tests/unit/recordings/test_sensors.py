@@ -16,6 +16,7 @@ from pamsim.recordings.sensors import (
     MeasurementChain,
     convert_pressure,
     distorted,
+    dying,
     encode_angle,
     encoder_offset,
     lagged,
@@ -193,6 +194,32 @@ def test_backlash_lies_before_lag_and_scale_and_the_clock_behind_them():
     turned = 1.1 * lagged(true.time, through_backlash(true.angle, 0.2), 0.03)
     np.testing.assert_allclose(seen.angle[2:], turned[:-2], atol=1e-12)
     assert seen.pressure is true.pressure
+
+
+def test_a_dead_channel_stands_still_from_its_time_on_and_from_the_first_sample_if_it_is_all_dead():
+    true = recording()
+    seen = distorted(true, MeasurementChain(angle_dead_share=0.4, pressure_dead_share=1.0))
+    last = 0.6 * true.time[-1]
+    alive = true.time <= last
+    assert np.array_equal(seen.angle[alive], true.angle[alive])
+    np.testing.assert_allclose(seen.angle[~alive], np.interp(last, true.time, true.angle))
+    assert np.array_equal(seen.pressure, np.tile(true.pressure[0], (50, 1)))
+    assert dying(true.time, true.positions, 0.0) is true.positions
+
+
+def test_when_a_channel_dies_is_of_smooth_influence():
+    """A search needs its derivative, which is the signal's."""
+    time = np.linspace(0.0, 2.0, 21)
+    one, other = (dying(time, 3.0 * time, share)[-1] for share in (0.3, 0.301))
+    assert one - other == pytest.approx(3.0 * 2.0 * 0.001, rel=1e-9)
+
+
+def test_a_dead_channel_has_been_logged_by_its_own_clock():
+    true = recording()
+    wrong = {"clock_offset": 4e-3, "angle_dead_share": 0.5}
+    seen = distorted(true, MeasurementChain(**wrong))
+    late = shifted(true.time, true.angle, 4e-3)
+    np.testing.assert_allclose(seen.angle, dying(true.time, late, 0.5), atol=1e-15)
 
 
 def test_half_a_converter_is_refused():
