@@ -462,7 +462,9 @@ TESTS: Mapping[str, VirtualTest] = {
     "force_slope": _pull_change,
     "rest_length": _rest_length,
     "air_leak": _leak,
-    "cross_leak": _stated("chamber.cross_leak_conductance", "flow_per_difference", "m^3/(s*Pa)"),
+    "leak_between_muscles": _stated(
+        "chamber.cross_leak_conductance", "flow_per_difference", "m^3/(s*Pa)"
+    ),
     "supply_sag": _supply,
     "valve_dead_zone": _dead_zones,
     "valve_hysteresis": _stated("valve.hysteresis", "lost_opening", "1"),

@@ -142,7 +142,6 @@ FAMILIES: dict[str, str] = {
     "joint_friction": "friction at the joint",
     "muscle_force": "another force of the muscles at rest",
     "valve": "other valves",
-    "leak": "a leak of air from the muscles",
     "regulator": "another regulation of the pressures",
     "command_delay": "a delay or lag between the command and the valves",
     "angle_sensor": "an error of the angle sensor",

@@ -36,7 +36,7 @@ EFFECTS = (
         upstream_of_pressure=True,
     ),
     Effect(
-        link="air", family="leak", name="cross_leak",
+        link="air", family="leak_between", name="leak_between_muscles",
         missing="a leak of air between the two muscles of a chain, as through the spool of their"
         " valves",
         equation="mdot_1 = g (P_2^2 - P_1^2) / (2 R T) = -mdot_2",

@@ -65,7 +65,7 @@ RARE = [
     "tube_resistance",
     "sprocket_ripple",
     "first_stroke",
-    "cross_leak",
+    "leak_between_muscles",
     "valve_hysteresis",
     "regulator_dead_band",
     "least_set_point",
