@@ -142,6 +142,7 @@ FAMILIES: dict[str, str] = {
     "joint_friction": "friction at the joint",
     "muscle_force": "another force of the muscles at rest",
     "valve": "other valves",
+    "regulator": "another regulation of the pressures",
     "command_delay": "a delay or lag between the command and the valves",
     "angle_sensor": "an error of the angle sensor",
     "pressure_sensor": "an error of the pressure sensors",

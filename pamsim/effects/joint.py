@@ -45,6 +45,23 @@ EFFECTS = (
         probes=(0.1, 0.5, 2.0), path_dependent=True,
     ),
     Effect(
+        link="joint", family="joint_friction", name="coulomb_friction", form="dwell",
+        missing="dry friction at the joint that is the harder to break loose, the longer it rests",
+        equation="f' = (C + D)/d (v - |v| f / (C + D b)), b' = (1 - b) / t_D - |v| b / d_D",
+        parameters=(
+            size("friction.coulomb_force", 8.0, 0.0, 75.0),
+            # As much as in `lugre`: breakaway is a half more than sliding.
+            size("friction.dwell_force", 4.0, 0.0, 75.0),
+            # Greased joints take some tenths of a second to some ten (Kato et al. 1972).
+            shape("friction.dwell_time", 1.0, 0.05, 30.0, starts=(0.2, 5.0)),
+            _PRESLIDING,
+        ),
+        look_alikes=("stribeck_friction", "viscoelastic_creep", "chain_backlash"),
+        separating="equal small reversals after rests of different length: what breaks the joint"
+        " loose grows with the rest",
+        probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
+    ),
+    Effect(
         link="joint", family="joint_friction", name="coulomb_friction", form="smooth",
         missing="friction at the joint that is the same at every speed, but does not stick",
         equation="M = -T_c omega / max(|omega|, omega_0)",

@@ -1,4 +1,4 @@
-"""Effects in the sensors: bias, scale and lag of angle and pressure."""
+"""Effects in the sensors: bias, scale and lag, backlash, two clocks, and channels that are dead."""
 
 from __future__ import annotations
 
@@ -30,6 +30,37 @@ EFFECTS = (
         separating="tap the arm and compare with a second sensor",
     ),
     Effect(
+        link="sensor", family="angle_sensor", name="angle_backlash",
+        missing="backlash between the joint and its angle sensor",
+        equation="beta_read = play(beta; b / 2)",
+        # A coupling or a pair of small gears has some tenths of a degree.
+        parameters=(size("sensor.angle_backlash", 5e-3, 0.0, 0.1),),
+        look_alikes=("chain_backlash", "coulomb_friction", "angle_lag"),
+        separating="turn the joint to and fro by hand, without pressure, with a second sensor on"
+        " it: the reading stays behind at each reversal, by the same angle at any load",
+        probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
+    ),
+    Effect(
+        link="sensor", family="angle_sensor", name="dead_angle",
+        missing="an angle channel that is dead, all the time or from some time of a recording on",
+        equation="beta_read(t) = beta(min(t, (1 - share) T)) in a recording of length T",
+        # Any share may be dead. It may be sought from half of it: at 1 no signal is left.
+        parameters=(size("sensor.angle_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
+        look_alikes=("angle_scale", "coulomb_friction", "angle_backlash"),
+        separating="turn the arm by hand and watch the reading",
+        path_dependent=True, rare=True,
+    ),
+    Effect(
+        link="sensor", family="clock", name="clock_offset",
+        missing="a constant offset between the clocks of the angle's and the pressures' logs",
+        equation="beta_read(t) = beta(t - offset)",
+        # A sample of a log at 100 Hz; loggers that are started by hand are off by more.
+        parameters=(size("sensor.clock_offset", 0.01, -0.2, 0.2),),
+        look_alikes=("angle_lag", "valve_delay", "line_lag"),
+        separating="knock on the arm: pressures and angle jump at one instant",
+        path_dependent=True, rare=True,
+    ),
+    Effect(
         link="sensor", family="pressure_sensor", name="pressure_bias",
         missing="an offset of the pressure sensors",
         equation="p_read = p + bias",
@@ -52,5 +83,14 @@ EFFECTS = (
         parameters=(size("sensor.pressure_lag", 0.01, 0.0, 0.3),),
         look_alikes=("line_lag", "valve_delay"),
         separating="fill a rigid volume and compare with a fast sensor",
+    ),
+    Effect(
+        link="sensor", family="pressure_sensor", name="dead_pressure",
+        missing="pressure channels that are dead, all the time or from some time of a recording on",
+        equation="p_read(t) = p(min(t, (1 - share) T)) in a recording of length T",
+        parameters=(size("sensor.pressure_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
+        look_alikes=("pressure_scale", "regulator_dead_band", "pressure_lag"),
+        separating="change the pressure by hand and watch the readings",
+        path_dependent=True, rare=True,
     ),
 )  # fmt: skip

@@ -68,6 +68,25 @@ EFFECTS = (
         probes=(0.1, 0.5, 2.0), path_dependent=True,
     ),
     Effect(
+        link="muscle", family="muscle_hysteresis", name="muscle_hysteresis", form="asymmetric",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, that is wider to"
+        " one side and yields in between",
+        equation="F = F_static - h p (w - c kappa), w = sum share_k s(e_k), e_k = (kappa -"
+        " play(kappa; Delta_k)) / Delta_k, s(e) = (1 + a sign(e)) max(|e| - r, 0) / (1 - r), beside"
+        " the rig's own",
+        parameters=(
+            size("parallel_hysteresis.force_per_pressure", 1.5e-4, 0.0, 2e-3),
+            *_SLIP,
+            # Both sides as wide, or the one three times the other.
+            shape("parallel_hysteresis.asymmetry", 0.5, -0.9, 0.9, starts=(-0.5, 0.0)),
+            shape("parallel_hysteresis.dead_zone", 0.3, 0.0, 0.9, starts=(0.0,)),
+        ),
+        look_alikes=("coulomb_friction", "chain_backlash", "muscle_mismatch"),
+        separating="a loop of the muscle alone, its length imposed at one pressure: its branches"
+        " are not each other's mirror image",
+        probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
+    ),
+    Effect(
         link="muscle", family="creep", name="viscoelastic_creep", form="one_branch",
         missing="creep of the muscle under constant pressure",
         equation="F = F_static - k (kappa - kappa_d), kappa_d' = (kappa - kappa_d) / tau",
@@ -93,6 +112,21 @@ EFFECTS = (
         look_alikes=("muscle_hysteresis", "air_leak", "thermal_relaxation"),
         separating="a long hold at constant measured pressure",
         path_dependent=True,
+    ),
+    Effect(
+        link="muscle", family="first_stroke", name="first_stroke",
+        missing="force that the first stroke after a rest takes, and later ones do not",
+        equation="F = F_static - F_1 clip(1 + (kappa - kappa_m) / d, 0, 1), kappa_m the furthest"
+        " kappa so far",
+        parameters=(
+            # A third of what `muscle_hysteresis` takes at 3 bar.
+            size("first_stroke.force", 15.0, 0.0, 300.0),
+            shape("first_stroke.travel", 5e-3, 1e-3, 5e-2, starts=(2e-3, 0.015)),
+        ),
+        look_alikes=("muscle_hysteresis", "viscoelastic_creep", "coulomb_friction"),
+        separating="equal strokes one after the other, from a rest of hours: the first loop is"
+        " wider, the others are equal",
+        probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
     ),
     Effect(
         link="muscle", family="braid_friction", name="braid_friction",

@@ -36,6 +36,18 @@ EFFECTS = (
         upstream_of_pressure=True,
     ),
     Effect(
+        link="air", family="leak_between", name="leak_between_muscles",
+        missing="a leak of air between the two muscles of a chain, as through the spool of their"
+        " valves",
+        equation="mdot_1 = g (P_2^2 - P_1^2) / (2 R T) = -mdot_2",
+        # As `air_leak:laminar`, whose gap it has.
+        parameters=(size("chamber.cross_leak_conductance", 1e-12, 0.0, 5e-11),),
+        look_alikes=("air_leak", "pressure_scale", "thermal_relaxation"),
+        separating="shut the valves at two different pressures and watch both for some seconds:"
+        " what one muscle loses the other gains",
+        upstream_of_pressure=True, rare=True,
+    ),
+    Effect(
         link="supply", family="supply", name="supply_sag", form="resistance",
         missing="a supply whose pressure falls with the flow that the muscles draw from it",
         equation="P_line = P_supply - R_s (mdot_1 + mdot_2 + ...)",
@@ -86,6 +98,37 @@ EFFECTS = (
         look_alikes=("coulomb_friction", "valve_flow"),
         separating="open each valve in small steps from shut",
         probes=(0.1, 0.5, 2.0), upstream_of_pressure=True,
+    ),
+    Effect(
+        link="air", family="valve", name="valve_hysteresis",
+        missing="valves that stick at a reversal until their command has gone back some way",
+        equation="u_valve = play(u; h / 2)",
+        # Data sheets of proportional valves state 0.4 % (spools) to 10 % (solenoids).
+        parameters=(size("valve.hysteresis", 0.02, 0.0, 0.3),),
+        look_alikes=("valve_dead_zone", "valve_slew", "coulomb_friction"),
+        separating="open a valve in small steps from shut and back, and compare the flow at equal"
+        " commands",
+        probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
+    ),
+    Effect(
+        link="air", family="regulator", name="regulator_dead_band",
+        missing="a dead band of the pressure regulators, which leave small errors alone",
+        equation="u = clip((e -+ d) / B) for |e| > d, else 0, with e = p_set - p",
+        # Data sheets of electronic regulators state 0.2 to 1 % of 10 bar.
+        parameters=(size("valve.regulator_dead_band", 2e3, 0.0, 5e4),),
+        look_alikes=("valve_dead_zone", "pressure_bias", "coulomb_friction"),
+        separating="a set point that moves slowly to and fro: the pressure follows in steps",
+        probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
+    ),
+    Effect(
+        link="air", family="regulator", name="least_set_point",
+        missing="a least pressure of the regulators, which they keep to where less is asked for",
+        equation="p_set = max(p_set, p_least)",
+        # Data sheets of regulators for 5 to 10 bar begin at 5 to 50 kPa.
+        parameters=(size("valve.least_set_point", 2e4, 0.0, 1.5e5),),
+        look_alikes=("threshold_pressure", "pressure_bias", "valve_dead_zone"),
+        separating="set points that fall step by step to 0, and a gauge",
+        probes=(0.3, 1.2, 5.0), upstream_of_pressure=True, rare=True,
     ),
     Effect(
         link="air", family="valve", name="valve_flow", form="conductances",

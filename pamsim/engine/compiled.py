@@ -3,8 +3,8 @@
 `pamsim.engine.muscle_step` and the physics are ordinary Python, handed to numba as they stand. The
 step calls the kernel, and the kernel the laws, through `pamsim.engine.function_table`: numba
 optimises and emits every function again in each one that calls it. The machine code is cached on
-disk under a key that covers the source, its constants and the layout of the engine's structs: numba
-alone would notice an edit only in this file.
+disk under a key that covers the source, its constants and the layouts of the engine's structs and
+of a muscle's numbers: numba alone would notice an edit only in this file.
 """
 
 # Numba's options are a dictionary.
@@ -54,7 +54,7 @@ from pamsim.engine.muscle_step import (
 )
 from pamsim.physics.chamber_pressure import chamber_pressure, consistent_pressure
 from pamsim.physics.kernel import state_rates, tension
-from pamsim.physics.record import record_dtype, view
+from pamsim.physics.record import STATES, record_dtype, view
 from pamsim.physics.static_muscle import volume_varies
 from pamsim.physics.supply import sags
 
@@ -143,7 +143,7 @@ def hand_over(*functions: Any) -> str:
     reached = reached_functions(*functions, leave=_HOOKS)
     hand_to_numba(reached)
     texts = map(inspect.getsource, (muscle_step, memory, function_table, by_address))
-    return fingerprint(reached) + "".join(texts)
+    return f"{fingerprint(reached)}{STATES}{record_dtype()}{''.join(texts)}"
 
 
 @functools.cache

@@ -26,7 +26,7 @@ from pamsim.physics.invariants import (
     not_finite,
 )
 from pamsim.physics.kernel import state_rates, tendon_force, tension
-from pamsim.physics.muscle_valves import asks_too_much
+from pamsim.physics.muscle_valves import asks_too_much, cross_flow
 from pamsim.physics.record import SIGNATURE, SIZE, STATE_NAMES, view
 from pamsim.physics.supply import VALVE, fill_valve_of, sags, supply_sag
 
@@ -151,6 +151,41 @@ def opposing_tension(model: ModelStruct, data: DataStruct, m: Any) -> float:
     )
 
 
+def flow_across(model: ModelStruct, data: DataStruct, index: int, back: float) -> float:
+    """Mass flow that leaks in from the muscle at the other end of a chain [kg/s]; 0 without a leak.
+
+    Args:
+        model: struct of the engine.
+        data: struct of the engine.
+        index: of the muscle's actuator.
+        back: time by which the states have moved on at their rates since the flow [s]: 0, or the
+            time step after it.
+    """
+    m = muscle_at(row_of(model, index))
+    if m.partner == 0.0:
+        return 0.0
+    other = int(m.partner) - 1
+    fed = muscle_at(row_of(model, other))
+    if m.chamber.cross_leak_conductance + fed.chamber.cross_leak_conductance == 0.0:
+        return 0.0
+    pressure = _pressure_back(model, data, index, back)
+    return cross_flow(m, fed, pressure, _pressure_back(model, data, other, back))
+
+
+def _pressure_back(model: ModelStruct, data: DataStruct, index: int, back: float) -> float:
+    """Absolute pressure in a muscle [Pa], see `flow_across`."""
+    count = integer(model.actuator_actnum, index)
+    now = doubles(act_of(model, data.act, index), 0, count)
+    rates = doubles(act_of(model, data.act_dot, index), 0, count)
+    then = np.empty(count)
+    for i in range(count):
+        then[i] = now[i] - back * rates[i] if back > 0.0 else now[i]
+    memory = count - COUNT
+    length = number_of(data.actuator_length, model.actuator_outadr, index)
+    s = states_at(then.ctypes.data + 8 * memory)
+    return chamber_pressure(muscle_at(row_of(model, index)), s, then[:memory], length)
+
+
 def supply_fall(model: ModelStruct, data: DataStruct, index: int) -> float:
     """Fall of a muscle's supply by the flow to all muscles on it [Pa].
 
@@ -222,6 +257,7 @@ def step_rates(model: ModelStruct, data: DataStruct, instance: int) -> None:
             model.timestep,
             opposing_tension(model, data, m),
             supply_fall(model, data, index) if sags(m) else 0.0,
+            flow_across(model, data, index, 0.0),
         )
         # Minus 0 for a slack muscle: a plain 0 is the engine's own.
         doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)[0] = -pull
@@ -319,6 +355,7 @@ def check_step(
             sent,
             data.time - model.timestep,
             model.timestep,
+            flow_across(model, data, index, model.timestep),
             found,
         )
         if code > NOTHING:  # not where the laws could not be compiled, and the force is no number

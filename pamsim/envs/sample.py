@@ -45,13 +45,18 @@ class Sampling(NamedTuple):
     bias: FloatArray  # (n, s) reading at zero
     done: FloatArray  # (n, s) share of a jump that a lag makes up within a period; 1 without lag
     along: FloatArray  # (n, s) share of a change spread evenly over it
+    slack: FloatArray  # (n, s) half of a coupling's backlash
     held: FloatArray  # (n, s) memory: signals behind their lags
-    before: FloatArray  # (n, s) memory: true signals of the last sample
+    before: FloatArray  # (n, s) memory: signals behind their couplings at the last sample
     measured: FloatArray  # (n, s) memory: readings at the last sample
     commands: FloatArray  # (n, k, m) memory: of the step if delayed, and of the last k - 1 steps
 
     def set_errors(self, number: int, rig: Rig) -> None:
-        """Give one rig's instruments the scale, bias and lag that its measurement chain states."""
+        """Give one rig's instruments the errors that its measurement chain states.
+
+        Those of a log, its clock and its dead channels, are none of them: whatever acts on the
+        readings has them as they come.
+        """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
         for columns, gain, bias, lag in (
             (slice(joints), own.angle_scale, own.angle_bias, own.angle_lag),
@@ -61,6 +66,7 @@ class Sampling(NamedTuple):
             done = -math.expm1(-ratio)
             self.gain[number, columns], self.bias[number, columns] = gain, bias
             self.done[number, columns], self.along[number, columns] = done, 1.0 - done / ratio
+        self.slack[number, :joints] = 0.5 * own.angle_backlash
 
 
 def new_sampling(
@@ -81,7 +87,7 @@ def new_sampling(
     # An encoder counts parts of a turn, so it reads joints which slide without rounding.
     steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    memory = np.zeros((7, shape[0], len(steps)))
+    memory = np.zeros((8, shape[0], len(steps)))
     return Sampling(
         signals.centre,
         signals.scale,
@@ -116,7 +122,14 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
         following, shown = table[rig, at[rig]], s.measured[rig]
         error, fine = 0.0, True
         for column in range(signals):
-            now = held = true[rig, column]
+            now = true[rig, column]
+            if column < joints:
+                fine &= abs(now) < RUNAWAY  # false for NaN
+                error += abs(now - asked[column]) / s.unit[column]
+            slack = s.slack[rig, column]
+            if slack > 0.0 and not first:  # the play operator
+                now = min(max(s.before[rig, column], now - slack), now + slack)
+            held = now
             if not first and s.done[rig, column] < 1.0:
                 # Exact for a signal that is straight between the samples.
                 held, then = s.held[rig, column], s.before[rig, column]
@@ -131,8 +144,6 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
                 steps = reading / step
                 reading = (np.floor(steps) if column < joints else np.rint(steps)) * step
             if column < joints:
-                fine &= abs(now) < RUNAWAY  # false for NaN
-                error += abs(now - asked[column]) / s.unit[column]
                 velocity[column] = 0.0 if first else (reading - shown[column]) / s.period
             else:
                 fine &= np.isfinite(now)

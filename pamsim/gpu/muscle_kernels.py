@@ -23,7 +23,7 @@ from pamsim.physics.record import STATE_NAMES, slot
 
 _PARTNER, _BACKLASH = slot("partner"), slot("chain.backlash")
 _RESISTANCE, _SUPPLY_LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
-_SQUARE = slot("valve.supply_square")
+_SQUARE, _CROSS_LEAK = slot("valve.supply_square"), slot("chamber.cross_leak_conductance")
 _NAMED = len(STATE_NAMES)
 
 
@@ -52,6 +52,7 @@ def muscle_kernels(precision: str) -> MuscleKernels:
     tendon_force = laws.function(kernel.tendon_force)
     fill_valve_of = laws.function(supply.fill_valve_of)
     supply_sag = laws.function(supply.supply_sag)
+    cross_flow = laws.function(muscle_valves.cross_flow)
     sensed_pressure = laws.function(muscle_valves.sensed_pressure)
     engine = wp.array2d(dtype=wp.float32)
     types = {
@@ -83,12 +84,17 @@ def muscle_kernels(precision: str) -> MuscleKernels:
         s, z = states(act, place, world, muscle)
         ds, dz = states(rates, place, world, muscle)
         now, at, moving = F(time[world]), F(length[world, muscle]), F(speed[world, muscle])
-        opposing = F(0.0)
-        if m[_BACKLASH] > F(0.0) and m[_PARTNER] > F(0.0):
+        opposing, crossing = F(0.0), F(0.0)
+        if m[_PARTNER] > F(0.0):
             other = int(m[_PARTNER]) - 1
+            beside = par[world, other]
             s2, z2 = states(act, place, world, other)
             pulled, apart = F(length[world, other]), F(speed[world, other])
-            opposing = tension(par[world, other], s2, z2, pulled, apart)
+            if m[_BACKLASH] > F(0.0):
+                opposing = tension(beside, s2, z2, pulled, apart)
+            if m[_CROSS_LEAK] + beside[_CROSS_LEAK] > F(0.0):
+                own = chamber_pressure(m, s, z, at)
+                crossing = cross_flow(m, beside, own, chamber_pressure(beside, s2, z2, pulled))
         sag = F(0.0)
         if m[_RESISTANCE] + m[_SQUARE] > F(0.0):
             on_line = wp.int32(0)
@@ -102,7 +108,9 @@ def muscle_kernels(precision: str) -> MuscleKernels:
                     on_line = on_line + 1
             sag = supply_sag(m, s, valves[world, muscle, 0:on_line], timestep)
         sent = F(ctrl[world, muscle])
-        pull = state_rates(m, s, z, ds, dz, at, moving, sent, now, timestep, opposing, sag)
+        pull = state_rates(
+            m, s, z, ds, dz, at, moving, sent, now, timestep, opposing, sag, crossing
+        )
         # The engine's force lengthens the tendon; a muscle shortens it.
         force[world, muscle] = wp.float32(-tendon_force(m, s, pull, at, moving, timestep))
 

@@ -48,6 +48,11 @@ class Chamber(ParameterGroup, group="chamber"):
         "g of a narrow leak to the atmosphere: volume flow at its mean pressure per difference",
         0.0,
     )
+    cross_leak_conductance: float = quantity(
+        "[0, 1e-8] m^3/(s*Pa)",
+        "g of a narrow leak to the muscle at the chain's other end; the mean of both counts",
+        0.0,
+    )
 
 
 def absolute_pressure(chamber: Chamber, air: float, volume: float) -> float:

@@ -8,7 +8,7 @@
   1) / n). A start above the supply's pressure counts as impossible.
 - A muscle's tension is not negative; only an actuator whose law pushes may push.
 - Air is neither made nor lost: what chamber and tube gain in the step is what the valves let in,
-  less the leak. The states before the step are those after it less the step's change, which rounds
+  less the leaks. The states before the step are those after it less the step's change, which rounds
   each by about 4e-16 of itself, and with it the pressure; the opening of a regulator is off by that
   over its band, the flow near equal pressures by that over 1 - `valve.laminar_ratio`. Where the
   volume depends on the pressure, `chamber_pressure` is accurate to 1e-11 of itself instead. The
@@ -46,6 +46,8 @@ _PLACES = 50  # contractions at which the largest volume is looked for
 _WORDS = {
     "air": "air (a chamber without volume has no pressure)",
     "friction": "dry friction",
+    "furthest": "furthest contraction",
+    "bonds": "bonds of dry friction",
     "line": "command's line",
     "sag": "supply's sag",
     "shift": "chain's shift",
@@ -71,6 +73,7 @@ def broken_invariant(
     command: float,
     time: float,
     timestep: float,
+    crossing: float,
     found: MutableRow,
 ) -> float:
     """The first invariant that a time step of a muscle has broken.
@@ -78,7 +81,8 @@ def broken_invariant(
     Of parameters, states and memory of hysteresis before the step, states after it and their rates;
     tendon length [m] and velocity [m/s] before it; the force along the tendon that the engine
     applied, negative where the muscle pulls [N]; the command, see
-    `pamsim.physics.muscle_valves.wanted_opening`; time before the step and its length [s].
+    `pamsim.physics.muscle_valves.wanted_opening`; time before the step and its length [s]; the flow
+    that leaked in from another muscle [kg/s].
 
     Returns:
         Its code, `NOTHING` if all hold. The number that is wrong, and what bounds it, are written
@@ -124,7 +128,7 @@ def broken_invariant(
             clock = time + shift * _ROUNDING * (abs(time) + timestep)
             opening = reached_opening(m, before, command, at_valve, clock, timestep)
             entered = flow_through_valves(m, at_valve, opening, sag)
-            missing = abs(gained - entered + leak_flow(m, pressure))
+            missing = abs(gained - entered - crossing + leak_flow(m, pressure))
     if not missing <= allowed:
         found[0], found[1] = missing, allowed
         return MASS
@@ -181,7 +185,8 @@ def _rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep:
     steep = 1.0 / (1.0 - m.valve.laminar_ratio) + upstream / m.valve.regulator_band
     conductance = max(m.valve.conductance_fill, m.valve.conductance_exhaust)
     conductance += m.chamber.leak_conductance
-    through_gap = m.chamber.laminar_leak_conductance * upstream / per_volume
+    gaps = m.chamber.laminar_leak_conductance + m.chamber.cross_leak_conductance
+    through_gap = gaps * upstream / per_volume
     flow = 2.0 * upstream * (conductance * REFERENCE_DENSITY + through_gap)
     stored = 0.0
     if m.valve.tube_resistance > 0.0:

@@ -13,7 +13,7 @@ from pamsim.physics.chain import chain_ratio, extension_rate, shift_rate
 from pamsim.physics.chamber import air_state, air_state_rate, relaxing_rate
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.friction import dry_friction, rubs, tendon_friction
+from pamsim.physics.friction import bond_rate, dry_friction, rubs, tendon_friction
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
@@ -23,7 +23,7 @@ from pamsim.physics.muscle_valves import (
     reached_opening,
     tube_step,
 )
-from pamsim.physics.passive import creep_rate
+from pamsim.physics.passive import creep_rate, first_stroke_force
 from pamsim.physics.record import MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import (
     contraction,
@@ -68,6 +68,8 @@ def tension_under(
     pull = force - hysteresis_force(m, z, kappa, above, carried)
     pull -= m.creep.stiffness * (kappa - s.creep)
     pull -= m.creep.stiffness_2 * (kappa - s.creep_2)
+    if m.first_stroke.force > 0.0:
+        pull -= first_stroke_force(m.first_stroke, kappa, s.furthest)
     if m.braid.friction > 0.0:
         # The fibres rub as the pressure presses them on each other. That the force grows in
         # proportion to the rate as well is the simplest law that only dissipates.
@@ -89,9 +91,9 @@ def tendon_force(
     """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and friction.
 
     The states are those before the step, length [m] and velocity [m/s] the present ones; dry
-    friction is that at the end of the step [s].
+    friction is that at the end of the step [s], by the bonds at its beginning.
     """
-    rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+    rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep, s.bonds)
     return chain_ratio(m.chain, tendon_length) * pull + rubbed
 
 
@@ -108,6 +110,7 @@ def state_rates(
     timestep: float,
     opposing: float = 0.0,
     sag: float = 0.0,
+    crossing: float = 0.0,
 ) -> float:
     """Write the rates of all states of one muscle.
 
@@ -126,6 +129,8 @@ def state_rates(
         opposing: tension of the muscle at the other end of the chain [N]; used with backlash only.
         sag: fall of the supply's pressure during the step [Pa], see `supply_sag`; used with
             resistance of the supply only.
+        crossing: flow that leaks in from the muscle at the other end of the chain, see
+            `cross_flow` [kg/s].
 
     Returns:
         Tension of the muscle [N], for `tendon_force`.
@@ -134,7 +139,7 @@ def state_rates(
     pull = tension_under(m, s, z, tendon_length, tendon_velocity, pressure_abs)
     length = length_at_muscle(m, s, tendon_length)
     velocity = chain_ratio(m.chain, tendon_length) * tendon_velocity
-    ds.shift = ds.extension = ds.friction = ds.creep = ds.creep_2 = 0.0
+    ds.shift = ds.extension = ds.friction = ds.bonds = ds.creep = ds.creep_2 = 0.0
     if m.chain.backlash > 0.0:
         sliding = shift_rate(m.chain, s.shift, pull, opposing, timestep)
         ds.shift = sliding
@@ -144,10 +149,15 @@ def state_rates(
         ds.extension = stretching
         velocity -= stretching
     if rubs(m.friction):
-        after = dry_friction(m.friction, s.friction, pull, tendon_velocity, timestep)
+        after = dry_friction(m.friction, s.friction, pull, tendon_velocity, timestep, s.bonds)
         ds.friction = (after - s.friction) / timestep
+    if m.friction.dwell_force > 0.0:
+        ds.bonds = bond_rate(m.friction, s.bonds, tendon_velocity, timestep)
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
+    ds.furthest = 0.0
+    if m.first_stroke.force > 0.0 and not kappa <= s.furthest:
+        ds.furthest = (kappa - s.furthest) / timestep
     if m.creep.stiffness > 0.0:
         ds.creep = creep_rate(kappa, s.creep, m.creep.relaxation_time, timestep)
     if m.creep.stiffness_2 > 0.0:
@@ -173,14 +183,14 @@ def state_rates(
     at_valve_abs = pressure_at_valve(m, s, pressure_abs)
     opening = reached_opening(m, s, command, at_valve_abs, time, timestep)
     ds.opening = 0.0
-    if m.valve.travel_time > 0.0:
+    if m.valve.travel_time + m.valve.hysteresis > 0.0:
         ds.opening = (opening - s.opening) / timestep
     flow = flow_through_valves(m, at_valve_abs, opening, sag)
     ds.tube_pressure = 0.0
     if m.valve.tube_resistance > 0.0:
         after, flow = tube_step(m, at_valve_abs, pressure_abs, flow, timestep)
         ds.tube_pressure = (after - s.tube_pressure) / timestep
-    flow -= leak_flow(m, pressure_abs)
+    flow += crossing - leak_flow(m, pressure_abs)
     ds.last_pressure = 0.0
     ds.earlier_pressure = 0.0
     if volume_varies(m):

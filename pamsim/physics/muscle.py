@@ -20,7 +20,7 @@ from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis, Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
-from pamsim.physics.passive import Creep, PassiveSpring
+from pamsim.physics.passive import Creep, FirstStroke, PassiveSpring
 from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import COMMANDS, ValvePair
 
@@ -46,6 +46,7 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     Threshold,
     EndShape,
     Creep,
+    FirstStroke,
     ParallelHysteresis,
     Chamber,
     ValvePair,
@@ -92,6 +93,7 @@ class Muscle:
         threshold: pressure lost before the braid is reached.
         end_shape: active force lost at high contraction.
         creep: relaxing element beside the muscle.
+        first_stroke: force lost to strokes that go further than all before.
         chain: what the muscle pulls through.
         friction: along its tendon.
         hysteresis: group of the operator on the force, or None.
@@ -109,6 +111,7 @@ class Muscle:
     threshold: Threshold = field(default_factory=Threshold)
     end_shape: EndShape = field(default_factory=EndShape)
     creep: Creep = field(default_factory=Creep)
+    first_stroke: FirstStroke = field(default_factory=FirstStroke)
     chain: Chain = field(default_factory=Chain)
     friction: Friction = field(default_factory=Friction)
     hysteresis: Hysteresis | None = None

@@ -7,7 +7,12 @@
 from __future__ import annotations
 
 from pamsim.physics.chosen_law import operator_energy, operator_output, operator_rates
-from pamsim.physics.hysteresis.maxwell_slip import BLOCKS, slip_output_and_energy, slip_rates
+from pamsim.physics.hysteresis.maxwell_slip import (
+    BLOCKS,
+    bent_slip_output_and_energy,
+    slip_output_and_energy,
+    slip_rates,
+)
 from pamsim.physics.record import MutableRow, Parameters, Row
 
 
@@ -64,6 +69,10 @@ def hysteresis_rates(
 
 def _parallel_output_and_energy(m: Parameters, z: Row, contraction: float) -> tuple[float, float]:
     slip, decay = m.parallel_hysteresis.full_slip, m.parallel_hysteresis.decay
+    side, dead = m.parallel_hysteresis.asymmetry, m.parallel_hysteresis.dead_zone
+    if side != 0.0 or dead > 0.0:
+        at = len(z) - BLOCKS
+        return bent_slip_output_and_energy(BLOCKS, slip, decay, side, dead, z, at, contraction)
     return slip_output_and_energy(BLOCKS, slip, decay, z, len(z) - BLOCKS, contraction)
 
 

@@ -12,6 +12,7 @@ import math
 from pamsim.core.units import PA_PER_BAR
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.chamber_pressure import chamber_pressure
+from pamsim.physics.hysteresis.maxwell_slip import play
 from pamsim.physics.record import Parameters, Row, States
 from pamsim.physics.valves import (
     MEASURED,
@@ -35,7 +36,8 @@ def wanted_opening(m: Parameters, command: float, pressure: float, time: float) 
     """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
 
     On/off valves that pulse are open during the first part of each period, which begin at time 0.
-    The regulator is proportional beyond its dead band. The command is the one behind its line, the
+    The regulator is proportional beyond its dead band, and keeps to its least set point where a
+    lower one is sent. The command is the one behind its line, the
     pressure the gauge pressure at the valves [Pa].
     """
     if m.command == VALVE:
@@ -48,6 +50,8 @@ def wanted_opening(m: Parameters, command: float, pressure: float, time: float) 
         if periods - math.floor(periods) < abs(command):
             return math.copysign(1.0, command)
         return 0.0 * command
+    if command < m.valve.least_set_point and m.valve.least_set_point > 0.0:
+        command = m.valve.least_set_point
     error = command - pressure
     beyond = abs(error) - m.valve.regulator_dead_band
     if beyond > 0.0:
@@ -69,10 +73,14 @@ def reached_opening(
 ) -> float:
     """Signed opening in [-1, 1] that valves of limited speed reach in a step, dead zone included.
 
-    The command is the one sent, before its line; the pressure is that at the valves.
+    Proportional valves stick at a reversal: they follow the command through the play operator of
+    half the hysteresis; those that pulse snap from end to end. The command is the one sent, before
+    its line; the pressure is that at the valves.
     """
     at_valve = s.line if _has_line(m) else command
     wanted = wanted_opening(m, at_valve, pressure_abs - m.chamber.atmosphere, time)
+    if m.valve.hysteresis > 0.0 and m.command != PULSE:
+        wanted = play(wanted, s.opening, 0.5 * m.valve.hysteresis)
     way = wanted - s.opening
     if abs(way) * m.valve.travel_time > timestep:
         return s.opening + math.copysign(timestep / m.valve.travel_time, way)
@@ -139,6 +147,18 @@ def leak_flow(m: Parameters, pressure_abs: float) -> float:
         ratio, linear = m.valve.critical_ratio, m.valve.laminar_ratio
         lost += mass_flow(pressure_abs, outside, size, ratio, linear, temperature)
     return lost
+
+
+def cross_flow(m: Parameters, other: Parameters, pressure_abs: float, beyond_abs: float) -> float:
+    """Mass flow that leaks into a chamber from that of the muscle at the chain's other end [kg/s].
+
+    Through a narrow gap as in `leak_flow`, with the mean of what both muscles state, so that one
+    loses what the other gains. Of the absolute pressures in both [Pa].
+    """
+    size = 0.5 * (m.chamber.cross_leak_conductance + other.chamber.cross_leak_conductance)
+    temperature = 0.5 * (m.chamber.temperature + other.chamber.temperature)
+    mean_density = 0.5 * (pressure_abs + beyond_abs) / (GAS_CONSTANT * temperature)
+    return size * mean_density * (beyond_abs - pressure_abs)
 
 
 def tube_step(

@@ -1,4 +1,4 @@
-"""Passive elasticity and creep of tube and braid.
+"""Passive elasticity, creep and first stroke of tube and braid.
 
 The elasticity is a spring that locks on stretch and lets go on contraction. That of the
 tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
@@ -15,6 +15,14 @@ Creep is one or two Maxwell elements beside the muscle, which make it a standard
 sudden change of length it is stiffer by k, held there it relaxes, and under a held load it goes on
 moving. The element's force is k (kappa - kappa_d), with the contraction kappa_d of its damper as
 memory. A second one makes the relaxation faster at first and slower later, as rubber's is.
+
+Rubber is softer in a second stroke than in the first (Mullins 1969), up to the furthest point of
+the strokes before. What a muscle loses to that is the force of a spring of travel d with a ratchet,
+which follows the contraction to its furthest point kappa_m and never comes back:
+
+    F = F_1 clip(1 + (kappa - kappa_m) / d, 0, 1)
+
+It takes work from every stroke that goes further than all before, and none from others.
 """
 
 from __future__ import annotations
@@ -50,6 +58,15 @@ class Creep(ParameterGroup, group="creep"):
     relaxation_time_2: float = quantity("[1e-3, 1e4] s", "tau of the second element", 10.0)
 
 
+class FirstStroke(ParameterGroup, group="first_stroke"):
+    """Force lost to the first stroke; 0 is none."""
+
+    force: float = quantity("[0, 1e3] N", "F_1, lost where no stroke went further", 0.0)
+    travel: float = quantity(
+        "[1e-4, 0.5]", "d, contraction before the furthest point over which it sets in", 5e-3
+    )
+
+
 def tube_force(spring: PassiveSpring, contraction: float) -> float:
     """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h."""
     stretch = spring.slack_contraction - contraction
@@ -81,6 +98,14 @@ def locking_force(spring: PassiveSpring, contraction: float) -> float:
     edge = _TANGENT / spring.locking
     slope = (1.0 + _TANGENT * _TANGENT) / (room * room)
     return spring.stiffness * (edge / room + slope * (stretch - edge) - stretch)
+
+
+def first_stroke_force(first: FirstStroke, contraction: float, furthest: float) -> float:
+    """Force that a first stroke takes [N], at a contraction and its furthest before [-]."""
+    share = 1.0 + (contraction - furthest) / first.travel
+    if share > 1.0:
+        return first.force
+    return first.force * share if not share < 0.0 else 0.0  # NaN stays NaN
 
 
 def creep_rate(

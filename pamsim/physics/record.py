@@ -41,6 +41,8 @@ SIGNATURE = 7240.288
 model that was saved as MJCF are no longer exact, and this one shows it."""
 
 STATE_NAMES = (
+    "furthest",  # contraction of all strokes so far
+    "bonds",  # of dry friction, as a share of those after a long rest
     "earlier_pressure",  # absolute, of the step before last; used if it has to be searched for
     "last_pressure",  # of the last step
     "ambient_air",  # pressure times volume that the air would have at ambient temperature
@@ -286,7 +288,7 @@ def parameters(muscle: Muscle) -> Parameters:
 
 
 def split_states(act: Row) -> tuple[States, list[float]]:
-    """States of a muscle by name, and its memory of hysteresis (n - 13,), from its ``act`` (n,).
+    """States of a muscle by name, and its memory of hysteresis (n - 15,), from its ``act`` (n,).
 
     For the kernel in plain Python; copies, in SI.
     """

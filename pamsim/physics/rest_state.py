@@ -38,9 +38,12 @@ def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> li
 def quieten(m: Parameters, s: States, tendon_length: float, pressure: float) -> None:
     """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
-    At a tendon length [m] and a gauge pressure [Pa].
+    The first stroke is to come. At a tendon length [m] and a gauge pressure [Pa].
     """
-    s.creep = s.creep_2 = contraction(m, length_at_muscle(m, s, tendon_length))
+    kappa = contraction(m, length_at_muscle(m, s, tendon_length))
+    s.creep = s.creep_2 = kappa
+    if m.first_stroke.force > 0.0:
+        s.furthest = kappa + m.first_stroke.travel
     s.line = pressure if m.command == PRESSURE_SET else 0.0
     if m.command == MEASURED:
         s.air = pressure + m.chamber.atmosphere

@@ -40,8 +40,8 @@ def bristle_stiffness(muscle: Muscle, tendon_length: float, pressure: float) -> 
         return 0.0
     row = parameters(muscle)
     pull = abs(limited(row, static_force(row, tendon_length, pressure)))
-    level = friction.coulomb_force + friction.breakaway_force + friction.tension_share * pull
-    return level / friction.presliding
+    level = friction.coulomb_force + friction.breakaway_force + friction.dwell_force
+    return (level + friction.tension_share * pull) / friction.presliding
 
 
 def regulator_time_constant(muscle: Muscle) -> float:

@@ -38,6 +38,9 @@ class ValvePair(ParameterGroup, group="valve"):
         "[1, 1e6] Pa", "pressure error at which the set-point regulator opens a valve fully", 1e4
     )
     regulator_dead_band: float = quantity("[0, 1e5] Pa", "error the regulator leaves alone", 0.0)
+    least_set_point: float = quantity(
+        "[0, 1e6] Pa", "set point that the regulator keeps to where a lower one is sent", 0.0
+    )
     dead_zone: float = quantity(
         f"[0, {WIDEST_DEAD_ZONE}]", "opening up to which a valve stays shut, mean of both", 0.0
     )
@@ -70,6 +73,11 @@ class ValvePair(ParameterGroup, group="valve"):
     )
     travel_time: float = quantity(
         "[0, 10] s", "in which a valve goes from shut to fully open at its limited speed", 0.0
+    )
+    hysteresis: float = quantity(
+        "[0, 1]",
+        "change of the command at a reversal before a proportional valve follows it, as an opening",
+        0.0,
     )
     tube_resistance: float = quantity(
         "[0, 1e11] Pa*s/kg",

@@ -1,8 +1,9 @@
-"""Signals as the rig's instruments report them: lag, scale, bias, encoder and converter."""
+"""Signals as the rig's instruments report them: their errors, encoder and converter."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.parameters import ParameterGroup, parameter
 from pamsim.core.units import FloatArray
+from pamsim.physics.hysteresis.maxwell_slip import play
 from pamsim.recordings.recording import Recording
 
 _ON_INCREMENT = 0.02
@@ -36,9 +38,21 @@ class MeasurementChain(ParameterGroup):
     angle_bias: float = _stated("reported less true angle at zero", "rad", 3.2, -3.2)
     angle_scale: float = _stated("reported per true change of angle", "1", 10.0, 0.1, 1.0)
     angle_lag: float = _stated("time constant of the reported angle", "s", 10.0)
+    angle_backlash: float = _stated(
+        "travel that a reversing joint makes before its encoder follows", "rad", 1.0
+    )
+    clock_offset: float = _stated(
+        "time by which the log of angles is late against that of pressures", "s", 10.0, -10.0
+    )
+    angle_dead_share: float = _stated(
+        "share of a recording, up to its end, in which the reported angles stand still", "1", 1.0
+    )
     pressure_bias: float = _stated("reported less true pressure at zero", "Pa", 1e6, -1e6)
     pressure_scale: float = _stated("reported per true change of pressure", "1", 10.0, 0.1, 1.0)
     pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
+    pressure_dead_share: float = _stated(
+        "share of a recording, up to its end, in which the reported pressures stand still", "1", 1.0
+    )
 
     def __post_init__(self) -> None:
         """Check every field, and that a converter is stated whole; ParameterError names what."""
@@ -81,6 +95,64 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
     return reported
 
 
+def through_backlash(signal: ArrayLike, backlash: float) -> FloatArray:
+    """A sampled signal behind a coupling with backlash, in whose middle it begins.
+
+    The play operator of half the backlash, whose output depends on the turning points alone. They
+    have to be among the samples.
+
+    Args:
+        signal: (n,) or (n, m), in any unit.
+        backlash: dead travel at a reversal, in the same; 0 gives the signal itself.
+    """
+    true = np.asarray(signal, dtype=float)
+    if backlash == 0.0 or len(true) == 0:
+        return true
+    columns = [
+        list(itertools.accumulate(column, lambda held, x: play(x, held, 0.5 * backlash)))
+        for column in true.reshape(len(true), -1).T.tolist()
+    ]
+    return np.array(columns).T.reshape(true.shape)
+
+
+def shifted(time: ArrayLike, signal: ArrayLike, offset: float) -> FloatArray:
+    """A sampled signal as a clock that is off by a constant time logs it.
+
+    It is straight between its samples, and holds its first and last value beyond them.
+
+    Args:
+        time: (n,) increasing [s].
+        signal: (n,) or (n, m), in any unit.
+        offset: time by which the log is late [s]; 0 gives the signal itself.
+    """
+    true = np.asarray(signal, dtype=float)
+    if offset == 0.0 or len(true) == 0:
+        return true
+    at = np.asarray(time, dtype=float)
+    columns = true.reshape(len(true), -1).T
+    return np.array([np.interp(at - offset, at, one) for one in columns]).T.reshape(true.shape)
+
+
+def dying(time: ArrayLike, signal: ArrayLike, share: float) -> FloatArray:
+    """A sampled signal of a channel that stands still from some time on.
+
+    It is straight between its samples, so that the rest depends smoothly on that time.
+
+    Args:
+        time: (n,) increasing [s].
+        signal: (n,) or (n, m), in any unit.
+        share: of the time, up to its end, in which it stands still: 1 for all of it; 0 gives the
+            signal itself.
+    """
+    true = np.asarray(signal, dtype=float)
+    if share == 0.0 or len(true) == 0:
+        return true
+    at = np.asarray(time, dtype=float)
+    shown = np.minimum(at, at[-1] - share * (at[-1] - at[0]))
+    columns = true.reshape(len(true), -1).T
+    return np.array([np.interp(shown, at, one) for one in columns]).T.reshape(true.shape)
+
+
 def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
     """Angle (...) [rad], in whole increments, so many per revolution, up to the true one (...)."""
     step = 2.0 * math.pi / increments
@@ -117,8 +189,10 @@ def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
 
 
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
-    """A recording as instruments with errors report it: lag first, then scale, then bias.
+    """A recording as instruments with errors report it.
 
+    A coupling's backlash comes first, then lag, scale and bias, then the clock that the angles are
+    logged by, while commands and pressures share the other one, and last what is dead of a channel.
     Instruments without errors report the same arrays.
     """
 
@@ -129,10 +203,13 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
 
     angle = chain.angle_lag, chain.angle_scale, chain.angle_bias
     pressure = chain.pressure_lag, chain.pressure_scale, chain.pressure_bias
+    turned = reported(through_backlash(recording.positions, chain.angle_backlash), *angle)
+    turned = shifted(recording.time, turned, chain.clock_offset)
+    pressed = reported(recording.pressure, *pressure)
     return dataclasses.replace(
         recording,
-        positions=reported(recording.positions, *angle),
-        pressure=reported(recording.pressure, *pressure),
+        positions=dying(recording.time, turned, chain.angle_dead_share),
+        pressure=dying(recording.time, pressed, chain.pressure_dead_share),
     )
 
 

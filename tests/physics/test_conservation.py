@@ -87,3 +87,19 @@ def test_gauge_pressure_never_leaves_exhaust_and_supply():
             # Compression by the other muscle may lift a sealed chamber a little above its valve.
             assert np.all(pressures > -5e3)
             assert np.all(pressures < supply + 5e3)
+
+
+def test_muscles_that_leak_into_each_other_end_at_one_pressure_and_keep_their_air():
+    rig, *_ = prepare(1.0, (3e5, 1e5))
+    leaking = rig.with_parameters({"muscle_2:chamber.cross_leak_conductance": 2e-9})
+    model = leaking.model_for(command="valve", load=1.2)
+    data = mujoco.MjData(model)
+    pamsim.reset(model, data, (3e5, 1e5))
+    ends = [model.actuator_actadr[i] + model.actuator_actnum[i] - 1 for i in range(2)]
+    before = data.act[ends].copy()
+    with pamsim.live(model):
+        mujoco.mj_step(model, data, 8000)
+    first, second = pamsim.pressures(model, data)
+    assert first == pytest.approx(second, rel=1e-4)
+    assert abs(data.act[ends[0]] - before[0]) > 0.1 * before.sum()
+    assert data.act[ends].sum() == pytest.approx(before.sum(), rel=1e-12)

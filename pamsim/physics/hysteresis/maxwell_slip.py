@@ -5,6 +5,14 @@ drags its block along: force share_k (x - x_k) / Delta_k, with the block's posit
 operator of threshold Delta_k (Iwan 1966; Goldfarb and Celanovic 1997; for pneumatic muscles Vo-Minh
 et al. 2011). It is rate-independent, has return-point memory, obeys Masing's rules and is passive.
 
+With springs that are not linear the sum is a Prandtl-Ishlinskii operator with dead zones on the
+stops (Kuhnen 2003), whose loops need not be symmetric: over its relative stretch e, up to +-1, a
+spring of dead zone r and asymmetry a pulls with
+
+    s(e) = (1 + a sign(e)) max(|e| - r, 0) / (1 - r)
+
+of the force that it would have at its limit. It stays passive, as every spring holds what it takes.
+
 A muscle's own operator is what was fitted or assumed for its rig. Hysteresis that is missing beside
 it adds to its force, whatever the formulas: `ParallelHysteresis`, whose blocks have places in every
 muscle's state, so that it can be added to a compiled model.
@@ -47,6 +55,15 @@ class ParallelHysteresis(ParameterGroup, group="parallel_hysteresis"):
     decay: float = quantity(
         "[0.1, 10]", "ratio of the shares of neighbours, late slipping over early", 1.0
     )
+    asymmetry: float = quantity(
+        "[-0.9, 0.9]",
+        "a: the springs pull 1 + a times as much against contraction, 1 - a times as much against"
+        " lengthening",
+        0.0,
+    )
+    dead_zone: float = quantity(
+        "[0, 0.9]", "share of its slip limit by which a spring may be stretched without force", 0.0
+    )
 
 
 def play(x: float, held: float, threshold: float) -> float:
@@ -77,6 +94,33 @@ def slip_output_and_energy(
         stretch = x - play(x, z[at + k], slip)
         force += share * stretch / slip
         energy += 0.5 * share * stretch * stretch / slip
+        shares += share
+        share *= decay
+    return force / shares, energy / shares
+
+
+def bent_slip_output_and_energy(
+    elements: int,
+    full_slip: float,
+    decay: float,
+    asymmetry: float,
+    dead_zone: float,
+    z: Row,
+    at: int,
+    x: float,
+) -> tuple[float, float]:
+    """`slip_output_and_energy` with springs of an asymmetry and a dead zone in [0, 1).
+
+    The force is 1 + asymmetry once all slip forward, and minus 1 - asymmetry once all slip back.
+    """
+    share, shares, force, energy = 1.0, 0.0, 0.0, 0.0
+    for k in range(elements):
+        slip = full_slip / elements * (k + 1)
+        stretch = (x - play(x, z[at + k], slip)) / slip
+        pulled = max(abs(stretch) - dead_zone, 0.0) / (1.0 - dead_zone)
+        side = 1.0 + asymmetry * math.copysign(1.0, stretch)
+        force += share * side * math.copysign(pulled, stretch)
+        energy += 0.5 * share * side * slip * (1.0 - dead_zone) * pulled * pulled
         shares += share
         share *= decay
     return force / shares, energy / shares

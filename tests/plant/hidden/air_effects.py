@@ -164,6 +164,7 @@ EFFECTS = (
     PlantEffect(
         name="cross_leak",
         formulation="a laminar leak from one muscle to the other",
+        stands_for=("leak_between_muscles",),
         resembles=("air_leak",),
         family="leak",
         unit="kg/(s*Pa)",

@@ -68,10 +68,11 @@ def test_forms_of_one_place_share_its_name_and_other_places_do_not(rig, tried):
         ("coulomb_friction at elbow", "rigid"),
         ("coulomb_friction", "dahl"),
         ("coulomb_friction", "lugre"),
+        ("coulomb_friction", "dwell"),
         ("coulomb_friction at shoulder", "smooth"),
         ("coulomb_friction at elbow", "smooth"),
     ]
-    assert [one.usual for one in friction] == [True, True, True, False, False, False]
+    assert [one.usual for one in friction] == [True, True, True, False, False, False, False]
     single, _ = candidates(rig, ["coulomb_friction at elbow"])
     assert [one.label for one in single] == [
         "coulomb_friction:rigid at elbow",

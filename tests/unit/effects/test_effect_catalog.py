@@ -64,10 +64,20 @@ RARE = [
     "valve_slew",
     "tube_resistance",
     "sprocket_ripple",
+    "first_stroke",
+    "leak_between_muscles",
+    "valve_hysteresis",
+    "regulator_dead_band",
+    "least_set_point",
+    "angle_backlash",
+    "dead_angle",
+    "dead_pressure",
+    "clock_offset",
 ]
 OTHER_FORMS = [
     "coulomb_friction:dahl",
     "coulomb_friction:lugre",
+    "coulomb_friction:dwell",
     "coulomb_friction:smooth",
     "thermal_relaxation:temperature",
     "air_leak:laminar",
@@ -76,6 +86,7 @@ OTHER_FORMS = [
     "muscle_hysteresis:free_shape",
     "muscle_hysteresis:maxwell_slip",
     "muscle_hysteresis:constant",
+    "muscle_hysteresis:asymmetric",
     "line_lag:limited_rate",
     "muscle_mismatch:strength_and_stroke",
     "supply_sag:reservoir",
@@ -168,8 +179,17 @@ def test_neutral_changes_not_one_bit(name, rig, trials, plain):
             assert np.array_equal(getattr(one, signal), getattr(other, signal)), signal
 
 
+@pytest.fixture(scope="module")
+def emptied():
+    """Both muscles are let down to the atmosphere."""
+    step = pamsim.pressure_step((1e5, 8e4), (0.0, 0.0), duration=3.0, sample_rate=100.0)
+    return dataclasses.replace(step, settle=0.5)
+
+
 @pytest.mark.parametrize("name", EVERY)
-def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain):
+def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain, emptied):
+    if name == "least_set_point":  # below those of the trials
+        trials, plain = [emptied], runs(rig, [emptied])
     moved = []
     for size in (0.1, 1.0):
         values = at_size(rig, effect(name), size)
@@ -300,6 +320,7 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
         "free_shape",
         "maxwell_slip",
         "constant",
+        "asymmetric",
     ]
     none = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
     for one, other in zip(runs(without_hysteresis, trials), runs(none, trials), strict=True):
@@ -330,7 +351,7 @@ decay = { value = 0.7, unit = "1", source = "assumed" }"""
     other = pamsim.load_rig(folder)
     found, skipped = candidates(other, ["muscle_hysteresis"])
     assert ([one.effect.form for one in found], skipped) == (
-        ["bouc_wen", "maxwell_slip", "constant"],
+        ["bouc_wen", "maxwell_slip", "constant", "asymmetric"],
         {},
     )
     _, skipped = candidates(other, ["muscle_hysteresis:free_shape"])

@@ -11,7 +11,9 @@ import numba
 import numpy as np
 import pytest
 
+from pamsim.engine import compiled
 from pamsim.engine.jit import fingerprint, hand_to_numba, reached_functions
+from pamsim.engine.muscle_step import step_end
 from pamsim.physics import air
 from pamsim.physics.chosen_law import law_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -181,3 +183,14 @@ def test_the_key_changes_with_the_text_of_a_law(tmp_path):
     same = [fingerprint([load("def law(x):\n    return x + 1.0\n")]) for _ in range(2)]
     assert same[0] == same[1]
     assert fingerprint([load("def law(x):\n    return x + 2.0\n")]) != same[0]
+
+
+@pytest.mark.parametrize("layout", ["STATES", "record_dtype"])
+def test_another_place_of_a_number_gives_another_key(monkeypatch, layout):
+    """Machine code reads states and parameters by their places, which no source of it names."""
+    before = compiled.hand_over(step_end)
+    moved = np.dtype([("air", float), ("friction", float)])
+    monkeypatch.setattr(compiled, layout, moved if layout == "STATES" else lambda: moved)
+    assert compiled.hand_over(step_end) != before
+    monkeypatch.undo()
+    assert compiled.hand_over(step_end) == before

@@ -15,6 +15,7 @@ START = (320e3, 90e3)
     [
         {"valve.dead_zone": 0.3},
         {"valve.regulator_dead_band": 4e3},
+        {"valve.hysteresis": 0.2},
         {"creep.stiffness_2": 5e3, "creep.relaxation_time_2": 200.0},
     ],
 )
@@ -35,3 +36,10 @@ def test_a_trial_starts_at_the_pressures_it_was_measured_to_start_at(values, com
     np.testing.assert_allclose(shut.pressure[0], START, atol=1.0)
     np.testing.assert_allclose(shut.pressure[-1], START, atol=50.0)
     assert shut.angle[0] == pytest.approx(plain.angle[0], abs=1e-6)
+
+
+def test_a_trial_may_start_below_the_regulators_least_set_point_to_which_they_then_fill():
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"valve.least_set_point": 200e3})
+    run = pamsim.simulate(rig, pamsim.pressure_step(START, START, duration=2.0)).completed()
+    np.testing.assert_allclose(run.pressure[0], START, atol=1.0)
+    np.testing.assert_allclose(run.pressure[-1], (START[0], 200e3), rtol=1e-3)

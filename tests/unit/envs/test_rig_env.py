@@ -219,6 +219,23 @@ def test_a_lagging_instrument_shows_what_a_recording_would(made):
     assert env.rigs.true[0, 1] * 1.1 == pytest.approx(rows[-1, 2])
 
 
+def test_an_instrument_with_backlash_shows_what_a_recording_would(made):
+    rig = pamsim.load_rig("mas20_arm").with_parameters(
+        {"sensor.angle_lag": 0.05, "sensor.angle_backlash": 0.005, "sensor.clock_offset": 0.1}
+    )
+    env = made(rig=rig)
+    rows = played(env, actions(30))
+    from pamsim.recordings.sensors import lagged, through_backlash
+
+    time = env.rigs.period * np.arange(31)
+    turned = through_backlash(rows[:, -1], 0.005)
+    assert np.ptp(rows[:, -1]) > 0.01
+    assert rows[:, 0] == pytest.approx(lagged(time, turned, 0.05), abs=1e-12)  # no log, no clock
+    env.reset(seed=0)
+    again = played(env, actions(30))
+    np.testing.assert_array_equal(again[:, 0], rows[:, 0])
+
+
 def test_randomized_arms_spread_as_the_file_says(made):
     known = random_parameters(pamsim.load_rig("mas20_arm"))
     centre, sd, *_ = known["joint.shaft.damping"]

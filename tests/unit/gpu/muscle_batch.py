@@ -11,7 +11,8 @@ from pamsim.gpu.muscle_kernels import launch, muscle_kernels
 from pamsim.gpu.port import port
 from pamsim.gpu.warp_package import warp
 from pamsim.physics.muscle import Muscle
-from pamsim.physics.record import SIZE, STATE_NAMES, pack, slot
+from pamsim.physics.muscle_valves import cross_flow
+from pamsim.physics.record import SIZE, STATE_NAMES, pack, slot, view
 from pamsim.physics.supply import VALVE
 from tests.unit.physics.flat import (
     chamber_pressure,
@@ -23,7 +24,7 @@ from tests.unit.physics.flat import (
 from tests.unit.physics.muscles import charged
 
 TIMESTEP = 0.0005
-PARTNER, BACKLASH = slot("partner"), slot("chain.backlash")
+PARTNER = slot("partner")
 RESISTANCE, LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
@@ -108,10 +109,13 @@ def python_results(given: Batch, worlds: Sequence[int] | None = None) -> Results
         muscles = [given.muscle(world, i) for i in range(count)]
         at, speed, sent = (v[world].tolist() for v in (given.length, given.speed, given.command))
         for i, (row, act) in enumerate(muscles):
-            opposing = sag = 0.0
-            if row[BACKLASH] > 0.0 and row[PARTNER] > 0.0:
+            opposing = sag = crossing = 0.0
+            if row[PARTNER] > 0.0:
                 other = int(row[PARTNER]) - 1
                 opposing = kernel.tension(*muscles[other], at[other], speed[other])
+                rows, inside = (row, muscles[other][0]), chamber_pressure(row, act, at[i])
+                beyond = chamber_pressure(*muscles[other], at[other])
+                crossing = cross_flow(*map(view, rows), inside, beyond)
             if row[RESISTANCE] > 0.0:
                 valves = []
                 for j, (fed, states) in enumerate(muscles):
@@ -125,7 +129,7 @@ def python_results(given: Batch, worlds: Sequence[int] | None = None) -> Results
             own = [0.0] * len(act)
             motion = at[i], speed[i]
             pull = kernel.state_rates(
-                row, act, own, *motion, sent[i], given.time, TIMESTEP, opposing, sag
+                row, act, own, *motion, sent[i], given.time, TIMESTEP, opposing, sag, crossing
             )
             first = given.place[i, 0]
             rates[number, first : first + len(own)] = own

@@ -10,7 +10,9 @@ import pytest
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.muscle import Mounting, Muscle
+from pamsim.physics.passive import FirstStroke
 from pamsim.physics.record import slot
 from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
 from tests.unit.physics.muscles import KINDS, LOOPS, make
@@ -21,17 +23,20 @@ DOUBLE_ONLY = {"pleated_shape", "arctangent"}
 
 
 def variants(law: str, loop: str) -> Muscle:
-    """A muscle with all effects; every second one with a tube, slow valves and warm air."""
+    """A muscle with all effects; every second one with a tube, slow valves that stick, warm air
+    and asymmetric hysteresis beside its own."""
     muscle = make(law, loop)
     if (sum(map(ord, law + loop)) % 2) == 0:
         return muscle
     valve = dataclasses.replace(
-        muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02
+        muscle.valve, tube_resistance=2e8, tube_volume=2e-6, travel_time=0.02, hysteresis=0.05
     )
     return dataclasses.replace(
         muscle,
         valve=valve,
         chamber=dataclasses.replace(muscle.chamber, heat_rate=3.0),
+        first_stroke=FirstStroke(force=12.0, travel=0.02),
+        parallel_hysteresis=ParallelHysteresis(force=20.0, asymmetry=0.4, dead_zone=0.2),
         command=("pressure_set", "pulse")[len(law) % 2],
     )
 

@@ -66,7 +66,7 @@ KINDS = [
 def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Muscle:
     """A muscle in which every effect is on and every number differs from its default.
 
-    But for the parallel hysteresis, which test_muscle_hysteresis tests.
+    But for the parallel hysteresis and the first stroke, which have tests of their own.
     """
     groups: dict[str, Any] = {
         "mounting": Mounting(length_at_zero=0.05),
@@ -90,6 +90,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             floor=2e3,
             leak_conductance=2e-11,
             laminar_leak_conductance=7e-12,
+            cross_leak_conductance=4e-12,
         ),
         "valve": ValvePair(
             conductance_fill=6e-9,
@@ -102,6 +103,7 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             regulator_dead_band=1e3,
             dead_zone=0.04,
             dead_zone_asymmetry=0.3,
+            least_set_point=5e3,
             supply_resistance=3e7,
             supply_volume=2e-4,
             supply_line=2.0,
@@ -118,6 +120,9 @@ def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Mus
             stribeck_velocity=3e-3,
             coulomb_force=4.0,
             breakaway_force=2.0,
+            dwell_force=1.5,
+            dwell_time=0.7,
+            dwell_travel=8e-5,
             tension_share=0.01,
             presliding=3e-5,
             bristle_time=1e-3,
@@ -151,6 +156,8 @@ RUBBED = 3.0
 """Dry friction along the tendon of a `charged` muscle [N]."""
 SAGGED = 0.01
 """Sag of the supply of a `charged` muscle, as a share of its pressure [-]."""
+BONDED = 0.4
+"""Bonds of the dry friction of a `charged` muscle [-]."""
 RELAXED, RELAXED_2 = 0.07, 0.05
 """Contractions at which the elements of a `charged` muscle's creep are relaxed [-]."""
 
@@ -168,7 +175,7 @@ def charged(
     if len(memory) == 1:
         memory[0] = z
     # No step before; neither heat nor tube nor slow valves.
-    early = [*[0.0] * (BLOCKS + 3), RELAXED_2, 0.0, 0.0]
+    early = [*[0.0] * (BLOCKS + 1), BONDED, *[0.0] * 3, RELAXED_2, 0.0, 0.0]
     states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pamsim.physics.friction import Friction, dry_friction
+from pamsim.physics.friction import Friction, bond_rate, dry_friction
 from pamsim.physics.step_limits import bristle_stiffness
 from tests.unit.physics.muscles import make
 
 STEP = 1e-3
 DAHL = Friction(coulomb_force=10.0, presliding=4e-5)
 LUGRE = Friction(coulomb_force=6.0, breakaway_force=4.0, stribeck_velocity=5e-3, presliding=4e-5)
+AGED = Friction(
+    coulomb_force=8.0, dwell_force=4.0, dwell_time=0.3, dwell_travel=2e-4, presliding=4e-5
+)
 LOADED = Friction(tension_share=0.05, presliding=4e-5)
 
 
@@ -44,6 +47,55 @@ def test_a_step_is_the_solution_of_the_differential_equation(friction):
         found = solve_ivp(bend, (0.0, STEP), [2e-5], rtol=1e-11, atol=1e-16, method="LSODA")
         expected = stiffness * found.y[0, -1]
         assert after(stiffness * 2e-5, velocity, friction) == pytest.approx(expected, rel=1e-8)
+
+
+def bonded(friction, velocities, step=STEP, bonds=0.0):
+    """Forces and bonds along a motion, the bonds of each step those before it."""
+    forces, formed = [0.0], [bonds]
+    for v in velocities:
+        forces.append(dry_friction(friction, forces[-1], 200.0, v, step, formed[-1]))
+        formed.append(formed[-1] + step * bond_rate(friction, formed[-1], v, step))
+    return np.array(forces), np.array(formed)
+
+
+def test_the_breakaway_force_grows_with_the_time_of_rest_and_sliding_forgets_the_rest():
+    """Bonds form exponentially at rest (Kato et al. 1972)."""
+    peaks = []
+    for rest in (0.0, 0.1, 0.3, 3.0):
+        still = round(rest / STEP)
+        forces, formed = bonded(AGED, [0.0] * still + [2e-3] * 1000)
+        assert formed[still] == pytest.approx(-math.expm1(-rest / 0.3), rel=1e-9, abs=1e-15)
+        assert forces[-1] == pytest.approx(8.0 + 4.0 / (1.0 + 0.3 * 2e-3 / 2e-4), rel=1e-6)
+        peaks.append(forces.max())
+    assert peaks == sorted(peaks)
+    assert peaks[-1] - peaks[0] > 0.3
+
+
+def test_as_much_of_the_bonds_as_is_stated_is_left_when_the_joint_breaks_loose():
+    forces, _ = bonded(AGED, [1e-3] * 2000, step=1e-4, bonds=1.0)
+    assert forces.max() == pytest.approx(8.0 + 0.6 * 4.0, rel=0.01)
+
+
+def test_bonds_are_the_solution_of_their_differential_equation():
+    for velocity in (0.0, 2e-5, -3e-3):
+
+        def rate(_, b, v=velocity):
+            return (1.0 - b) / 0.3 - abs(v) * b / 2e-4
+
+        found = solve_ivp(rate, (0.0, 0.02), [0.4], rtol=1e-11, atol=1e-14, method="LSODA")
+        after_step = 0.4 + 0.02 * bond_rate(AGED, 0.4, velocity, 0.02)
+        assert after_step == pytest.approx(found.y[0, -1], rel=1e-8)
+
+
+def test_friction_that_ages_gives_no_work_either():
+    rng = np.random.default_rng(6)
+    velocities = np.repeat(rng.normal(0.0, 8e-3, 400) * (rng.uniform(size=400) > 0.5), 5)
+    forces, formed = bonded(AGED, velocities.tolist(), step=1e-4)
+    stored = 0.5 * forces**2 / (12.0 / 4e-5)
+    lost = np.cumsum(forces[1:] * velocities * 1e-4) - stored[1:]
+    assert np.diff(lost).min() > -1e-12
+    assert np.ptp(formed) > 0.0
+    assert np.abs(forces).max() <= 12.0
 
 
 @pytest.mark.parametrize("friction", [DAHL, LUGRE, LOADED])
@@ -102,7 +154,7 @@ def test_an_arm_on_its_bristles_does_not_gain_energy(tuned):
 
 def test_the_stated_stiffness_is_the_slope_at_rest():
     tiny = 1e-12
-    for friction in (DAHL, LUGRE):
+    for friction in (DAHL, LUGRE, AGED):
         muscle = make(friction=friction)
         slope = after(0.0, tiny / STEP, friction) / tiny
         assert bristle_stiffness(muscle, 0.19, 3e5) == pytest.approx(slope, rel=1e-5)

@@ -65,6 +65,7 @@ def test_the_tendon_feels_it_both_ways_and_the_muscle_s_tension_does_not():
         ({"stribeck_force": 9.0}, True, False),
         ({"coulomb_force": 9.0}, True, True),
         ({"breakaway_force": 9.0}, True, True),
+        ({"dwell_force": 9.0}, True, True),
         ({"tension_share": 0.02}, True, True),
     ],
 )

@@ -16,7 +16,7 @@ from pamsim.physics.chamber import Chamber, air_state_rate
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
-from pamsim.physics.friction import Friction, dry_friction
+from pamsim.physics.friction import Friction, bond_rate, dry_friction
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import BLOCKS
@@ -31,6 +31,7 @@ from pamsim.physics.valves import (
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
 from tests.unit.physics.flat import (
+    OPENING,
     chamber_pressure,
     gauge_pressure,
     hysteresis_force,
@@ -40,6 +41,7 @@ from tests.unit.physics.flat import (
     valve_opening,
 )
 from tests.unit.physics.muscles import (
+    BONDED,
     EXTENSION,
     FORCES,
     KINDS,
@@ -185,8 +187,9 @@ def test_rates_are_the_laws_put_together(loop, command):
         whole = 1.0 - math.exp(-TIMESTEP / valve.line_lag)
         expected[-5] = (meant - target) * whole / TIMESTEP
         pull = composed_tension(muscle, act, tendon)
-        rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP)
+        rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP, BONDED)
         expected[-6] = (rubbed - RUBBED) / TIMESTEP
+        expected[-14] = bond_rate(muscle.friction, BONDED, velocity, TIMESTEP)
         expected[-12] = p_abs / TIMESTEP  # for the next search; none was made before
         expected[-7] = (SAG / supply - SAGGED) / TIMESTEP
         if muscle.hysteresis is not None:
@@ -194,6 +197,20 @@ def test_rates_are_the_laws_put_together(loop, command):
             shortening /= muscle.braid.nominal_length
             OPERATORS[loop].rates(muscle.hysteresis, act, expected, kappa, shortening, TIMESTEP)
         assert rates(muscle, act, tendon, velocity, sent) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("field", ["hysteresis", "travel_time"])
+def test_valves_that_stick_or_are_slow_remember_where_they_are(field):
+    muscle = make(valve=dataclasses.replace(PLAIN_VALVE, **{field: 0.2}))
+    act, opened = charged(muscle, 0.2, 1e5), []
+    for command in (0.5, 0.5, 0.45, -0.2):
+        act[-OPENING] += TIMESTEP * rates(muscle, act, 0.2, 0.0, command)[-OPENING]
+        opened.append(act[-OPENING])
+    slow = TIMESTEP / 0.2
+    expected = (
+        [slow, 2 * slow, 3 * slow, 2 * slow] if field == "travel_time" else [0.4, 0.4, 0.4, -0.1]
+    )
+    assert opened == pytest.approx(expected)
 
 
 def test_commands_mean_what_the_row_says():
@@ -338,7 +355,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST - 1)  # no search
+        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST + 1)  # no search
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)
@@ -386,7 +403,7 @@ OFF = {
     "creep": (Creep(), Creep(relaxation_time=0.1, relaxation_time_2=0.2)),
     "friction": (
         Friction(),
-        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01),
+        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01, dwell_time=0.1),
     ),
     "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
     "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, **NO_LEAK)),

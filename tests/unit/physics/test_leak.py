@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from pamsim.physics.air import GAS_CONSTANT, REFERENCE_DENSITY, REFERENCE_TEMPERATURE
-from pamsim.physics.muscle_valves import leak_flow
+from pamsim.physics.muscle_valves import cross_flow, leak_flow
 from pamsim.physics.record import pack, parameters
 from tests.unit.physics.flat import air_flow, chamber_pressure, kernel, static_muscle
 from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, charged, make
@@ -108,3 +108,28 @@ def test_what_the_valve_brings_comes_on_top(muscle):
             valve = air_flow(tight, pressure, command, 0.0)
             both = air_flow(leaky, pressure, command, 0.0)
             assert both - valve == pytest.approx(lost, rel=1e-9)
+
+
+def joined(size: float, temperature: float):
+    base = leaking(0.0)
+    chamber = dataclasses.replace(
+        base.chamber, cross_leak_conductance=size, temperature=temperature
+    )
+    return parameters(dataclasses.replace(base, chamber=chamber))
+
+
+def test_what_one_muscle_loses_to_the_other_that_one_gains():
+    one, other = joined(GAP, 290.0), joined(0.0, 310.0)
+    for inside, beyond in ((5e5, 2e5), (1e5, 6e5), (3e5, 3e5)):
+        assert cross_flow(one, other, inside, beyond) == -cross_flow(other, one, beyond, inside)
+    assert cross_flow(one, other, 3e5, 3e5) == 0.0
+    assert cross_flow(other, other, 5e5, 2e5) == 0.0
+
+
+def test_a_leak_to_a_muscle_at_the_atmosphere_is_one_to_the_atmosphere():
+    one = joined(GAP, 300.0)
+    outside = one.chamber.atmosphere
+    to_the_air = parameters(leaking(0.0, 1.0, GAP))
+    to_the_air.chamber.temperature = 300.0
+    expected = -leak_flow(to_the_air, 4e5)
+    assert cross_flow(one, one, 4e5, outside) == pytest.approx(expected, rel=1e-13)

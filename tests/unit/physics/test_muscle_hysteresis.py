@@ -64,3 +64,58 @@ def test_a_muscle_at_rest_is_free_of_it(tendon):
     kappa = act[-state_size(muscle)]
     assert hysteresis_force(row, act, kappa, PRESSURE, STATIC) == 0.0
     assert hysteresis_force(row, act, kappa + 0.1, PRESSURE, STATIC) == pytest.approx(50.0)
+
+
+BENT = {"asymmetry": 0.6, "dead_zone": 0.3}
+
+
+def test_without_asymmetry_and_dead_zone_it_is_the_plain_one_to_rounding(path):
+    plain = along(path, parallel_hysteresis=PARALLEL)
+    nearly = ParallelHysteresis(**WIDTHS, **SHAPE, asymmetry=1e-15)
+    np.testing.assert_allclose(
+        along(path, parallel_hysteresis=nearly), plain, rtol=1e-12, atol=1e-12
+    )
+
+
+def test_it_is_wider_to_one_side_and_pulls_nothing_within_its_dead_zone():
+    """From rest: 1 + a once all slips forward, 1 - a back, 0 up to r times the first slip."""
+    bent = ParallelHysteresis(force=50.0, full_slip=0.02, **BENT)
+
+    def force(*path):
+        return along(path, parallel_hysteresis=bent)[-1, 0]
+
+    assert force(0.1) == pytest.approx(50.0 * 1.6)
+    assert force(-0.1) == pytest.approx(-50.0 * 0.4)
+    assert force(0.2999 * 0.02 / BLOCKS) == 0.0
+    assert force(0.31 * 0.02 / BLOCKS) > 0.0
+    one = 0.02 / BLOCKS  # the first element at its limit, in springs of a slope 1 / (1 - r)
+    others = sum(max(1.0 / k - 0.3, 0.0) / 0.7 for k in range(1, BLOCKS + 1))
+    assert force(one) == pytest.approx(50.0 * 1.6 * others / BLOCKS)
+    back = force(0.1, 0.1 - 0.3 * one)  # all springs are still stretched
+    assert 0.0 < back < force(0.1)
+
+
+@pytest.mark.parametrize("shape", [BENT, {"asymmetry": -0.9}, {"dead_zone": 0.7}])
+def test_asymmetric_hysteresis_gives_no_work_and_its_energy_is_what_it_holds(path, shape):
+    """Along any path the work is at least the gain of the energy, which the volume shows."""
+    bent = ParallelHysteresis(force=50.0, force_per_pressure=1e-4, **SHAPE, **shape)
+    each, turns = 60, path[:120]
+    fine = np.interp(np.arange(each * len(turns)) / each, np.arange(len(turns)), turns)
+    force, volume = along(fine.tolist(), parallel_hysteresis=bent).T
+    width, nominal = 50.0 + 1e-4 * PRESSURE, make().braid.nominal_length
+    held = -volume / (1e-4 * nominal) * width
+    work = np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(fine))
+    lost = work - (held[1:] - held[0])
+    assert held.min() >= 0.0
+    # But for the corners of the force, which the trapezoidal rule cuts off.
+    assert np.diff(lost[::each]).min() > -1e-3 * np.abs(np.diff(work[::each])).max()
+    assert lost[-1] > 2.0 * held.max()
+
+
+def test_at_rest_the_energy_is_the_integral_of_the_force():
+    bent = ParallelHysteresis(force=40.0, force_per_pressure=1e-4, full_slip=0.05, **BENT)
+    up = np.linspace(0.0, 0.05 / BLOCKS, 4001)  # no block slips
+    force, volume = along(up.tolist(), parallel_hysteresis=bent).T
+    work = np.trapezoid(force, up)
+    held = -volume[-1] / (1e-4 * make().braid.nominal_length) * (40.0 + 1e-4 * PRESSURE)
+    assert work == pytest.approx(held, rel=1e-5)

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.chamber import Chamber, absolute_pressure, air_state, relaxing_rate
 from pamsim.physics.muscle_valves import reached_opening, tube_step
-from pamsim.physics.valves import VALVE
+from pamsim.physics.valves import PULSE, VALVE
 
 WARM, VOLUME, RESISTANCE = 293.15, 6e-6, 8e7
 TUBE = SimpleNamespace(
@@ -43,9 +43,15 @@ def test_in_steady_flow_the_line_drops_its_resistance_times_the_flow():
     assert (after, out) == pytest.approx((steady, 2e-4), rel=1e-12)
 
 
-def slewed_opening(opening, before, travel_time, timestep):
-    valve = SimpleNamespace(travel_time=travel_time, line_lag=0.0, line_slew_time=0.0)
-    m = SimpleNamespace(command=VALVE, valve=valve, chamber=TUBE.chamber)
+def slewed_opening(opening, before, travel_time, timestep, hysteresis=0.0, command=VALVE):
+    valve = SimpleNamespace(
+        travel_time=travel_time,
+        line_lag=0.0,
+        line_slew_time=0.0,
+        hysteresis=hysteresis,
+        pulse_period=1.0,
+    )
+    m = SimpleNamespace(command=command, valve=valve, chamber=TUBE.chamber)
     return reached_opening(m, SimpleNamespace(opening=before), opening, 1e5, 0.0, timestep)
 
 
@@ -60,6 +66,24 @@ def test_a_slow_valve_moves_at_its_speed_and_stops_where_it_is_wanted():
     assert slewed_opening(-1.0, 0.2, 0.04, 5e-4) == pytest.approx(0.2 - 5e-4 / 0.04, rel=1e-12)
     assert slewed_opening(-1.0, 0.2, 0.0, 5e-4) == -1.0
     assert math.isnan(slewed_opening(math.nan, 0.2, 0.04, 5e-4))
+
+
+def test_a_valve_that_sticks_stays_at_a_reversal_for_all_of_its_hysteresis():
+    opening, path = 0.0, []
+    commands = [0.05, 0.5, 0.9, 0.8, 0.7, 0.6, -0.9, -0.8]
+    for command in commands:
+        opening = slewed_opening(command, opening, 0.0, 5e-4, 0.2)
+        path.append(opening)
+    assert path == pytest.approx([0.0, 0.4, 0.8, 0.8, 0.8, 0.7, -0.8, -0.8], abs=1e-12)
+    assert math.isnan(slewed_opening(math.nan, 0.2, 0.0, 5e-4, 0.2))
+    # Slow as well: it moves at its speed to where it would stick.
+    assert slewed_opening(1.0, 0.0, 0.04, 5e-4, 0.2) == pytest.approx(5e-4 / 0.04, rel=1e-12)
+    assert slewed_opening(0.1, 0.0, 0.04, 5e-4, 0.2) == 0.0
+
+
+def test_valves_that_pulse_do_not_stick():
+    assert slewed_opening(0.5, 0.0, 0.0, 5e-4, 0.2, PULSE) == 1.0
+    assert slewed_opening(0.0, 1.0, 0.0, 5e-4, 0.2, PULSE) == 0.0
 
 
 @pytest.mark.parametrize("index", [1.2, 1.4])

@@ -58,6 +58,18 @@ def regulated_opening(set_point: float, pressure: float, band: float, dead_band:
     return wanted_opening(m, set_point, pressure, 0.0)
 
 
+def test_a_regulator_keeps_to_its_least_set_point_where_a_lower_one_is_sent():
+    m = made(PRESSURE_SET, regulator_band=1e5, least_set_point=3e4)
+    for pressure in (0.0, 2e4, 8e4):
+        least = wanted_opening(m, 3e4, pressure, 0.0)
+        assert wanted_opening(m, 1e4, pressure, 0.0) == wanted_opening(m, -5e3, pressure, 0.0)
+        assert (
+            wanted_opening(m, 1e4, pressure, 0.0) == least == pytest.approx((3e4 - pressure) / 1e5)
+        )
+    assert wanted_opening(m, 4e4, 2e4, 0.0) == pytest.approx(0.2)
+    assert regulated_opening(-5e3, 0.0, 1e5, 0.0) == pytest.approx(-0.05)  # into vacuum, without it
+
+
 def past(opening: float, zone: float, asymmetry: float) -> float:
     return past_dead_zone(made(dead_zone=zone, dead_zone_asymmetry=asymmetry).valve, opening)
 
@@ -73,6 +85,9 @@ WITH_NAN = {
     "clamp": lambda: clamped_opening(math.nan),
     "pulse": lambda: pulsed_opening(math.nan, 0.001),
     "set point": lambda: regulated_opening(math.nan, 1e5, 1e4, 0.0),
+    "least set point": lambda: wanted_opening(
+        made(PRESSURE_SET, least_set_point=1e4), math.nan, 1e5, 0.0
+    ),
     "pressure": lambda: regulated_opening(1e5, math.nan, 1e4, 5e3),
     "dead zone": lambda: past(math.nan, 0.1, 0.0),
     "opening": lambda: flow(math.nan, 3e5),

@@ -16,10 +16,13 @@ from pamsim.recordings.sensors import (
     MeasurementChain,
     convert_pressure,
     distorted,
+    dying,
     encode_angle,
     encoder_offset,
     lagged,
     measured,
+    shifted,
+    through_backlash,
 )
 
 # Matiskova 2021, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
@@ -153,6 +156,70 @@ def test_a_ramp_is_seen_later_by_the_lag_and_a_step_falls_short_by_an_e_th():
     seen = lagged(np.concatenate([[-1e-9], time[:-1]]), jump, 0.1)
     at = 21  # 0.1 s after the jump
     assert seen[at] == pytest.approx([1.0 - math.exp(-1.0), math.exp(-1.0)], rel=1e-6)
+
+
+def test_an_angle_behind_backlash_stays_at_each_reversal_for_all_of_it():
+    there = np.array([0.0, 0.3, 1.0, 0.9, 0.8, 0.75, 0.0, 0.1, 0.3])
+    seen = through_backlash(there, 0.2)
+    np.testing.assert_allclose(seen, [0.0, 0.2, 0.9, 0.9, 0.9, 0.85, 0.1, 0.1, 0.2], atol=1e-15)
+    assert through_backlash(there, 0.0) is there
+    both = np.column_stack([there, -there])
+    np.testing.assert_array_equal(through_backlash(both, 0.2), np.column_stack([seen, -seen]))
+
+
+def test_backlash_that_is_seen_depends_on_turning_points_alone_and_small_swings_show_none_of_it():
+    way = np.concatenate([np.linspace(0.0, 0.5, 40), np.linspace(0.5, -0.2, 90)])
+    seen = through_backlash(way, 0.1)
+    coarse = through_backlash(way[[0, 39, 129]], 0.1)
+    np.testing.assert_allclose(seen[[0, 39, 129]], coarse, atol=1e-15)
+    assert np.ptp(through_backlash(0.04 * np.sin(np.arange(50.0)), 0.1)) == 0.0
+
+
+def test_a_clock_that_is_off_shows_the_angle_later_and_the_pressures_as_they_are():
+    true = recording()  # sampled every 2 ms
+    seen = distorted(true, MeasurementChain(clock_offset=6e-3))
+    np.testing.assert_allclose(seen.angle[3:], true.angle[:-3], atol=1e-12)
+    assert np.array_equal(seen.angle[:3], np.full(3, true.angle[0]))
+    assert seen.pressure is true.pressure
+    early = distorted(true, MeasurementChain(clock_offset=-3e-3))
+    halfway = 0.5 * (true.angle[1:-1] + true.angle[2:])
+    np.testing.assert_allclose(early.angle[:-2], halfway, atol=1e-12)
+    assert shifted(true.time, true.positions, 0.0) is true.positions
+
+
+def test_backlash_lies_before_lag_and_scale_and_the_clock_behind_them():
+    true = recording()
+    wrong = {"angle_backlash": 0.2, "angle_lag": 0.03, "angle_scale": 1.1, "clock_offset": 4e-3}
+    seen = distorted(true, MeasurementChain(**wrong))
+    turned = 1.1 * lagged(true.time, through_backlash(true.angle, 0.2), 0.03)
+    np.testing.assert_allclose(seen.angle[2:], turned[:-2], atol=1e-12)
+    assert seen.pressure is true.pressure
+
+
+def test_a_dead_channel_stands_still_from_its_time_on_and_from_the_first_sample_if_it_is_all_dead():
+    true = recording()
+    seen = distorted(true, MeasurementChain(angle_dead_share=0.4, pressure_dead_share=1.0))
+    last = 0.6 * true.time[-1]
+    alive = true.time <= last
+    assert np.array_equal(seen.angle[alive], true.angle[alive])
+    np.testing.assert_allclose(seen.angle[~alive], np.interp(last, true.time, true.angle))
+    assert np.array_equal(seen.pressure, np.tile(true.pressure[0], (50, 1)))
+    assert dying(true.time, true.positions, 0.0) is true.positions
+
+
+def test_when_a_channel_dies_is_of_smooth_influence():
+    """A search needs its derivative, which is the signal's."""
+    time = np.linspace(0.0, 2.0, 21)
+    one, other = (dying(time, 3.0 * time, share)[-1] for share in (0.3, 0.301))
+    assert one - other == pytest.approx(3.0 * 2.0 * 0.001, rel=1e-9)
+
+
+def test_a_dead_channel_has_been_logged_by_its_own_clock():
+    true = recording()
+    wrong = {"clock_offset": 4e-3, "angle_dead_share": 0.5}
+    seen = distorted(true, MeasurementChain(**wrong))
+    late = shifted(true.time, true.angle, 4e-3)
+    np.testing.assert_allclose(seen.angle, dying(true.time, late, 0.5), atol=1e-15)
 
 
 def test_half_a_converter_is_refused():
