@@ -44,9 +44,10 @@ Values = Mapping[str, float]
 _IN = " in "
 
 _OF_VALVES = frozenset({"valve", "chamber"})
-_OF_FORCE_ALONE = frozenset({"passive", "creep", "friction", "joint", "body"})
-"""Groups of parameters without influence on pressures along an imposed motion. That of the active
-force has: the volume is its derivative by the pressure (virtual work)."""
+_OF_FORCE_ALONE = frozenset({"creep", "friction", "joint", "body"})
+"""Groups of parameters without influence on pressures along an imposed motion. Those of the active
+force have: the volume is its derivative by the pressure (virtual work). So has the stiffness of the
+passive one, which says how long a slack muscle is."""
 
 COARSE, MIDDLE = 5, 2
 """Fine time steps in one of a search, and of what is judged. The first moves the signals of the
