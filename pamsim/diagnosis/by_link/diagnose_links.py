@@ -13,9 +13,12 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.repeats import Repeats, repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.by_link.judge import ALPHA, HeldOut, Judged, judge
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.search import MATERIAL, search
+from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.engine.rig import Rig
 from pamsim.recordings.trial import Trial
 
@@ -32,6 +35,8 @@ class LinkDiagnosis:
             parameters refitted; 1 is noise.
         after: the same with all effects that were found.
         effects: that are there, the largest gain first.
+        sizes: parameter of an effect -> value and interval.
+        remainders: what is left in every link.
         model: with these effects, as fitted.
     """
 
@@ -39,6 +44,8 @@ class LinkDiagnosis:
     before: Mapping[Link, float]
     after: Mapping[Link, float]
     effects: tuple[Judged, ...]
+    sizes: Mapping[str, Size]
+    remainders: Mapping[Link, Remainder]
     model: LinkModel
 
 
@@ -93,6 +100,8 @@ def diagnose_links(
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
+        sizes=sizes(fitter, model),
+        remainders=remainders(unseen, model, seed=seed),
         model=model,
     )
 

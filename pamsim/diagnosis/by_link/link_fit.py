@@ -82,6 +82,8 @@ class LinkFitter:
     Attributes:
         stated: the rig as it is, with the slopes of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
+        group_of: number of the group of repeats of each, (f,).
+        prior: see `PRIOR`.
     """
 
     def __init__(
@@ -93,6 +95,11 @@ class LinkFitter:
         kept = [(block, link) for block, link in pairs if block.unit not in held_out]
         self.blocks: tuple[Block, ...] = tuple(block for block, _ in kept)
         self.link_of = np.repeat([link for _, link in kept], [block.size for block, _ in kept])
+        number = {t.name: i for i, g in enumerate(simulator.repeats) for t in g.trials}
+        self.group_of = np.repeat(
+            [number[block.unit] for block in self.blocks], [block.size for block in self.blocks]
+        )
+        self.prior = PRIOR
         self.nuisance = {
             in_link(name, link): rig_parameter(simulator.rig, name).value
             for name in nuisance

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.sizes import sizes
 from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, NUISANCE, ToyChain, diagnosed, tried
 
 EFFECTS = tried(
@@ -83,3 +84,38 @@ def test_held_out_trials_are_not_seen_by_any_fit():
     alone = [LinkFitter(c, NUISANCE, c.held_out) for c in (chain, other)]
     fits = [f.fit(f.stated, EFFECTS[:1], {"valve.delay": 5e-3}, f.simulator.links) for f in alone]
     assert fits[0].values == pytest.approx(fits[1].values)
+
+
+def test_where_more_than_noise_is_left_the_formula_is_not_certain():
+    exact = diagnosed(ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}), EFFECTS)[2]
+    assert exact["passive_stiffness"].exact
+    chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=0.3)
+    bent = diagnosed(chain, EFFECTS)[2]["passive_stiffness"]
+    assert not bent.exact
+    assert bent.level() == "family"
+
+
+def test_intervals_hold_what_was_planted_as_often_as_they_say():
+    held, count = 0, 40
+    for seed in range(count):
+        chain = ToyChain(EFFECTS[:1], {"valve.delay": DELAY}, seed=seed)
+        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        model = fitter.fit(fitter.stated, EFFECTS[:1], {"valve.delay": DELAY}, chain.links)
+        low, high = sizes(fitter, model)["valve.delay"].interval95
+        held += low <= DELAY <= high
+    # Of 40 intervals of 95 %, 35 or more hold it with a probability of 97 %.
+    assert held >= 35
+
+
+def test_an_interval_is_wider_where_the_formula_is_not_exact():
+    def width(bent):
+        chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
+        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        effect = [e for e in EFFECTS if e.name == "passive_stiffness"]
+        start = {"passive.stiffness": STIFFNESS}
+        known = sizes(fitter, fitter.fit(fitter.stated, effect, start, chain.links))
+        low, high = known["passive.stiffness"].interval95
+        return high - low, known["passive.stiffness"].by_inputs
+
+    assert width(1.0)[0] > 3.0 * width(0.0)[0]
+    assert width(1.0)[1]

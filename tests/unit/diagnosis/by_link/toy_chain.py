@@ -10,7 +10,8 @@ from pamsim.comparison.chain_simulator import plain
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.judge import HeldOut, judge
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.judge import judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.search import search
 from pamsim.engine.parameters import rig_parameter
