@@ -20,6 +20,7 @@ from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.engine.rig import Rig
+from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
 _FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
@@ -84,12 +85,12 @@ def diagnose_links(
         progress: called as each fit begins.
 
     Raises:
-        InputError: for trials that do not fit the rig, inputs that were not repeated, or nothing
-            to fit or to judge by.
+        InputError: for trials that do not fit the rig, inputs that were not repeated, nothing to
+            fit, or too few trials to judge by.
     """
     steps = Steps(progress, _FITS)
     steps.begin("the links of the rig as it is")
-    simulator = ChainSimulator(rig, _groups(trials, held_out), threads=threads)
+    simulator = ChainSimulator(rig, _groups(trials, held_out, alpha), threads=threads)
     fitter = LinkFitter(simulator, nuisance, held_out)
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, held_out)
@@ -106,10 +107,17 @@ def diagnose_links(
     )
 
 
-def _groups(trials: Sequence[Trial], held_out: Collection[str]) -> tuple[Repeats, ...]:
+def _groups(
+    trials: Sequence[Trial], held_out: Collection[str], alpha: float
+) -> tuple[Repeats, ...]:
     """Repeats among the fitted trials, and among those held out."""
     fitted = [trial for trial in trials if trial.name not in held_out]
     judged = [trial for trial in trials if trial.name in held_out]
-    if not fitted or not judged:
-        raise InputError("fit some trials and hold out others; name them with `hold_out`")
+    fewest = fewest_units(alpha, two_sided=False)
+    if not fitted or len(judged) < fewest:
+        raise InputError(
+            f"{len(fitted)} trials to fit and {len(judged)} to judge by: {fewest} trials or more"
+            f" have to be held out, since fewer decide nothing at a level of {100.0 * alpha:g} %;"
+            " record every input more often, or name trials with `hold_out`"
+        )
     return (*repeats(fitted), *repeats(judged))

@@ -135,6 +135,8 @@ def judge(
     model, swaps = searched.model, 0
     while True:
         model, rests = _needed(fitter, model, known, held_out, before, alpha, seed)
+        if not rests:
+            return searched.base, ()
         losses, left = held_out.losses(model), remainders(held_out, model, seed=seed)
         judged = [
             _beside_rivals(
@@ -266,5 +268,5 @@ def _beside_rivals(
         before=float(np.mean(mean_loss(before, links))) - 1.0,
         p_value=one.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
-        exact=all(left[link].p_value > alpha for link in links),
+        exact=not any(left[link].counts(alpha) for link in links),
     )

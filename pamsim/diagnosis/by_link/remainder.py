@@ -10,6 +10,7 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.search import MATERIAL
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +24,10 @@ class Remainder:
 
     excess: float
     p_value: float
+
+    def counts(self, alpha: float) -> bool:
+        """Whether it is certain at a level, and material."""
+        return self.p_value <= alpha and self.excess >= MATERIAL
 
 
 def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:

@@ -2,7 +2,9 @@
 
 Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
 the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
-from input to input, so that it holds where the formula is not exact. Both are linear about the fit.
+from input to input, so that it holds where the formula is not exact. Of one input or two, trials
+are left out instead, which shows what differs from trial to trial and nothing of the formula. Both
+are linear about the fit.
 
 Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
 Statistician 60 (2006), on what such errors mean where the model is wrong.
@@ -18,6 +20,8 @@ from scipy.stats import t as student_t
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 
+_FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
+
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
@@ -26,7 +30,7 @@ class Size:
     Attributes:
         value: as fitted [SI].
         interval95: 95 % interval [SI]; infinite where the data do not show it.
-        by_inputs: whether the scatter of inputs is wider than the noise alone.
+        by_inputs: whether the scatter of inputs, or trials, is wider than the noise alone.
     """
 
     value: float
@@ -56,6 +60,8 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     inverse = np.linalg.pinv(square, hermitian=True)
     noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
     group_of = fitter.group_of
+    if np.unique(group_of).size < _FEWEST:
+        group_of = fitter.trial_of
     moved: list[FloatArray] = []
     for group in np.unique(group_of):
         own = group_of == group
@@ -67,7 +73,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     inputs = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
     shown = np.linalg.norm(jacobian, axis=0) > 0.0
     far_noise = 1.96 * noise
-    far_inputs = float(student_t.ppf(0.975, count - 1)) * inputs if count > 1 else np.inf * inputs
+    far_inputs = float(student_t.ppf(0.975, max(count - 1, 1))) * inputs
     found: dict[str, Size] = {}
     for i, name in enumerate(names):
         if name in fitter.nuisance:
