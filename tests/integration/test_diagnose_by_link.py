@@ -51,16 +51,16 @@ def test_two_causes_are_named_with_sizes_that_hold_what_was_hidden(recordings, t
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["--out", "somewhere"], "does not apply to --by-link"),
         (["--hold-out", "bursts_1"], "held out"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_a_line(recordings, run, arguments, said):
+def test_what_cannot_be_done_is_refused_in_a_line(recordings, run, arguments, message):
     code, shown = run(recordings[0], "--by-link", *EFFECTS, *arguments)
     assert code == 2
-    assert said in shown.err
+    assert message in shown.err
     assert shown.err.count("\n") == 1
 
 

@@ -42,7 +42,8 @@ class LinkModel:
         residual: of all links and trials, (n,) [SI]; of trials that are held out it is that of the
             rig as it is.
         rows: of the fitted trials, whitened, (f,).
-        sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,).
+        sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`,
+            (f,).
     """
 
     effects: tuple[Candidate, ...]
@@ -240,7 +241,7 @@ class LinkFitter:
 
         known = [name for name in free if name in begin.sensitivities and name not in start]
         fit = descended(np.array([values[name] for name in free]) / scale, known)
-        # Sensitivities of another model, and those that only followed the steps, end a fit too soon.
+        # Those of another model, and those that only followed the steps, end a fit too soon.
         for _ in range(_DESCENTS):
             if fit is None or fit.start_cost - fit.cost <= _FAR * fit.cost:
                 break

@@ -36,7 +36,7 @@ def test_a_small_effect_beside_a_large_one_in_another_link_is_found():
 
 
 @pytest.mark.parametrize(
-    ("alike", "level"),
+    ("similar", "level"),
     [
         ("valve.line_lag", "family"),
         ("chamber.leak_conductance", ""),
@@ -44,8 +44,8 @@ def test_a_small_effect_beside_a_large_one_in_another_link_is_found():
         ("sensor.pressure_lag", "form"),
     ],
 )
-def test_a_name_is_as_deep_as_its_rivals_let_it_be(alike, level):
-    same = {alike: "valve.delay"}
+def test_a_name_is_as_deep_as_its_rivals_let_it_be(similar, level):
+    same = {similar: "valve.delay"}
     _, _, found = diagnosed(ToyChain(EFFECTS, {"valve.delay": DELAY}, same=same), EFFECTS)
     (one,) = found.values()
     assert one.level() == level
