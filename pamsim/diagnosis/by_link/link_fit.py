@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import ChainSimulator, Values, in_link
+from pamsim.comparison.chain_simulator import Values, in_link
+from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.engine.parameters import rig_parameter
 from pamsim.inference.blocks import Block, whitened
 from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
 from pamsim.inference.difference_jacobian import secant_updated
@@ -68,7 +68,7 @@ class LinkModel:
 
     def jacobian(self) -> FloatArray:
         """Slopes as columns, (f, p)."""
-        return np.stack(list(self.slopes.values()), axis=1)
+        return np.column_stack([np.empty((self.rows.size, 0)), *self.slopes.values()])
 
 
 class LinkFitter:
@@ -78,6 +78,7 @@ class LinkFitter:
         simulator: of the links.
         nuisance: rig parameters that have a value of their own in every link.
         held_out: names of trials.
+        finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
 
     Attributes:
         stated: the rig as it is, with the slopes of its nuisance parameters.
@@ -85,16 +86,21 @@ class LinkFitter:
     """
 
     def __init__(
-        self, simulator: ChainSimulator, nuisance: Sequence[str], held_out: Collection[str]
+        self,
+        simulator: LinkSimulator,
+        nuisance: Sequence[str],
+        held_out: Collection[str],
+        *,
+        finer: float = 1.0,
     ) -> None:
-        self.simulator = simulator
+        self.simulator, self._finer = simulator, finer
         self.groups = frozenset(g.name for g in simulator.repeats if g.name not in held_out)
         pairs = zip(simulator.blocks, simulator.link_of, strict=True)
         kept = [(block, link) for block, link in pairs if block.unit not in held_out]
         self.blocks: tuple[Block, ...] = tuple(block for block, _ in kept)
         self.link_of = np.repeat([link for _, link in kept], [block.size for block, _ in kept])
         self.nuisance = {
-            in_link(name, link): rig_parameter(simulator.rig, name).value
+            in_link(name, link): simulator.own_value(name)
             for name in nuisance
             for link in simulator.links
             if link in simulator.acts_in([name])
@@ -144,7 +150,7 @@ class LinkFitter:
     def simulate(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]], others: FloatArray
     ) -> list[FloatArray | None]:
-        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `ChainSimulator`."""
+        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `LinkSimulator`."""
         return self.simulator.residuals(sets, links, others, only=self.groups)
 
     def fit(
@@ -175,6 +181,8 @@ class LinkFitter:
             for name in values
             if (acts[name] <= wanted if name in self.nuisance else acts[name] & wanted)
         ]
+        if not free:
+            return self._as_it_is(begin, effects, values, wanted)
         scale = np.array([self.scale(name, effects) for name in free])
         low = np.array([self._low(n) if n in self.nuisance else own[n].low for n in free]) / scale
         high = np.array([self._high(n) if n in self.nuisance else own[n].high for n in free])
@@ -252,6 +260,25 @@ class LinkFitter:
             slopes=slopes,
         )
 
+    def _as_it_is(
+        self,
+        begin: LinkModel,
+        effects: Sequence[Candidate],
+        values: Values,
+        links: frozenset[Link],
+    ) -> LinkModel | None:
+        """A model of which nothing is free in some links."""
+        (residual,) = self.simulate([values], [links], begin.residual)
+        if residual is None:
+            return None
+        return LinkModel(
+            effects=tuple(effects),
+            values=values,
+            residual=residual,
+            rows=self.whiten(residual),
+            slopes={k: v for k, v in begin.slopes.items() if k in values},
+        )
+
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.
 
@@ -282,7 +309,7 @@ class LinkFitter:
         sets: list[Values] = []
         for name in names:
             scale = self.scale(name, at.effects)
-            step = scale * (_NUISANCE_STEP if name in self.nuisance else _STEP)
+            step = scale * self._finer * (_NUISANCE_STEP if name in self.nuisance else _STEP)
             if name in own and values[name] + step > own[name].high:
                 step = -step
             steps.append(step / scale)
