@@ -38,6 +38,7 @@ _ROWS = 6  # of a table on the screen; the page has them all, and so has --verbo
 @names_option("--nuisance", names=parameter_names, help="Parameters refitted with every effect")
 @names_option("--channels", help="Channels to compare, such as angle,pressure,force")
 @names_option("--hold-out", help="Trials or protocols to judge by")
+@click.option("--by-link", is_flag=True, help="Diagnose each link of the chain by itself.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
 @threads_option
 @out_option("Folder for page, JSON and rig.")
@@ -53,6 +54,7 @@ def command(
     nuisance: tuple[str, ...],
     channels: tuple[str, ...],
     hold_out: tuple[str, ...],
+    by_link: bool,
     seed: int,
     threads: int | None,
     out: Path | None,
@@ -67,12 +69,24 @@ def command(
     CSV, or mas20 for the printed one. Or DATA is one length-pressure loop: a CSV, or alraouf2025
     for the printed one. Exit 0 if there is no gap or its cause is named, 1 if the cause is unknown
     or only partly identified.
+
+    With --by-link every link that measured signals separate is simulated with its measured inputs,
+    and each of several causes is named as deep as it holds. It takes some minutes, and writes no
+    page.
     """
     from pamsim.core.errors import InputError
     from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
     from pamsim.diagnosis.repaired_rig import check_folder
 
     kind = kind_of(data)
+    if by_link:
+        given = {"channels": channels, "out": out, "resume": resume, "film": film}
+        for name, one in given.items():
+            if one:
+                raise InputError(f"`{name}` does not apply to `by_link`; leave it out")
+        if kind is not Kind.RECORDINGS:
+            raise InputError(f"`by_link` does not apply to {kind}; leave it out")
+        return _by_link(data, rig, effects, without, nuisance, hold_out, seed, threads, json_file)
     if resume and out is None:
         raise InputError("`resume` needs `out`: the folder of the interrupted diagnosis")
     if film and (out is None or kind is not Kind.RECORDINGS):
@@ -101,6 +115,40 @@ def command(
             raise
     filmed = data[0] if film else None
     return show(report, out, json_file, repaired=kind is Kind.RECORDINGS, film=filmed, rig=rig)
+
+
+def _by_link(
+    data: tuple[str, ...],
+    rig: str | None,
+    effects: tuple[str, ...],
+    without: tuple[str, ...],
+    nuisance: tuple[str, ...],
+    hold_out: tuple[str, ...],
+    seed: int,
+    threads: int | None,
+    json_file: Path | None,
+) -> int:
+    from pamsim.core.encoding import to_dict
+    from pamsim.diagnosis.by_link.recordings import diagnose_by_link
+    from pamsim.diagnosis.recordings import NUISANCE
+
+    with progress_bar("fit") as progress:
+        report = diagnose_by_link(
+            data,
+            rig=rig,
+            effects=effects,
+            without=without,
+            nuisance=nuisance or NUISANCE,
+            hold_out=hold_out,
+            seed=seed,
+            threads=threads,
+            progress=progress,
+        )
+    save_json(json_file, to_dict(report))
+    for line in report.lines():
+        click.echo(line)
+    answer(f"verdict: {report.verdict}")
+    return OK if report.verdict in _FINE else FINDING
 
 
 def show(

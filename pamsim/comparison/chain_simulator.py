@@ -22,9 +22,11 @@ from pamsim.comparison.link_simulation import (
     LinkExperiment,
     Signals,
     creeps,
+    forces_read,
     link_experiment,
     link_residuals,
     link_signals,
+    moment_arms,
     torques_beyond,
 )
 from pamsim.comparison.links import VALVES, Link, LinkRun, link_runs
@@ -45,9 +47,10 @@ Values = Mapping[str, float]
 _IN = " in "
 
 _OF_VALVES = frozenset({"valve", "chamber"})
-_OF_FORCE_ALONE = frozenset({"passive", "creep", "friction", "joint", "body"})
-"""Groups of parameters without influence on pressures along an imposed motion. That of the active
-force has: the volume is its derivative by the pressure (virtual work)."""
+_OF_FORCE_ALONE = frozenset({"creep", "friction", "joint", "body"})
+"""Groups of parameters without influence on pressures along an imposed motion. Those of the active
+force have: the volume is its derivative by the pressure (virtual work). So has the stiffness of the
+passive one, which says how long a slack muscle is."""
 
 COARSE, MIDDLE = 5, 2
 """Fine time steps in one of a search, and of what is judged. The first moves the signals of the
@@ -131,7 +134,8 @@ class ChainSimulator:
         self._inputs = {mean.name: link_inputs(rig, mean) for mean in means}
         begun = {m.name: m for _, m, run in self._runs if run.pressures and run.moved}
         self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
-        self._pulls = any(run.pulled for _, _, run in self._runs)
+        self._pulled = any(run.pulled for _, _, run in self._runs)
+        self._pulls: dict[str, tuple[FloatArray, FloatArray]] = {}  # forces and arms of each mean
         self._possible = self._possible_steps()
         noise = _noise(groups, exact)
         self.blocks, self.link_of = self._blocks(noise)
@@ -202,7 +206,7 @@ class ChainSimulator:
         torques = {
             (j.number, self._runs[j.run][1].name): self._torques(j, seen)
             for j, seen in signals.items()
-            if self._pulls and self._run(j).gives_forces and seen is not None
+            if self._pulled and self._run(j).gives_forces and seen is not None
         }
         signals |= self._simulate([j for j in jobs if self._run(j).pulled], torques)
         found = [None if own is None else others.copy() for own in rigs]
@@ -237,7 +241,7 @@ class ChainSimulator:
 
         None where a value is out of range, or too quick for any time step.
         """
-        needed = self.links if self._pulls else links
+        needed = self.links if self._pulled else links
         common = {name: value for name, value in values.items() if _IN not in name}
         made: dict[tuple[tuple[str, float], ...], tuple[Rig, int]] = {}
         found: dict[Link, tuple[Rig, int]] = {}
@@ -307,7 +311,10 @@ class ChainSimulator:
 
     def _torques(self, job: _Job, signals: Signals) -> dict[str, FloatArray]:
         mean = self._runs[job.run][1]
-        return torques_beyond(job.rig, mean, self._inputs[mean.name], signals)
+        if mean.name not in self._pulls:
+            arms = moment_arms(self.rig, self._inputs[mean.name])
+            self._pulls[mean.name] = forces_read(self.rig, mean), arms
+        return torques_beyond(job.rig, mean, *self._pulls[mean.name], signals)
 
     def _possible_steps(self) -> list[tuple[int, ...]]:
         """Fine time steps in one that the sampling of each run allows."""

@@ -94,7 +94,13 @@ def link_residuals(
         (one, signals, 0.0) for one, signals in done(first)
     ]
     torques = {
-        one.trial.name: torques_beyond(rig, one.trial, inputs[one.trial.name], signals)
+        one.trial.name: torques_beyond(
+            rig,
+            one.trial,
+            forces_read(rig, one.trial),
+            moment_arms(rig, inputs[one.trial.name]),
+            signals,
+        )
         for one, signals, _ in found
         if one.trial.name in wanted and one.run.gives_forces
     }
@@ -225,38 +231,41 @@ def creeps(rig: Rig) -> bool:
 
 
 def torques_beyond(
-    rig: Rig, trial: Trial, inputs: LinkInputs, signals: Signals
+    rig: Rig, trial: Trial, forces: FloatArray, arms: FloatArray, signals: Signals
 ) -> dict[str, FloatArray]:
     """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
 
     Args:
         rig: the rig.
         trial: with the force of every muscle.
-        inputs: of the trial.
-        signals: simulated along the measured motion, at the times of the trial.
+        forces: (n, m) that the cells read, see `forces_read` [N].
+        arms: (n, m, j) along the measured motion, see `moment_arms` [m, or 1].
+        signals: simulated along it, at the times of the trial.
     """
-    beyond = np.column_stack(
-        [
-            smoothed(trial.time, trial.measured[channel] - signals[channel])
-            for channel in rig.names.of_muscles("force")
-        ]
-    )
-    moved = np.column_stack([inputs.positions[joint] for joint in rig.joints])
+    channels = rig.names.of_muscles("force")
+    beyond = forces - np.column_stack([signals[channel] for channel in channels])
     # A muscle pulls towards where its tendon is shorter.
-    torque = -np.einsum("kmj,km->kj", _moment_arms(rig, moved), beyond)
-    return dict(zip(rig.joints, torque.T, strict=True))
+    return dict(zip(rig.joints, -np.einsum("kmj,km->jk", arms, beyond), strict=True))
 
 
-def _moment_arms(rig: Rig, positions: FloatArray) -> FloatArray:
-    """Change of each tendon's length with each joint along positions (n, j), (n, m, j)."""
+def forces_read(rig: Rig, trial: Trial) -> FloatArray:
+    """Measured forces of all muscles, smoothed, (n, m) [N]."""
+    channels = rig.names.of_muscles("force")
+    return np.column_stack([smoothed(trial.time, trial.measured[c]) for c in channels])
+
+
+def moment_arms(rig: Rig, inputs: LinkInputs) -> FloatArray:
+    """Change of each tendon's length with each joint along the measured motion, (n, m, j)."""
+    positions = np.column_stack([inputs.positions[joint] for joint in rig.joints])
     model, data = rig.model, mujoco.MjData(rig.model)
     muscles = [int(model.actuator_outadr[i]) for i in muscle_ids(model)]
     arms = np.empty((len(positions), len(muscles), len(rig.joints)))
+    addresses = rig.position_addresses
     for k, where in enumerate(positions):
-        for j, address in enumerate(rig.position_addresses):
+        for j, address in enumerate(addresses):
             ends: list[FloatArray] = []
             for shift in (_SHIFT, -_SHIFT):
-                data.qpos[rig.position_addresses] = where
+                data.qpos[addresses] = where
                 data.qpos[address] += shift
                 mujoco.mj_fwdPosition(model, data)
                 ends.append(data.actuator_length[muscles].copy())

@@ -11,12 +11,21 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.blocks import Block
 
 
-class Group(Protocol):
-    """What is simulated together, fitted or held out as a whole."""
+class Named(Protocol):
+    """A unit of a group."""
 
     @property
     def name(self) -> str:
-        """Of the group."""
+        """Of the unit, as its blocks have it."""
+        ...
+
+
+class Group(Named, Protocol):
+    """What is simulated together, fitted or held out as a whole."""
+
+    @property
+    def trials(self) -> Sequence[Named]:
+        """Units of the group: trials that repeat each other, or one row."""
         ...
 
 

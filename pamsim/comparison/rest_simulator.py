@@ -28,13 +28,18 @@ every row, (n,) [SI]; None where there is no prediction."""
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """Rows that are left out together.
+    """Rows that are left out together, a group by themselves.
 
     Attributes:
         name: of the unit.
     """
 
     name: str
+
+    @property
+    def trials(self) -> tuple[Unit, ...]:
+        """The unit itself, which nothing repeats."""
+        return (self,)
 
 
 class RestSimulator:

@@ -13,10 +13,14 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.repeats import Repeats, repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.by_link.judge import ALPHA, HeldOut, Judged, judge
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.search import MATERIAL, search
+from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.engine.rig import Rig
+from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
 _FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
@@ -32,6 +36,8 @@ class LinkDiagnosis:
             parameters refitted; 1 is noise.
         after: the same with all effects that were found.
         effects: that are there, the largest gain first.
+        sizes: parameter of an effect -> value and interval.
+        remainders: what is left in every link.
         model: with these effects, as fitted.
     """
 
@@ -39,6 +45,8 @@ class LinkDiagnosis:
     before: Mapping[Link, float]
     after: Mapping[Link, float]
     effects: tuple[Judged, ...]
+    sizes: Mapping[str, Size]
+    remainders: Mapping[Link, Remainder]
     model: LinkModel
 
 
@@ -77,12 +85,12 @@ def diagnose_links(
         progress: called as each fit begins.
 
     Raises:
-        InputError: for trials that do not fit the rig, inputs that were not repeated, or nothing
-            to fit or to judge by.
+        InputError: for trials that do not fit the rig, inputs that were not repeated, nothing to
+            fit, or too few trials to judge by.
     """
     steps = Steps(progress, _FITS)
     steps.begin("the links of the rig as it is")
-    simulator = ChainSimulator(rig, _groups(trials, held_out), threads=threads)
+    simulator = ChainSimulator(rig, _groups(trials, held_out, alpha), threads=threads)
     fitter = LinkFitter(simulator, nuisance, held_out)
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, held_out)
@@ -93,14 +101,23 @@ def diagnose_links(
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
+        sizes=sizes(fitter, model),
+        remainders=remainders(unseen, model, seed=seed),
         model=model,
     )
 
 
-def _groups(trials: Sequence[Trial], held_out: Collection[str]) -> tuple[Repeats, ...]:
+def _groups(
+    trials: Sequence[Trial], held_out: Collection[str], alpha: float
+) -> tuple[Repeats, ...]:
     """Repeats among the fitted trials, and among those held out."""
     fitted = [trial for trial in trials if trial.name not in held_out]
     judged = [trial for trial in trials if trial.name in held_out]
-    if not fitted or not judged:
-        raise InputError("fit some trials and hold out others; name them with `hold_out`")
+    fewest = fewest_units(alpha, two_sided=False)
+    if not fitted or len(judged) < fewest:
+        raise InputError(
+            f"{len(fitted)} trials to fit and {len(judged)} to judge by: {fewest} trials or more"
+            f" have to be held out, since fewer decide nothing at a level of {100.0 * alpha:g} %;"
+            " record every input more often, or name trials with `hold_out`"
+        )
     return (*repeats(fitted), *repeats(judged))

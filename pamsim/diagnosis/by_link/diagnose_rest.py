@@ -16,8 +16,10 @@ from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import ALPHA
 from pamsim.diagnosis.by_link.judge_left_out import judge_left_out, losses_left_out
 from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import Searched, search
+from pamsim.diagnosis.by_link.sizes import sizes
 
 SimulatorAt = Callable[[float, Mapping[str, float]], LinkSimulator]
 """Variance of the noise of every row [SI], and parameters [SI] near which predictions have to be
@@ -86,6 +88,9 @@ def diagnose_rest(
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
+        sizes=sizes(fitter, model),
+        # Without repeats it is not known what a perfect model would leave.
+        remainders={link: Remainder(excess=0.0, p_value=1.0) for link in before},
         model=model,
     )
 

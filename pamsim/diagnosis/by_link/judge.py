@@ -5,28 +5,30 @@ with a rival in that one's place, each fitted to the same trials. Which predicts
 better is decided by flips of the signs of whole trials (`pamsim.inference.model_comparison`).
 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
-every rival that differs in it predicts worse.
+every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
+no formula that was tried is exact: its name is then that of the nearest, and not certain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.held_out import HeldOut, mean_loss
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature, promises, seen_in
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.search import MATERIAL_SHARE, Searched, best_fits, without
-from pamsim.inference.blocks import Block, unit_losses, unit_names
 from pamsim.inference.model_comparison import compare_with_reference
 
 LEVELS = ("place", "family", "name", "form")
+_OF_FORMULA = ("name", "form")
 
 ALPHA = 0.05
 """Probability that an effect that is not there is said to be, and that a level is said to be
@@ -68,6 +70,7 @@ class Judged:
         before: what the rig without any effect leaves there beyond the noise [noise variance].
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
+        exact: whether nothing but noise is left in its links.
     """
 
     effect: Candidate
@@ -76,6 +79,7 @@ class Judged:
     before: float
     p_value: float
     rivals: tuple[Rival, ...]
+    exact: bool
 
     @property
     def share(self) -> float:
@@ -88,7 +92,9 @@ class Judged:
         tied = [_levels(r.effect) for r in self.rivals if r.p_value > alpha or r.excess <= 0.0]
         there = self.p_value <= alpha and self.gain > 0.0
         return {
-            level: there and all(other[: i + 1] == own[: i + 1] for other in tied)
+            level: there
+            and all(other[: i + 1] == own[: i + 1] for other in tied)
+            and (self.exact or level not in _OF_FORMULA)
             for i, level in enumerate(LEVELS)
         }
 
@@ -101,46 +107,6 @@ class Judged:
 def _levels(effect: Candidate) -> tuple[str, ...]:
     link, place, family, name, form = effect.effect.levels
     return f"{link} {place}", family, name, form
-
-
-class HeldOut:
-    """Losses on the trials that no fit has seen.
-
-    Args:
-        fitter: that fitted the others.
-        names: of these trials.
-    """
-
-    def __init__(self, fitter: LinkFitter, names: Collection[str]) -> None:
-        self._fitter = fitter
-        simulator = fitter.simulator
-        self._groups = frozenset(g.name for g in simulator.repeats if g.name in names)
-        self._blocks: dict[Link, list[Block]] = {link: [] for link in simulator.links}
-        for block, number in zip(simulator.blocks, simulator.link_of, strict=True):
-            if block.unit in names:
-                self._blocks[simulator.links[number]].append(block)
-        self.trials = unit_names([b for blocks in self._blocks.values() for b in blocks])
-
-    def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
-        """Mean square of the whitened rows of every link in every trial, (u,); 1 is noise."""
-        simulator = self._fitter.simulator
-        (residual,) = simulator.residuals(
-            [model.values],
-            [frozenset(simulator.links)],
-            simulator.stated,
-            only=self._groups,
-            steps=MIDDLE,
-        )
-        if residual is None:  # a model that cannot be simulated predicts nothing
-            return {link: np.full(len(self.trials), np.inf) for link in simulator.links}
-        return {
-            link: unit_losses(blocks, residual) for link, blocks in self._blocks.items() if blocks
-        }
-
-
-def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
-    """Loss of each trial over some links, (u,)."""
-    return np.mean([losses[link] for link in losses if link in links], axis=0)
 
 
 def judge(
@@ -169,9 +135,13 @@ def judge(
     model, swaps = searched.model, 0
     while True:
         model, rests = _needed(fitter, model, known, held_out, before, alpha, seed)
-        losses = held_out.losses(model)
+        if not rests:
+            return searched.base, ()
+        losses, left = held_out.losses(model), remainders(held_out, model, seed=seed)
         judged = [
-            _beside_rivals(fitter, model, one, known, held_out, losses, before, seed, steps)
+            _beside_rivals(
+                fitter, model, one, known, held_out, losses, before, left, alpha, seed, steps
+            )
             for one in rests
         ]
         better = [r.model for one in judged for r in one.rivals if r.model.cost < model.cost]
@@ -231,6 +201,8 @@ def _beside_rivals(
     held_out: HeldOut,
     losses: Mapping[Link, FloatArray],
     before: Mapping[Link, FloatArray],
+    left: Mapping[Link, Remainder],
+    alpha: float,
     seed: int,
     steps: Steps,
 ) -> Judged:
@@ -296,4 +268,5 @@ def _beside_rivals(
         before=float(np.mean(mean_loss(before, links))) - 1.0,
         p_value=one.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
+        exact=not any(left[link].counts(alpha) for link in links),
     )

@@ -13,7 +13,7 @@ from pamsim.comparison.chain_simulator import Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.inference.blocks import Block, whitened
+from pamsim.inference.blocks import Block, unit_names, whitened
 from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
 from pamsim.inference.difference_jacobian import secant_updated
 
@@ -83,6 +83,8 @@ class LinkFitter:
     Attributes:
         stated: the rig as it is, with the slopes of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
+        group_of, trial_of: number of the group of repeats, and of the trial, of each, (f,).
+        prior: see `PRIOR`.
     """
 
     def __init__(
@@ -99,6 +101,15 @@ class LinkFitter:
         kept = [(block, link) for block, link in pairs if block.unit not in held_out]
         self.blocks: tuple[Block, ...] = tuple(block for block, _ in kept)
         self.link_of = np.repeat([link for _, link in kept], [block.size for block, _ in kept])
+        number = {t.name: i for i, g in enumerate(simulator.repeats) for t in g.trials}
+        self.group_of = np.repeat(
+            [number[block.unit] for block in self.blocks], [block.size for block in self.blocks]
+        )
+        trial = {name: i for i, name in enumerate(unit_names(self.blocks))}
+        self.trial_of = np.repeat(
+            [trial[block.unit] for block in self.blocks], [block.size for block in self.blocks]
+        )
+        self.prior = PRIOR
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
             for name in nuisance
@@ -189,28 +200,29 @@ class LinkFitter:
         high = high / scale
         stated = np.array([self.nuisance.get(name, 0.0) for name in free]) / scale
         weight = np.array([1.0 / PRIOR if name in self.nuisance else 0.0 for name in free])
-        residuals: dict[bytes, FloatArray] = {}
+        residuals: dict[bytes, FloatArray | None] = {}
 
         def values_at(place: FloatArray) -> dict[str, float]:
             return values | dict(zip(free, (place * scale).tolist(), strict=True))
 
         def rows_at(places: FloatArray) -> list[FloatArray | None]:
-            found = self.simulate(
-                [values_at(place) for place in places], [wanted] * len(places), begin.residual
-            )
-            for place, residual in zip(places, found, strict=True):
-                if residual is not None:
-                    residuals[place.tobytes()] = residual
+            # A further descent begins where the last one has ended.
+            new = [place for place in places if place.tobytes() not in residuals]
+            sets = [values_at(place) for place in new]
+            found = self.simulate(sets, [wanted] * len(new), begin.residual)
+            residuals.update((p.tobytes(), r) for p, r in zip(new, found, strict=True))
+            known = [residuals[place.tobytes()] for place in places]
             return [
                 None if r is None else np.append(self.whiten(r), weight * (place - stated))
-                for place, r in zip(places, found, strict=True)
+                for place, r in zip(places, known, strict=True)
             ]
 
         def columns(place: FloatArray, here: FloatArray, kept: Collection[str]) -> FloatArray:
+            there = residuals.get(place.tobytes())
             at = LinkModel(
                 effects=tuple(effects),
                 values=values_at(place),
-                residual=residuals.get(place.tobytes(), begin.residual),
+                residual=begin.residual if there is None else there,
                 rows=here[: here.size - place.size],
                 slopes={},
             )

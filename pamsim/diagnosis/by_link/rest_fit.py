@@ -40,10 +40,11 @@ class RestFitter(LinkFitter):
         start: Values,
         links: Collection[Link],
     ) -> LinkModel | None:
-        """The best fit from several starts of the effect that is added, see `LinkFitter.fit`."""
+        """The best fit from several starts of each effect of several numbers, see `LinkFitter`."""
         starts = [start]
-        if start and len(effects[-1].parameters) > 1:
-            own = effects[-1]
-            starts += [own.moved(own.probes[0], factor) for factor in _FACTORS]
+        for own in effects:
+            if len(own.parameters) > 1:
+                sizes = [own.moved(own.probes[0], factor) for factor in _FACTORS]
+                starts += [{**start, **size} for size in sizes]
         fits = (super(RestFitter, self).fit(begin, effects, one, links) for one in starts)
         return min((fit for fit in fits if fit is not None), key=lambda f: f.cost, default=None)

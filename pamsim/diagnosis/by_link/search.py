@@ -16,6 +16,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import (
     Promise,
@@ -34,6 +35,14 @@ it is material, in variances of the noise: a signal of a seventh of the noise's 
 MATERIAL_SHARE = 0.01
 """The same as a share of what the rig leaves there: beside a large effect the formula of which is
 not exact, less is not told from its error."""
+
+_OF_LEFT = 0.1
+"""Share of what is left in those links, other forms free, that an effect must promise: of some
+fifty signatures one resembles any smooth misfit by less."""
+
+_EARLY = 0.1
+"""Share of what is material from which a promise is worth a fit, which may gain far more: friction
+beside hysteresis that had taken its place promised a quarter of what it gained."""
 
 _WIDER = 0.15
 """Share of a link's largest promise from which all forms and probes of an effect are simulated:
@@ -84,8 +93,8 @@ def search(
         base = fitter.fit(base, (), {}, {link}) or base
     model, now = fitter.stated, known
     for _ in range(_ROUNDS):
-        _, found = promises(model, now, forms_of(model, known))
-        worth = [p for p in found if p.gain >= _least(fitter, p.effect.name, known, material)]
+        left, found = promises(model, now, forms_of(model, known))
+        worth = [p for p in found if _is_worth(fitter, p, left, known, material)]
         if not worth:
             break
         where = seen_in(fitter, known, worth[0].effect.name)
@@ -215,6 +224,20 @@ def _about(
     again = {p.effect.label for p in near if seen_in(fitter, now, p.effect.name) & frozenset(where)}
     fresh = signatures(fitter, model, [(s.effect, s.probe) for s in now if s.effect.label in again])
     return [s for s in now if s.effect.label not in again] + fresh
+
+
+def _is_worth(
+    fitter: LinkFitter,
+    promise: Promise,
+    left: FloatArray,
+    known: Sequence[Signature],
+    material: float,
+) -> bool:
+    """Whether an effect is fitted."""
+    rows = fitter.in_links(seen_in(fitter, known, promise.effect.name))
+    unknown = float(np.sum(left[rows] ** 2)) - float(np.sum(rows))
+    least = _EARLY * _least(fitter, promise.effect.name, known, material)
+    return promise.gain >= max(_OF_LEFT * unknown, material * float(np.sum(rows)), least)
 
 
 def _least(fitter: LinkFitter, name: str, known: Sequence[Signature], material: float) -> float:

@@ -136,7 +136,7 @@ def test_units_of_several_rows_are_refused():
     angle = measured(TABLE, {})
     rows = simulator(TABLE, angle)
     rows.blocks = (
-        Block(unit="both", channel="angle", rows=slice(0, 2), noise=ArNoise((), 1e-4)),
+        Block(unit="row 0", channel="angle", rows=slice(0, 2), noise=ArNoise((), 1e-4)),
         *rows.blocks[2:],
     )
     rows.link_of = rows.link_of[1:]

@@ -1,0 +1,73 @@
+"""Trials that no fit has seen: what models leave of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+import numpy as np
+
+from pamsim.comparison.chain_simulator import MIDDLE
+from pamsim.comparison.links import Link
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.inference.blocks import Block, unit_losses, unit_names
+
+
+class HeldOut:
+    """Losses on the trials that no fit has seen.
+
+    Args:
+        fitter: that fitted the others.
+        names: of these trials.
+    """
+
+    def __init__(self, fitter: LinkFitter, names: Collection[str]) -> None:
+        self._fitter = fitter
+        simulator = fitter.simulator
+        self._groups = frozenset(g.name for g in simulator.repeats if g.name in names)
+        self._group_of = {t.name: g.name for g in simulator.repeats for t in g.trials}
+        self._blocks: dict[Link, list[Block]] = {link: [] for link in simulator.links}
+        for block, number in zip(simulator.blocks, simulator.link_of, strict=True):
+            if block.unit in names:
+                self._blocks[simulator.links[number]].append(block)
+        self.trials = unit_names([b for blocks in self._blocks.values() for b in blocks])
+        self.links = simulator.links
+
+    def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
+        """Mean square of the whitened rows of every link in every trial, (u,); 1 is noise."""
+        residual = self._residual(model)
+        if residual is None:  # a model that cannot be simulated predicts nothing
+            return {link: np.full(len(self.trials), np.inf) for link in self.links}
+        return {
+            link: unit_losses(blocks, residual) for link, blocks in self._blocks.items() if blocks
+        }
+
+    def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
+        """Whitened rows of every link: for each group of repeats and channel, trial -> (n,)."""
+        residual = self._residual(model)
+        found: dict[Link, list[dict[str, FloatArray]]] = {}
+        if residual is None:
+            return found
+        for link, blocks in self._blocks.items():
+            grouped: dict[tuple[str, str], dict[str, FloatArray]] = {}
+            for block in blocks:
+                key = self._group_of[block.unit], block.channel
+                grouped.setdefault(key, {})[block.unit] = block.whiten(residual)
+            found[link] = list(grouped.values())
+        return found
+
+    def _residual(self, model: LinkModel) -> FloatArray | None:
+        simulator = self._fitter.simulator
+        (residual,) = simulator.residuals(
+            [model.values],
+            [frozenset(self.links)],
+            simulator.stated,
+            only=self._groups,
+            steps=MIDDLE,
+        )
+        return residual
+
+
+def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
+    """Loss of each trial over some links, (u,)."""
+    return np.mean([losses[link] for link in losses if link in links], axis=0)

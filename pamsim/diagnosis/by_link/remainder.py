@@ -1,0 +1,51 @@
+"""What a model leaves in a link that is no noise: what repeats miss together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.comparison.links import Link
+from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.search import MATERIAL
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remainder:
+    """What is left in a link.
+
+    Attributes:
+        excess: mean square of what repeats miss together, in the noise's variance; may be below 0.
+        p_value: of nothing being left, corrected for the number of links; 1 without repeats.
+    """
+
+    excess: float
+    p_value: float
+
+    def counts(self, alpha: float) -> bool:
+        """Whether it is certain at a level, and material."""
+        return self.p_value <= alpha and self.excess >= MATERIAL
+
+
+def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:
+    """What a model leaves in the held-out trials of every link.
+
+    Args:
+        held_out: trials.
+        model: fitted to the others.
+        seed: random seed of the sign flips.
+    """
+    repeated: dict[Link, list[RepeatedMisfit]] = {}
+    for link, groups in held_out.rows(model).items():
+        own = [repeated_misfit(rows) for rows in groups if len(rows) > 1]
+        if own:
+            repeated[link] = own
+    p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
+    found = {link: Remainder(excess=0.0, p_value=1.0) for link in held_out.links}
+    for (link, own), p_value in zip(repeated.items(), p_values, strict=True):
+        excess = float(np.mean([one.shared for one in own]))
+        found[link] = Remainder(excess=excess, p_value=p_value)
+    return found

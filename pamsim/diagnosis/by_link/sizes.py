@@ -1,0 +1,89 @@
+"""How well the parameters of a fitted model are known, by the scatter of inputs and of noise.
+
+Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
+the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
+from input to input, so that it holds where the formula is not exact. Of one input or two, trials
+are left out instead, which shows what differs from trial to trial and nothing of the formula. Both
+are linear about the fit.
+
+Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
+Statistician 60 (2006), on what such errors mean where the model is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import t as student_t
+
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+
+_FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
+
+
+@dataclass(frozen=True, kw_only=True)
+class Size:
+    """Value of a parameter.
+
+    Attributes:
+        value: as fitted [SI].
+        interval95: 95 % interval [SI]; infinite where the data do not show it.
+        by_inputs: whether the scatter of inputs, or trials, is wider than the noise alone.
+    """
+
+    value: float
+    interval95: tuple[float, float]
+    by_inputs: bool
+
+
+def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
+    """Parameters of a model's effects, each with its interval.
+
+    Args:
+        fitter: of the trials.
+        model: as fitted to them.
+    """
+    names = list(model.slopes)
+    jacobian = model.jacobian()
+    weight = np.array([1.0 / fitter.prior if n in fitter.nuisance else 0.0 for n in names])
+    stated = np.array(
+        [
+            (model.values[n] - fitter.nuisance[n]) / abs(fitter.nuisance[n])
+            if n in fitter.nuisance
+            else 0.0
+            for n in names
+        ]
+    )
+    square, slope = jacobian.T @ jacobian + np.diag(weight**2), jacobian.T @ model.rows
+    inverse = np.linalg.pinv(square, hermitian=True)
+    noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
+    group_of = fitter.group_of
+    if np.unique(group_of).size < _FEWEST:
+        group_of = fitter.trial_of
+    moved: list[FloatArray] = []
+    for group in np.unique(group_of):
+        own = group_of == group
+        left = square - jacobian[own].T @ jacobian[own]
+        force = slope - jacobian[own].T @ model.rows[own] + weight**2 * stated
+        moved.append(-np.linalg.pinv(left, hermitian=True) @ force)
+    count = len(moved)
+    spread = np.array(moved) - np.mean(moved, axis=0)
+    inputs = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
+    shown = np.linalg.norm(jacobian, axis=0) > 0.0
+    far_noise = 1.96 * noise
+    far_inputs = float(student_t.ppf(0.975, max(count - 1, 1))) * inputs
+    found: dict[str, Size] = {}
+    for i, name in enumerate(names):
+        if name in fitter.nuisance:
+            continue
+        reach = max(float(far_noise[i]), float(far_inputs[i])) if shown[i] else np.inf
+        reach *= fitter.scale(name, model.effects)
+        value = model.values[name]
+        found[name] = Size(
+            value=value,
+            interval95=(value - reach, value + reach),
+            by_inputs=bool(far_inputs[i] > far_noise[i]),
+        )
+    return found

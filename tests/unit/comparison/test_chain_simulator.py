@@ -1,0 +1,140 @@
+"""Links simulated with many parameter sets: exact at the rig as it is, near it elsewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.comparison.chain_simulator import COARSE, ChainSimulator, in_link, plain
+from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.repeats import repeats
+from pamsim.core.errors import InputError
+from pamsim.engine.rig import load_rig
+from pamsim.inference.blocks import unit_losses
+from pamsim.recordings.recording_reader import read_recordings
+from pamsim.twins.hide import hide
+
+ARM = load_rig("mas20_arm")
+SETTINGS = {"protocols": ("bursts",), "repeats": 2, "duration": 1.0}
+
+
+def recorded(folder, effects=None, **settings):
+    hide(ARM, effects or {}, **{"forces": False, **SETTINGS, **settings}).save(folder)
+    read = read_recordings(folder)
+    data = CalibrationData(sources=(), rig=read.rig, trials=read.trials, tables=())
+    return data.of_rig(ARM).trials
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory):
+    return recorded(tmp_path_factory.mktemp("chain") / "data")
+
+
+@pytest.fixture(scope="module")
+def chain(trials):
+    return ChainSimulator(ARM, repeats(trials))
+
+
+def links_of(chain):
+    return {link.name: link for link in chain.links}
+
+
+def run(chain, values, links=None, **options):
+    (found,) = chain.residuals([values], [frozenset(links or chain.links)], chain.stated, **options)
+    return found
+
+
+def test_the_rig_as_it_is_has_the_residual_of_its_trials_own_inputs(chain, trials):
+    exact = link_residuals(ARM, trials)
+    rows = {
+        (chain.links[link], block.unit, block.channel): block.rows
+        for block, link in zip(chain.blocks, chain.link_of, strict=True)
+    }
+    for link, blocks in exact.items():
+        for block in blocks:
+            own = chain.stated[rows[link, block.trial, block.channel]]
+            np.testing.assert_array_equal(own, block.residual)
+    for steps in (COARSE, 2, 1):
+        np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
+
+
+def test_a_rig_without_a_gap_leaves_noise(chain):
+    losses = unit_losses(chain.blocks, chain.stated)
+    assert np.all(np.abs(losses - 1.0) < 0.25)
+
+
+def test_coarse_steps_change_an_effect_by_little(chain):
+    values = {"hysteresis.force_per_pressure": 1.5e-4}
+    coarse, fine = run(chain, values), run(chain, values, steps=1)
+    moved = fine - chain.stated
+    assert np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(moved)
+
+
+def test_a_value_in_one_link_leaves_the_others(chain):
+    air, joint = links_of(chain)["valves and air"], links_of(chain)["muscle and joint"]
+    name = in_link("force.scale", joint)
+    assert plain(name) == "force.scale"
+    assert chain.acts_in([name]) == {joint}
+    moved = run(chain, {name: 1.1}) - chain.stated
+    of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
+    assert np.all(np.abs(moved[of == chain.links.index(air)]) < 1e-6)
+    assert np.abs(moved[of == chain.links.index(joint)]).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"valve.delay": 0.02},
+        {"chamber.dead_volume": 3e-5},
+        {"passive.stiffness": 4e3},
+        {"creep.stiffness": 2e3, "creep.relaxation_time": 1.0},
+        {"joint.shaft.frictionloss": 0.3},
+        {"force.scale": 1.1},
+        {"hysteresis.force_per_pressure": 1.5e-4},
+        {"chain.backlash": 5e-4},
+        {"sensor.angle_scale": 1.05},
+    ],
+)
+def test_parameters_change_the_links_that_they_are_said_to_and_no_others(chain, values):
+    of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
+    moved = np.abs(run(chain, values) - chain.stated)
+    acts = chain.acts_in(values)
+    for number, link in enumerate(chain.links):
+        largest = moved[of == number].max()
+        assert (largest > 1e-6) == (link in acts), (link.name, largest)
+
+
+def test_trials_and_links_that_are_not_asked_for_keep_their_residual(chain):
+    air = links_of(chain)["valves and air"]
+    found = run(chain, {"valve.delay": 0.02}, only=[])
+    np.testing.assert_array_equal(found, chain.stated)
+    found = run(chain, {"force.scale": 1.2}, [air])
+    of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
+    other = of != chain.links.index(air)
+    np.testing.assert_array_equal(found[other], chain.stated[other])
+
+
+def test_a_value_out_of_its_range_gives_no_residual(chain):
+    assert run(chain, {"valve.delay": -1.0}) is None
+
+
+def test_forces_separate_the_joint(tmp_path):
+    trials = recorded(tmp_path / "data", forces=True)
+    chain = ChainSimulator(ARM, repeats(trials))
+    assert [link.name for link in chain.links] == [
+        "valves and air",
+        "muscle",
+        "joint and transmission",
+    ]
+    of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
+    moved = np.abs(run(chain, {"passive.stiffness": 4e3}) - chain.stated)
+    size = [float(np.abs(chain.stated[of == i]).std()) for i in range(3)]
+    assert moved[of == 1].max() > 5.0 * size[1]
+    # Given the measured forces, the joint hardly depends on what the muscles would exert.
+    assert moved[of == 2].max() < 5.0 * size[2]
+
+
+def test_inputs_recorded_once_are_refused(trials):
+    with pytest.raises(InputError, match="recorded twice"):
+        ChainSimulator(ARM, repeats(trials[:1]))

@@ -1,0 +1,121 @@
+"""Effects planted in two links are found in theirs, judged by trials that no fit has seen."""
+
+from __future__ import annotations
+
+import pytest
+
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.sizes import sizes
+from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, NUISANCE, ToyChain, diagnosed, tried
+
+EFFECTS = tried(
+    "valve_delay", "line_lag", "air_leak", "pressure_lag", "passive_stiffness", "added_inertia"
+)
+DELAY, STIFFNESS = 8e-3, 1.15 * 9237.0
+
+
+def test_effects_of_two_links_are_both_certain_to_the_name():
+    chain = ToyChain(EFFECTS, {"valve.delay": DELAY, "passive.stiffness": STIFFNESS})
+    _, model, found = diagnosed(chain, EFFECTS)
+    assert set(found) == {"valve_delay", "passive_stiffness"}
+    assert all(one.level() in ("name", "form") for one in found.values())
+    assert model.values["valve.delay"] == pytest.approx(DELAY, rel=0.05)
+    assert model.values["passive.stiffness"] == pytest.approx(STIFFNESS, rel=0.05)
+
+
+def test_nothing_is_found_where_nothing_is_planted():
+    claims = [diagnosed(ToyChain(EFFECTS, seed=seed), EFFECTS)[2] for seed in range(10)]
+    assert not any(claims)
+
+
+def test_a_small_effect_beside_a_large_one_in_another_link_is_found():
+    planted = {"valve.delay": 2e-3, "passive.stiffness": 2.0 * STIFFNESS}
+    _, _, found = diagnosed(ToyChain(EFFECTS, planted), EFFECTS)
+    assert set(found) == {"valve_delay", "passive_stiffness"}
+    assert found["passive_stiffness"].gain > 100.0 * found["valve_delay"].gain
+
+
+@pytest.mark.parametrize(
+    ("alike", "level"),
+    [
+        ("valve.line_lag", "family"),
+        ("chamber.leak_conductance", ""),
+        # A sensor's error would be seen in the other link, too.
+        ("sensor.pressure_lag", "form"),
+    ],
+)
+def test_a_name_is_as_deep_as_its_rivals_let_it_be(alike, level):
+    same = {alike: "valve.delay"}
+    _, _, found = diagnosed(ToyChain(EFFECTS, {"valve.delay": DELAY}, same=same), EFFECTS)
+    (one,) = found.values()
+    assert one.level() == level
+
+
+def test_an_error_of_the_formula_does_not_hide_the_name():
+    chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=0.3)
+    _, _, found = diagnosed(chain, EFFECTS)
+    assert found["passive_stiffness"].certain()["family"]
+    assert found["passive_stiffness"].share < 0.99
+
+
+def test_a_nuisance_parameter_has_a_value_in_each_link_and_stays_where_nothing_shows_it():
+    chain = ToyChain(EFFECTS)
+    chain._same = {"force.scale": "nothing"}
+    fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+    assert set(fitter.nuisance) == {
+        "force.scale in valves and air",
+        "force.scale in muscle and joint",
+        "chamber.dead_volume in valves and air",
+    }
+    chain._shape = lambda name, link: 0.0 * chain.stated
+    unseen = LinkFitter(chain, NUISANCE, chain.held_out)
+    fit = unseen.fit(unseen.stated, (), {}, {ARMLINK})
+    assert fit.values == pytest.approx(unseen.nuisance)
+
+
+def test_held_out_trials_are_not_seen_by_any_fit():
+    planted = {"valve.delay": DELAY}
+    chain, other = ToyChain(EFFECTS, planted), ToyChain(EFFECTS, planted)
+    for block in other.blocks:
+        if block.unit in other.held_out:
+            other.stated[block.rows] += 100.0
+    first, second = diagnosed(chain, EFFECTS), diagnosed(other, EFFECTS)
+    assert first[0].stated.rows == pytest.approx(second[0].stated.rows)
+    alone = [LinkFitter(c, NUISANCE, c.held_out) for c in (chain, other)]
+    fits = [f.fit(f.stated, EFFECTS[:1], {"valve.delay": 5e-3}, f.simulator.links) for f in alone]
+    assert fits[0].values == pytest.approx(fits[1].values)
+
+
+def test_where_more_than_noise_is_left_the_formula_is_not_certain():
+    exact = diagnosed(ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}), EFFECTS)[2]
+    assert exact["passive_stiffness"].exact
+    chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=0.3)
+    bent = diagnosed(chain, EFFECTS)[2]["passive_stiffness"]
+    assert not bent.exact
+    assert bent.level() == "family"
+
+
+def test_intervals_hold_what_was_planted_as_often_as_they_say():
+    held, count = 0, 40
+    for seed in range(count):
+        chain = ToyChain(EFFECTS[:1], {"valve.delay": DELAY}, seed=seed)
+        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        model = fitter.fit(fitter.stated, EFFECTS[:1], {"valve.delay": DELAY}, chain.links)
+        low, high = sizes(fitter, model)["valve.delay"].interval95
+        held += low <= DELAY <= high
+    # Of 40 intervals of 95 %, 35 or more hold it with a probability of 97 %.
+    assert held >= 35
+
+
+def test_an_interval_is_wider_where_the_formula_is_not_exact():
+    def width(bent):
+        chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
+        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        effect = [e for e in EFFECTS if e.name == "passive_stiffness"]
+        start = {"passive.stiffness": STIFFNESS}
+        known = sizes(fitter, fitter.fit(fitter.stated, effect, start, chain.links))
+        low, high = known["passive.stiffness"].interval95
+        return high - low, known["passive.stiffness"].by_inputs
+
+    assert width(1.0)[0] > 3.0 * width(0.0)[0]
+    assert width(1.0)[1]

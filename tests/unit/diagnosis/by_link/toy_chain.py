@@ -1,0 +1,131 @@
+"""A chain of two links whose residuals are sums of smooth shapes, one for each parameter."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from pamsim.comparison.chain_simulator import plain
+from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.core.computation import Steps
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.search import search
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.rig import load_rig
+from pamsim.inference.blocks import Block
+from pamsim.inference.coloured_noise import ArNoise
+
+ARM = load_rig("mas20_arm")
+AIR, ARMLINK = Link((VALVES,)), Link((MUSCLE, JOINT))
+NUISANCE = ("force.scale", "chamber.dead_volume")
+GROUPS, TRIALS, ROWS = 8, 3, 80
+STEPS = Steps(None, 1)
+
+
+def tried(*names):
+    return candidates(ARM, names)[0]
+
+
+class ToyChain:
+    """What a fit needs of a simulator: residual = noise + sum of shapes times parameters' changes.
+
+    Args:
+        effects: candidates whose parameters have shapes.
+        planted: parameter -> value [SI] of what was measured.
+        seed: of the noise.
+        same: parameter -> another, whose shape it has.
+        bent: share of a further shape in what was measured, as an error of every formula.
+    """
+
+    def __init__(self, effects, planted=None, *, seed=0, same=None, bent=0.0):
+        self.rig, self.links = ARM, (AIR, ARMLINK)
+        self._same = same or {}
+        own = {p.name: p for e in effects for p in e.parameters}
+        self._typical = {
+            name: abs(e.probes[0].values[name] - e.neutral.get(name, 0.0)) or 1.0
+            for e in effects
+            for name in (p.name for p in e.parameters)
+        } | {name: rig_parameter(ARM, name).value for name in NUISANCE}
+        self._neutral = {name: rig_parameter(ARM, name).value for name in (*own, *NUISANCE)}
+        names = [f"t{g}_{k}" for g in range(GROUPS) for k in range(TRIALS)]
+        self.repeats = [
+            SimpleNamespace(
+                name=f"t{g}_0",
+                trials=[SimpleNamespace(name=f"t{g}_{k}") for k in range(TRIALS)],
+            )
+            for g in range(GROUPS)
+        ]
+        self.held_out = [n for n in names if int(n[1]) % 2]
+        blocks, link_of = [], []
+        for link in (0, 1):
+            for name in names:
+                start = len(blocks) * ROWS
+                rows = slice(start, start + ROWS)
+                channel = ("pressure_1", "angle")[link]
+                blocks.append(Block(unit=name, channel=channel, rows=rows, noise=ArNoise((), 1.0)))
+                link_of.append(link)
+        self.blocks, self.link_of = tuple(blocks), tuple(link_of)
+        size = len(blocks) * ROWS
+        self.stated = np.random.default_rng(seed).normal(size=size)
+        self.stated -= self._change(planted or {})
+        if bent:
+            self.stated -= bent * self._shape("error of the formula", ARMLINK)
+
+    def own_value(self, name):
+        return rig_parameter(self.rig, name).value
+
+    def acts_in(self, names):
+        found = set()
+        for name in names:
+            own, _, where = name.partition(" in ")
+            link = AIR if own.split(".")[0] in ("valve", "chamber") else ARMLINK
+            both = own.split(".")[0] in ("sensor", "force")
+            found |= {at for at in self.links if (both or at == link) and where in ("", at.name)}
+        return frozenset(found)
+
+    def residuals(self, sets, links, others, *, only=None, steps=1):
+        found = []
+        for values, own in zip(sets, links, strict=True):
+            residual = others.copy()
+            whole = self.stated + self._change(values)
+            for block, link in zip(self.blocks, self.link_of, strict=True):
+                group = f"{block.unit.split('_')[0]}_0"
+                if self.links[link] in own and (only is None or group in only):
+                    residual[block.rows] = whole[block.rows]
+            found.append(residual)
+        return found
+
+    def _change(self, values):
+        total = np.zeros(len(self.blocks) * ROWS)
+        for name, value in values.items():
+            own = plain(name)
+            size = (value - self._neutral[own]) / self._typical[own]
+            for link in self.acts_in([name]):
+                total += size * self._shape(self._same.get(own, own), link)
+        return total
+
+    def _shape(self, name, link):
+        """The same in repeats, another in every group: three waves, of amplitude 2."""
+        total = np.zeros(len(self.blocks) * ROWS)
+        time = np.linspace(0.0, 2.0 * np.pi, ROWS)
+        for block, number in zip(self.blocks, self.link_of, strict=True):
+            if self.links[number] == link:
+                group = int(block.unit[1 : block.unit.index("_")])
+                rng = np.random.default_rng([*name.encode(), group, number])
+                # One sign for all groups in the first wave, as a physical effect has.
+                total[block.rows] = 2.0 * np.sin(time * (1 + len(name) % 3))
+                for wave in range(2, 5):
+                    total[block.rows] += rng.normal() * np.sin(wave * time + 7.0 * rng.random())
+        return total
+
+
+def diagnosed(chain, effects):
+    """Fitter, and what is found: name -> judged effect."""
+    fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+    searched = search(fitter, effects, steps=STEPS)
+    model, found = judge(fitter, searched, HeldOut(fitter, chain.held_out), steps=STEPS)
+    return fitter, model, {one.effect.name: one for one in found}
