@@ -192,8 +192,6 @@ class LinkFitter:
             for name in values
             if (acts[name] <= wanted if name in self.nuisance else acts[name] & wanted)
         ]
-        if not free:
-            return self._as_it_is(begin, effects, values, wanted)
         scale = np.array([self.scale(name, effects) for name in free])
         low = np.array([self._low(n) if n in self.nuisance else own[n].low for n in free]) / scale
         high = np.array([self._high(n) if n in self.nuisance else own[n].high for n in free])
@@ -270,25 +268,6 @@ class LinkFitter:
             residual=residual,
             rows=self.whiten(residual),
             slopes=slopes,
-        )
-
-    def _as_it_is(
-        self,
-        begin: LinkModel,
-        effects: Sequence[Candidate],
-        values: Values,
-        links: frozenset[Link],
-    ) -> LinkModel | None:
-        """A model of which nothing is free in some links."""
-        (residual,) = self.simulate([values], [links], begin.residual)
-        if residual is None:
-            return None
-        return LinkModel(
-            effects=tuple(effects),
-            values=values,
-            residual=residual,
-            rows=self.whiten(residual),
-            slopes={k: v for k, v in begin.slopes.items() if k in values},
         )
 
     def everywhere(self, model: LinkModel) -> LinkModel:

@@ -75,6 +75,19 @@ def test_an_effect_with_the_same_signature_ends_the_name_above_it(copy, level):
     assert certain == level
 
 
+@pytest.mark.parametrize("seed", [104, 106])
+def test_a_rival_to_which_the_effect_adds_something_does_not_tie(seed):
+    """Though a few rows hold the difference of the losses, so that their flips do not show it."""
+    assert levels(diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=seed))) == {"tilt": "form"}
+
+
+def test_a_rival_that_is_no_worse_for_certain_ends_the_name():
+    found = diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=100))
+    assert levels(found) == {"tilt": "place"}
+    (judged,) = found.effects
+    assert any(rival.excess > 0.0 and rival.p_value > 0.05 for rival in judged.rivals)
+
+
 def test_of_two_effects_the_one_without_a_rival_keeps_its_name():
     angle = measured(TABLE, {"soften": 0.1, "lock": 1.5})
     found = levels(diagnosed(TABLE, angle, (*LIBRARY, OTHER)))
