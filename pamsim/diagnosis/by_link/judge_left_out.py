@@ -240,7 +240,7 @@ def _beside_rivals(
         before=one.before,
         p_value=one.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
-        exact=True,  # as far as rows without repeats can tell
+        exact=True,  # rows without repeats do not show what is left
     )
 
 
