@@ -50,7 +50,7 @@ _OF_VALVES = frozenset({"valve", "chamber"})
 _OF_FORCE_ALONE = frozenset({"creep", "friction", "joint", "body"})
 """Groups of parameters without influence on pressures along an imposed motion. Those of the active
 force have: the volume is its derivative by the pressure (virtual work). So has the stiffness of the
-passive one, which says how long a slack muscle is."""
+passive one, on which the length of a slack muscle depends."""
 
 COARSE, MIDDLE = 5, 2
 """Fine time steps in one of a search, and of what is judged. The first moves the signals of the

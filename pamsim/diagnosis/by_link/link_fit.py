@@ -28,7 +28,7 @@ since residuals of sticking friction and of sampled delays are not smooth below.
 
 _TOLERANCE = 1e-3  # relative change of the sum of squares that ends a fit
 _STEPS = 15
-_FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh slopes
+_FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
 _DESCENTS = 4
 
 
@@ -42,14 +42,14 @@ class LinkModel:
         residual: of all links and trials, (n,) [SI]; of trials that are held out it is that of the
             rig as it is.
         rows: of the fitted trials, whitened, (f,).
-        slopes: change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,).
+        sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`, (f,).
     """
 
     effects: tuple[Candidate, ...]
     values: Mapping[str, float]
     residual: FloatArray
     rows: FloatArray
-    slopes: Mapping[str, FloatArray]
+    sensitivities: Mapping[str, FloatArray]
 
     @property
     def cost(self) -> float:
@@ -67,8 +67,8 @@ class LinkModel:
         return frozenset(p.name for effect in self.effects for p in effect.parameters)
 
     def jacobian(self) -> FloatArray:
-        """Slopes as columns, (f, p)."""
-        return np.column_stack([np.empty((self.rows.size, 0)), *self.slopes.values()])
+        """Sensitivities as columns, (f, p)."""
+        return np.column_stack([np.empty((self.rows.size, 0)), *self.sensitivities.values()])
 
 
 class LinkFitter:
@@ -81,7 +81,7 @@ class LinkFitter:
         finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
 
     Attributes:
-        stated: the rig as it is, with the slopes of its nuisance parameters.
+        stated: the rig as it is, with the sensitivities of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
         group_of, trial_of: number of the group of repeats, and of the trial, of each, (f,).
         prior: see `PRIOR`.
@@ -122,10 +122,10 @@ class LinkFitter:
             values=self.nuisance,
             residual=simulator.stated,
             rows=rows,
-            slopes={},
+            sensitivities={},
         )
-        slopes = self._slopes(start, list(self.nuisance), self.values_of(start))
-        self.stated = replace(start, slopes=slopes)
+        sensitivities = self._sensitivities(start, list(self.nuisance), self.values_of(start))
+        self.stated = replace(start, sensitivities=sensitivities)
 
     def whiten(self, residual: FloatArray) -> FloatArray:
         """Whitened rows (f,) of the fitted trials out of a residual (n,) [SI]."""
@@ -222,11 +222,11 @@ class LinkFitter:
                 values=values_at(place),
                 residual=begin.residual if there is None else there,
                 rows=here[: here.size - place.size],
-                slopes={},
+                sensitivities={},
             )
-            known = {name: begin.slopes[name] for name in kept}
+            known = {name: begin.sensitivities[name] for name in kept}
             fresh = [name for name in free if name not in known]
-            known |= self._slopes(at, fresh, at.values, wanted)
+            known |= self._sensitivities(at, fresh, at.values, wanted)
             return np.vstack([np.stack([known[n] for n in free], axis=1), np.diag(weight)])
 
         def descended(place: FloatArray, kept: Collection[str]) -> Fit | None:
@@ -244,9 +244,9 @@ class LinkFitter:
             except BreakdownError:
                 return None
 
-        known = [name for name in free if name in begin.slopes and name not in start]
+        known = [name for name in free if name in begin.sensitivities and name not in start]
         fit = descended(np.array([values[name] for name in free]) / scale, known)
-        # Slopes of another model, and those that only followed the steps, end a fit too soon.
+        # Sensitivities of another model, and those that only followed the steps, end a fit too soon.
         for _ in range(_DESCENTS):
             if fit is None or fit.start_cost - fit.cost <= _FAR * fit.cost:
                 break
@@ -259,15 +259,15 @@ class LinkFitter:
             (residual,) = self.simulate([end], [wanted], begin.residual)
         if residual is None:
             return None
-        slopes = {k: v for k, v in begin.slopes.items() if k in end}
+        sensitivities = {k: v for k, v in begin.sensitivities.items() if k in end}
         count = fit.residual.size - len(free)
-        slopes |= {name: fit.jacobian[:count, i] for i, name in enumerate(free)}
+        sensitivities |= {name: fit.jacobian[:count, i] for i, name in enumerate(free)}
         return LinkModel(
             effects=tuple(effects),
             values=end,
             residual=residual,
             rows=self.whiten(residual),
-            slopes=slopes,
+            sensitivities=sensitivities,
         )
 
     def everywhere(self, model: LinkModel) -> LinkModel:
@@ -287,7 +287,7 @@ class LinkFitter:
     def _high(self, name: str) -> float:
         return max(self.nuisance[name] / _REACH, self.nuisance[name] * _REACH)
 
-    def _slopes(
+    def _sensitivities(
         self,
         at: LinkModel,
         names: Sequence[str],

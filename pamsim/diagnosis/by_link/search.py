@@ -34,7 +34,7 @@ it is material, in variances of the noise: a signal of a seventh of the noise's 
 
 MATERIAL_SHARE = 0.01
 """The same as a share of what the rig leaves there: beside a large effect the formula of which is
-not exact, less is not told from its error."""
+not exact, less cannot be distinguished from its error."""
 
 _OF_LEFT = 0.1
 """Share of what is left in those links, other forms free, that an effect must promise: of some

@@ -45,7 +45,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
         fitter: of the trials.
         model: as fitted to them.
     """
-    names = list(model.slopes)
+    names = list(model.sensitivities)
     jacobian = model.jacobian()
     weight = np.array([1.0 / fitter.prior if n in fitter.nuisance else 0.0 for n in names])
     stated = np.array(
