@@ -35,6 +35,7 @@ from pamsim.comparison.way_to_rest import ways_to_rest
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.parameter_names import ParameterName
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import Block, Noise, noise_from_repeats
@@ -152,6 +153,10 @@ class ChainSimulator:
             if coarse is None:
                 raise InputError(f"{rig.name}: a link breaks down in coarse time steps")
             self._correction[steps] = self.stated - coarse
+
+    def own_value(self, name: str) -> float:
+        """Value of a parameter that the rig states [SI]."""
+        return rig_parameter(self.rig, name).value
 
     def acts_in(self, names: Collection[str]) -> frozenset[Link]:
         """Links whose outputs parameters change."""

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import ChainSimulator, Values, in_link
+from pamsim.comparison.chain_simulator import Values, in_link
+from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.engine.parameters import rig_parameter
 from pamsim.inference.blocks import Block, unit_names, whitened
 from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
 from pamsim.inference.difference_jacobian import secant_updated
@@ -69,7 +69,7 @@ class LinkModel:
 
     def jacobian(self) -> FloatArray:
         """Sensitivities as columns, (f, p)."""
-        return np.stack(list(self.sensitivities.values()), axis=1)
+        return np.column_stack([np.empty((self.rows.size, 0)), *self.sensitivities.values()])
 
 
 class LinkFitter:
@@ -79,6 +79,7 @@ class LinkFitter:
         simulator: of the links.
         nuisance: rig parameters that have a value of their own in every link.
         held_out: names of trials.
+        finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
@@ -88,9 +89,14 @@ class LinkFitter:
     """
 
     def __init__(
-        self, simulator: ChainSimulator, nuisance: Sequence[str], held_out: Collection[str]
+        self,
+        simulator: LinkSimulator,
+        nuisance: Sequence[str],
+        held_out: Collection[str],
+        *,
+        finer: float = 1.0,
     ) -> None:
-        self.simulator = simulator
+        self.simulator, self._finer = simulator, finer
         self.groups = frozenset(g.name for g in simulator.repeats if g.name not in held_out)
         pairs = zip(simulator.blocks, simulator.link_of, strict=True)
         kept = [(block, link) for block, link in pairs if block.unit not in held_out]
@@ -106,7 +112,7 @@ class LinkFitter:
         )
         self.prior = PRIOR
         self.nuisance = {
-            in_link(name, link): rig_parameter(simulator.rig, name).value
+            in_link(name, link): simulator.own_value(name)
             for name in nuisance
             for link in simulator.links
             if link in simulator.acts_in([name])
@@ -156,7 +162,7 @@ class LinkFitter:
     def simulate(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]], others: FloatArray
     ) -> list[FloatArray | None]:
-        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `ChainSimulator`."""
+        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `LinkSimulator`."""
         return self.simulator.residuals(sets, links, others, only=self.groups)
 
     def fit(
@@ -295,7 +301,7 @@ class LinkFitter:
         sets: list[Values] = []
         for name in names:
             scale = self.scale(name, at.effects)
-            step = scale * (_NUISANCE_STEP if name in self.nuisance else _STEP)
+            step = scale * self._finer * (_NUISANCE_STEP if name in self.nuisance else _STEP)
             if name in own and values[name] + step > own[name].high:
                 step = -step
             steps.append(step / scale)

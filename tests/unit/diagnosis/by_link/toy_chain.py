@@ -75,6 +75,9 @@ class ToyChain:
         if bent:
             self.stated -= bent * self._shape("error of the formula", ARMLINK)
 
+    def own_value(self, name):
+        return rig_parameter(self.rig, name).value
+
     def acts_in(self, names):
         found = set()
         for name in names:

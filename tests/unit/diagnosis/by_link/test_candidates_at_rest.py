@@ -1,0 +1,28 @@
+"""What rows at rest are searched for on a rig, and with which signatures."""
+
+from __future__ import annotations
+
+from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
+from pamsim.diagnosis.published_rig import published_rig
+
+RIG = published_rig()
+
+
+def test_what_rows_at_rest_cannot_show_is_left_out_with_the_reason():
+    tried, skipped = candidates_at_rest(RIG, (), {"body.rig.tilt"})
+    names = {one.name for one in tried}
+    assert {"braid_locking", "braid_extensibility", "angle_scale"} <= names
+    assert not names & skipped.keys()
+    assert "depends on the path" in skipped["coulomb_friction"]
+    assert "measured" in skipped["air_leak"]
+    assert "nuisance" in skipped["load_torque"]
+
+
+def test_signatures_are_taken_where_an_effect_is_fully_there():
+    tried, _ = candidates_at_rest(RIG, ("braid_locking", "end_shape"), ())
+    locking, end_shape = tried
+    (probe,) = locking.probes
+    assert probe.values == {"passive.locking": 30.0, "passive.stiffness": 900.0}
+    shapes = [p.shape for p in end_shape.probes]
+    assert len(shapes) == len(set(shapes)) == 3
+    assert len({p.values["end_shape.onset"] for p in end_shape.probes}) == 3

@@ -1,0 +1,184 @@
+"""Effects in rows at rest are found, named as deep as it holds, and not found where there are none.
+
+The fits, the search and the names are those of recordings.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from pamsim.comparison.candidate import Probe
+from pamsim.comparison.link_simulator import LinkSimulator
+from pamsim.comparison.rest_simulator import RestSimulator
+from pamsim.core.computation import Steps
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
+from pamsim.diagnosis.by_link.judge_left_out import losses_left_out
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.rest_fit import RestFitter
+from pamsim.diagnosis.by_link.search import search
+from pamsim.inference.blocks import Block
+from pamsim.inference.coloured_noise import ArNoise
+from tests.unit.diagnosis.by_link.toy_table import candidate, diagnosed, levels, simulator
+from tests.unit.diagnosis.toy_rows import LIBRARY, LOCK, NOISE, Table, effect, measured
+
+TABLE = Table()
+COPY = effect("copy", 0.03, -0.3, 0.3, family="soften")
+OTHER = effect("copy", 0.03, -0.3, 0.3, family="other")
+
+
+@pytest.mark.parametrize("hidden", [{"lock": 1.5}, {"soften": 0.1}, {"tilt": 1.5}], ids=str)
+def test_a_hidden_effect_is_named_and_sized(hidden):
+    found = diagnosed(TABLE, measured(TABLE, hidden))
+    ((name, truth),) = hidden.items()
+    assert levels(found) == {name: "form"}
+    assert found.model.values[name] == pytest.approx(truth, rel=0.15)
+    (link,) = found.links
+    assert found.after[link] < 1.5 < 4.0 < found.before[link]
+
+
+def test_two_hidden_effects_are_both_named():
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5, "soften": 0.1}))
+    assert levels(found) == {"lock": "form", "soften": "form"}
+
+
+def test_without_parameters_to_refit_an_effect_is_named_all_the_same():
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5}), nuisance=())
+    assert levels(found) == {"lock": "form"}
+
+
+@pytest.mark.parametrize("rows", [12, 24])
+def test_nothing_is_named_for_noise_alone(rows):
+    """At most 2 % are claimed: two of twenty would be a chance of 1 in 17, three of 1 in 140."""
+    table = Table(rows)
+    claimed = [bool(diagnosed(table, measured(table, {}, seed=s)).effects) for s in range(20)]
+    assert sum(claimed) <= 1
+
+
+def test_rows_that_scatter_more_at_high_pressure_name_nothing():
+    claimed = 0
+    for seed in range(10):
+        scatter = np.random.default_rng([seed, 9]).standard_normal(TABLE.step.size)
+        angle = TABLE.angle({}) + NOISE * scatter * np.where(TABLE.low > 2.0, 6.0, 1.0)
+        claimed += bool(diagnosed(TABLE, angle, seed=seed).effects)
+    assert claimed <= 2
+
+
+@pytest.mark.parametrize(("copy", "level"), [(COPY, "family"), (OTHER, "place")])
+def test_an_effect_with_the_same_signature_ends_the_name_above_it(copy, level):
+    found = diagnosed(TABLE, measured(TABLE, {"soften": 0.1}), (*LIBRARY, copy))
+    ((name, certain),) = levels(found).items()
+    assert name in ("soften", "copy")
+    assert certain == level
+
+
+@pytest.mark.parametrize("seed", [104, 106])
+def test_a_rival_to_which_the_effect_adds_something_does_not_tie(seed):
+    """Though a few rows hold the difference of the losses, so that their flips do not show it."""
+    assert levels(diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=seed))) == {"tilt": "form"}
+
+
+def test_a_rival_that_is_no_worse_for_certain_ends_the_name():
+    found = diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=100))
+    assert levels(found) == {"tilt": "place"}
+    (judged,) = found.effects
+    assert any(rival.excess > 0.0 and rival.p_value > 0.05 for rival in judged.rivals)
+
+
+def test_of_two_effects_the_one_without_a_rival_keeps_its_name():
+    angle = measured(TABLE, {"soften": 0.1, "lock": 1.5})
+    found = levels(diagnosed(TABLE, angle, (*LIBRARY, OTHER)))
+    assert found.pop("lock") == "form"
+    assert list(found.values()) == ["place"]
+
+
+def test_a_truth_outside_the_library_is_not_named_something_else():
+    assert diagnosed(TABLE, measured(TABLE, {"wave": 0.06})).effects == ()
+
+
+def test_the_order_of_the_rows_changes_nothing():
+    angle = measured(TABLE, {"lock": 1.5, "soften": 0.1})
+    order = np.random.default_rng(1).permutation(TABLE.step.size)
+    one, other = diagnosed(TABLE, angle), diagnosed(TABLE.taken(order), angle[order])
+    assert levels(one) == levels(other)
+    for a, b in zip(one.effects, other.effects, strict=True):
+        assert a.gain == pytest.approx(b.gain, rel=1e-3)
+        assert a.p_value == b.p_value
+
+
+def test_losses_of_rows_left_out_are_those_of_refits():
+    """Squares of the errors, in units of the spread with which the others predict the row."""
+    angle = measured(TABLE, {"lock": 1.5}, noise=1e-3)
+    fitter = RestFitter(simulator(TABLE, angle), ["gain"])
+    searched = search(fitter, [candidate(LOCK)], steps=Steps(None, 1))
+    ((_, losses),) = losses_left_out(fitter, searched.model).items()
+    jacobian = searched.model.jacobian()
+    for i in range(TABLE.step.size):
+        keep = np.arange(TABLE.step.size) != i
+        shift, *_ = np.linalg.lstsq(jacobian[keep], -searched.model.rows[keep], rcond=None)
+        error = searched.model.rows[i] + jacobian[i] @ shift
+        spread = 1.0 + jacobian[i] @ np.linalg.inv(jacobian[keep].T @ jacobian[keep]) @ jacobian[i]
+        assert losses[i] == pytest.approx(error**2 / spread, rel=1e-6)
+
+
+def test_a_simulator_of_rows_is_one_of_links():
+    """Rows of units that are not asked for stay as they were."""
+    angle = measured(TABLE, {})
+    rows: LinkSimulator = simulator(TABLE, angle)
+    others = np.full(TABLE.step.size, 7.0)
+    link = frozenset(rows.links)
+    whole, part, none = (
+        rows.residuals([{"lock in muscle and joint": 1.0}], [links], others, only=only)[0]
+        for links, only in ((link, None), (link, {"row 3"}), (frozenset(), None))
+    )
+    assert whole == pytest.approx(TABLE.angle({"lock": 1.0}) - angle)
+    assert np.flatnonzero(part != 7.0).tolist() == [3]
+    assert np.array_equal(none, others)
+    assert [group.name for group in rows.repeats] == list(TABLE.names)
+
+
+def test_rows_without_a_prediction_are_refused():
+    with pytest.raises(InputError, match="no position at rest"):
+        diagnosed(TABLE, np.full(TABLE.step.size, np.nan))
+
+
+def test_units_of_several_rows_are_refused():
+    angle = measured(TABLE, {})
+    rows = simulator(TABLE, angle)
+    rows.blocks = (
+        Block(unit="row 0", channel="angle", rows=slice(0, 2), noise=ArNoise((), 1e-4)),
+        *rows.blocks[2:],
+    )
+    rows.link_of = rows.link_of[1:]
+    with pytest.raises(InputError, match="a unit of its own"):
+        diagnose_rest(lambda *_: rows, [candidate(LOCK)], ["gain"])
+
+
+def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
+    """A stiffness times an exponential: from a small start one fit ends before the bottom."""
+    step, truth = TABLE.step, {"lock": 1.3, "soften": 0.02}
+
+    def angle(values):
+        grown = values.get("soften", 0.0) * np.expm1(values.get("lock", 0.0) * np.abs(step))
+        return values.get("gain", 0.12) * step - np.sign(step) * grown
+
+    measured_angle = angle(truth)
+    blocks = simulator(TABLE, measured_angle).blocks
+    rows = RestSimulator(
+        lambda sets: [angle(values) - measured_angle for values in sets], blocks, {"gain": 0.12}
+    )
+    lock, soften = candidate(LOCK), candidate(effect("soften", 0.1, 0.0, 1.0))
+    both = dataclasses.replace(
+        lock,
+        parameters=lock.parameters + soften.parameters,
+        neutral={"lock": 0.0, "soften": 0.0},
+        probes=(Probe(size=1.0, values={"lock": 0.5, "soften": 0.1}),),
+    )
+    start = {"lock": 0.01, "soften": 0.9}
+    alone = LinkFitter(rows, ["gain"], (), finer=0.01)
+    several = RestFitter(rows, ["gain"])
+    one, best = (f.fit(f.stated, (both,), start, rows.links) for f in (alone, several))
+    assert best.cost < 0.1 < one.cost
