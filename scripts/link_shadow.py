@@ -3,7 +3,7 @@
     python scripts/link_shadow.py CASE [CASE ...] [--workers 2] [--json FILE]
 
 Every case is recorded as scripts/blind_study.py records it, three repeats of each input, and
-diagnosed by `pamsim.diagnosis.by_link`, of which no command makes use yet. What the whole chain's
+diagnosed as `pamsim diagnose --by-link` does. What the whole chain's
 diagnosis said of it is read from results/blind_study_plant.json. Rules were made with these cases:
 how often the method is right, others have to show.
 """

@@ -208,8 +208,7 @@ def _beside_rivals(
 ) -> Judged:
     effect, rest = one.effect, one.rest
     links = seen_in(fitter, known, effect.name)
-    none = np.empty((rest.rows.size, 0))
-    _, found = promises(rest, known, none)
+    _, found = promises(rest, known)
     own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
     taken = model.names - {effect.name}
     others = [
@@ -220,16 +219,11 @@ def _beside_rivals(
         and seen_in(fitter, known, p.effect.name) & links
     ]
     # Nearest first: another form, another kind of the family, other families.
+    forms = [p for p in others if p.effect.name == effect.name]
+    family = [p for p in others if p.effect.family == effect.family]
     kinds = (
-        ([p for p in others if p.effect.name == effect.name], 1),
-        (
-            [
-                p
-                for p in others
-                if p.effect.family == effect.family and p.effect.name != effect.name
-            ],
-            1,
-        ),
+        (forms, 1),
+        ([p for p in family if p.effect.name != effect.name], 1),
         ([p for p in others if p.effect.family != effect.family], _RIVALS),
     )
     fits = [

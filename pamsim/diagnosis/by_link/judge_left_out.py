@@ -262,7 +262,7 @@ def _rival_fits(
 ) -> list[LinkModel]:
     """Fits with others in the place of an effect: another form, another of the family, others."""
     effect = one.effect
-    _, found = promises(one.rest, known, np.empty((one.rest.rows.size, 0)))
+    _, found = promises(one.rest, known)
     own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
     others = [
         p

@@ -85,7 +85,6 @@ class LinkFitter:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
         group_of, trial_of: number of the group of repeats, and of the trial, of each, (f,).
-        prior: see `PRIOR`.
     """
 
     def __init__(
@@ -110,7 +109,6 @@ class LinkFitter:
         self.trial_of = np.repeat(
             [trial[block.unit] for block in self.blocks], [block.size for block in self.blocks]
         )
-        self.prior = PRIOR
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
             for name in nuisance
@@ -125,23 +123,12 @@ class LinkFitter:
             rows=rows,
             sensitivities={},
         )
-        sensitivities = self._sensitivities(start, list(self.nuisance), self.values_of(start))
-        self.stated = replace(start, sensitivities=sensitivities)
+        own = self._sensitivities(start, list(self.nuisance))
+        self.stated = replace(start, sensitivities=own)
 
     def whiten(self, residual: FloatArray) -> FloatArray:
         """Whitened rows (f,) of the fitted trials out of a residual (n,) [SI]."""
         return whitened(self.blocks, residual)
-
-    def values_of(self, model: LinkModel) -> dict[str, float]:
-        """Values of a model's parameters [SI]."""
-        return dict(model.values)
-
-    def per_row(self, model: LinkModel) -> list[float]:
-        """Mean square of the rows of each link: 1 where only noise is left."""
-        return [
-            float(np.mean(model.rows[self.link_of == i] ** 2))
-            for i in range(len(self.simulator.links))
-        ]
 
     def in_links(self, links: Collection[Link]) -> NDArray[np.bool_]:
         """Mask (f,) of the whitened rows of some links."""
@@ -227,7 +214,7 @@ class LinkFitter:
             )
             known = {name: begin.sensitivities[name] for name in kept}
             fresh = [name for name in free if name not in known]
-            known |= self._sensitivities(at, fresh, at.values, wanted)
+            known |= self._sensitivities(at, fresh, wanted)
             return np.vstack([np.stack([known[n] for n in free], axis=1), np.diag(weight)])
 
         def descended(place: FloatArray, kept: Collection[str]) -> Fit | None:
@@ -292,7 +279,6 @@ class LinkFitter:
         self,
         at: LinkModel,
         names: Sequence[str],
-        values: Values,
         links: frozenset[Link] | None = None,
     ) -> dict[str, FloatArray]:
         """Change of the rows with parameters, in units of their scale."""
@@ -302,10 +288,10 @@ class LinkFitter:
         for name in names:
             scale = self.scale(name, at.effects)
             step = scale * self._finer * (_NUISANCE_STEP if name in self.nuisance else _STEP)
-            if name in own and values[name] + step > own[name].high:
+            if name in own and at.values[name] + step > own[name].high:
                 step = -step
             steps.append(step / scale)
-            sets.append({**values, name: values[name] + step})
+            sets.append({**at.values, name: at.values[name] + step})
         acts = [self.simulator.acts_in([name]) for name in names]
         inside = [own & links if links is not None else own for own in acts]
         found = self.simulate(sets, inside, at.residual)

@@ -21,6 +21,8 @@ _NONE_LEFT = 1e-8
 """Share of a signature's squares below which nothing is left of it beside a model: finite
 differences are that accurate."""
 
+_FARTHEST = 8.0  # factor on a probe that a fit begins with at most: a promise is of first order
+
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
@@ -58,7 +60,8 @@ class Promise:
 
     def start(self) -> dict[str, float]:
         """Values of the effect's parameters that a fit begins with [SI]."""
-        return self.effect.moved(self.signature.probe, self.factor)
+        factor = float(np.clip(self.factor, -_FARTHEST, _FARTHEST))
+        return self.effect.moved(self.signature.probe, factor)
 
 
 def signatures(
@@ -84,7 +87,7 @@ def first_probe(effect: Candidate) -> Probe:
 
 
 def promises(
-    model: LinkModel, known: Iterable[Signature], forms: FloatArray
+    model: LinkModel, known: Iterable[Signature], forms: FloatArray | None = None
 ) -> tuple[FloatArray, list[Promise]]:
     """What effects promise beside a model whose parameters, and other forms, are free.
 
@@ -92,24 +95,25 @@ def promises(
         model: fitted.
         known: signatures of what is tried; effects that the model has, or whose parameters it has
             freed, are left out.
-        forms: (f, k) signatures of the other forms of the model's effects.
+        forms: (f, k) signatures of the other forms of the model's effects; None for none.
 
     Returns:
         Rows (f,) that neither the model's parameters nor the forms can take away, and the best
         promise of each probe, the largest gain first.
     """
-    basis = orthonormal(np.hstack([model.jacobian(), forms]))
+    own = model.jacobian()
+    basis = orthonormal(own if forms is None else np.hstack([own, forms]))
     left = model.rows - basis @ (basis.T @ model.rows)
     found: list[Promise] = []
     for signature in known:
         effect = signature.effect
         if effect.name in model.names or model.freed & {p.name for p in effect.parameters}:
             continue
-        own = signature.rows - basis @ (basis.T @ signature.rows)
-        square = float(own @ own)
+        kept = signature.rows - basis @ (basis.T @ signature.rows)
+        square = float(kept @ kept)
         if square <= _NONE_LEFT * float(signature.rows @ signature.rows):
             continue
-        factor = -float(own @ left) / square
+        factor = -float(kept @ left) / square
         if factor > 0.0 or effect.two_sided:
             found.append(Promise(signature=signature, gain=factor**2 * square, factor=factor))
     return left, sorted(found, key=lambda promise: -promise.gain)

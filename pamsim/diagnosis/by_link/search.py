@@ -54,7 +54,6 @@ _WORTH = 0.4
 _MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
 _FORM_WORTH = 0.7  # share of the promise of an effect's best form from which another is fitted
 _ROUNDS = 8  # effects at most
-_FARTHEST = 8.0  # factor on a probe that a fit begins with at most: a promise is of first order
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,10 +147,7 @@ def best_fits(
                 break
             steps.begin(label)
             effects = (*model.effects, promise.effect)
-            start = promise.effect.moved(
-                promise.signature.probe, float(np.clip(promise.factor, -_FARTHEST, _FARTHEST))
-            )
-            fit = fitter.fit(model, effects, start, where)
+            fit = fitter.fit(model, effects, promise.start(), where)
             if fit is not None:
                 tried.append(fit)
         if tried:
@@ -182,7 +178,7 @@ def in_best_forms(
         if rest is None:
             continue
         own = [s for s in known if s.effect.label in forms]
-        _, found = promises(rest, own, np.empty((rest.rows.size, 0)))
+        _, found = promises(rest, own)
         others = best_fits(fitter, rest, found, known, most=1, steps=steps)
         model = min([model, *others], key=lambda fit: fit.cost)
     return model
@@ -193,7 +189,7 @@ def _screened(fitter: LinkFitter, candidates: Sequence[Candidate]) -> list[Signa
     stated = fitter.stated
     usual = [effect for effect in candidates if effect.usual]
     known = signatures(fitter, stated, [(effect, first_probe(effect)) for effect in usual])
-    _, found = promises(stated, known, np.empty((stated.rows.size, 0)))
+    _, found = promises(stated, known)
     largest: dict[Link, float] = {}
     seen = {p.effect.name: seen_in(fitter, known, p.effect.name) for p in found}
     for promise in found:

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter, LinkModel
 
 _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
 
@@ -47,7 +47,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     """
     names = list(model.sensitivities)
     jacobian = model.jacobian()
-    weight = np.array([1.0 / fitter.prior if n in fitter.nuisance else 0.0 for n in names])
+    weight = np.array([1.0 / PRIOR if n in fitter.nuisance else 0.0 for n in names])
     stated = np.array(
         [
             (model.values[n] - fitter.nuisance[n]) / abs(fitter.nuisance[n])
