@@ -111,7 +111,8 @@ def bent_slip_output_and_energy(
 ) -> tuple[float, float]:
     """`slip_output_and_energy` with springs of an asymmetry and a dead zone in [0, 1).
 
-    The force is 1 + asymmetry once all slip forward, and minus 1 - asymmetry once all slip back.
+    The force is 1 + asymmetry once all slip forward, and minus 1 - asymmetry once all slip back, a
+    share of the largest [-]; the energy is in [contraction].
     """
     share, shares, force, energy = 1.0, 0.0, 0.0, 0.0
     for k in range(elements):

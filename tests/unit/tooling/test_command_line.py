@@ -202,7 +202,7 @@ def test_a_shell_completes_commands_rigs_and_effects():
     assert completed("diagnose", "data", "--without", "air_leak,coulo") == [
         "air_leak,coulomb_friction"
     ]
-    assert completed("check", "data", "--effects", "angle_b") == ["angle_bias"]
+    assert completed("check", "data", "--effects", "angle_bi") == ["angle_bias"]
 
 
 @pytest.mark.parametrize(
