@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,9 @@ from pamsim.core.limits import RUN_SAMPLES
 from pamsim.core.parameters import check_value, parameter, specs
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import DRIVES, IMPOSED, Drive, DriveLike
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 _LOWEST_READING = -2e4  # of a gauge pressure [Pa]
 
@@ -95,6 +99,22 @@ class Experiment:
         """``drive`` of every column."""
         return Drive.of(self.drive, self.command_value.shape[1])
 
+    @cached_property
+    def _motions(self) -> dict[int, CubicHermiteSpline]:
+        """Imposed motion of each column: cubics with one slope where they meet.
+
+        A motion whose speed jumped would take an infinite force. The slope is that of the parabola
+        through a value and its neighbours.
+        """
+        from scipy.interpolate import CubicHermiteSpline
+
+        time, edge_order = self.command_time, 2 if len(self.command_time) > 2 else 1
+        return {
+            column: CubicHermiteSpline(time, values, np.gradient(values, time, edge_order=edge_order))
+            for column, values in enumerate(self.command_value.T)
+            if self.drives.kinds[column] in IMPOSED
+        }
+
     def command_at(self, times: ArrayLike) -> FloatArray:
         """Command at given times: the last value, or between two values as its drive says.
 
@@ -112,22 +132,10 @@ class Experiment:
         for column, kind in enumerate(self.drives.kinds):
             values = self.command_value[:, column]
             if kind in IMPOSED and len(values) > 1:
-                found[:, column] = _smooth(self.command_time, values, at)
+                found[:, column] = self._motions[column](np.minimum(at, self.command_time[-1]))
             elif DRIVES[kind].between:
                 found[:, column] = np.interp(at, self.command_time, values)
         return found
-
-
-def _smooth(time: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """Values on cubics with one slope where they meet; held after the last.
-
-    A motion whose speed jumped would take an infinite force. The slope is that of the parabola
-    through a value and its neighbours.
-    """
-    from scipy.interpolate import CubicHermiteSpline
-
-    slope = np.gradient(values, time, edge_order=2 if len(time) > 2 else 1)
-    return CubicHermiteSpline(time, values, slope)(np.minimum(at, time[-1]))
 
 
 def _check_values(drives: Drive, value: FloatArray, start: FloatArray) -> None:

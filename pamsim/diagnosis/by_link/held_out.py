@@ -32,6 +32,7 @@ class HeldOut:
                 self._blocks[simulator.links[number]].append(block)
         self.trials = unit_names([b for blocks in self._blocks.values() for b in blocks])
         self.links = simulator.links
+        self._known: dict[tuple[tuple[str, float], ...], FloatArray | None] = {}
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Mean square of the whitened rows of every link in every trial, (u,); 1 is noise."""
@@ -57,15 +58,17 @@ class HeldOut:
         return found
 
     def _residual(self, model: LinkModel) -> FloatArray | None:
-        simulator = self._fitter.simulator
-        (residual,) = simulator.residuals(
-            [model.values],
-            [frozenset(self.links)],
-            simulator.stated,
-            only=self._groups,
-            steps=MIDDLE,
-        )
-        return residual
+        key = tuple(sorted(model.values.items()))
+        if key not in self._known:
+            simulator = self._fitter.simulator
+            (self._known[key],) = simulator.residuals(
+                [model.values],
+                [frozenset(self.links)],
+                simulator.stated,
+                only=self._groups,
+                steps=MIDDLE,
+            )
+        return self._known[key]
 
 
 def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:

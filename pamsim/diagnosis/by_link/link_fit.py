@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import Values, in_link
+from pamsim.comparison.chain_simulator import MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
@@ -41,6 +41,9 @@ class LinkModel:
         values: of nuisance parameters in each link, and of the effects' parameters [SI].
         residual: of all links and trials, (n,) [SI]; of trials that are held out it is that of the
             rig as it is.
+        offset: of the residual, by which it is that of shorter time steps, (n,) [SI]. Simulations
+            about this model have the same added: long steps get right what parameters change, not
+            what a large effect does.
         rows: of the fitted trials, whitened, (f,).
         sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`,
             (f,).
@@ -49,6 +52,7 @@ class LinkModel:
     effects: tuple[Candidate, ...]
     values: Mapping[str, float]
     residual: FloatArray
+    offset: FloatArray
     rows: FloatArray
     sensitivities: Mapping[str, FloatArray]
 
@@ -120,6 +124,7 @@ class LinkFitter:
             effects=(),
             values=self.nuisance,
             residual=simulator.stated,
+            offset=np.zeros_like(simulator.stated),
             rows=rows,
             sensitivities={},
         )
@@ -147,10 +152,15 @@ class LinkFitter:
         return abs(probed - neutral) or 0.1 * (parameter.high - parameter.low)
 
     def simulate(
-        self, sets: Sequence[Values], links: Sequence[Collection[Link]], others: FloatArray
+        self, sets: Sequence[Values], links: Sequence[Collection[Link]], about: LinkModel
     ) -> list[FloatArray | None]:
-        """Residuals (n,) [SI] of parameter sets in the fitted trials, see `LinkSimulator`."""
-        return self.simulator.residuals(sets, links, others, only=self.groups)
+        """Residuals (n,) [SI] of parameter sets in the fitted trials, about a model.
+
+        The links of each set are simulated; the rows of the others are the model's.
+        """
+        others = about.residual - about.offset
+        found = self.simulator.residuals(sets, links, others, only=self.groups)
+        return [None if residual is None else residual + about.offset for residual in found]
 
     def fit(
         self,
@@ -186,45 +196,57 @@ class LinkFitter:
         high = high / scale
         stated = np.array([self.nuisance.get(name, 0.0) for name in free]) / scale
         weight = np.array([1.0 / PRIOR if name in self.nuisance else 0.0 for name in free])
+        about = begin
         residuals: dict[bytes, FloatArray | None] = {}
 
         def values_at(place: FloatArray) -> dict[str, float]:
             return values | dict(zip(free, (place * scale).tolist(), strict=True))
 
-        def rows_at(places: FloatArray) -> list[FloatArray | None]:
+        def residuals_at(places: Sequence[FloatArray]) -> list[FloatArray | None]:
             # A further descent begins where the last one has ended.
             new = [place for place in places if place.tobytes() not in residuals]
-            sets = [values_at(place) for place in new]
-            found = self.simulate(sets, [wanted] * len(new), begin.residual)
+            found = self.simulate([values_at(p) for p in new], [wanted] * len(new), begin)
             residuals.update((p.tobytes(), r) for p, r in zip(new, found, strict=True))
+            beyond = about.offset - begin.offset
             known = [residuals[place.tobytes()] for place in places]
+            return [None if r is None else r + beyond for r in known]
+
+        def rows_at(places: FloatArray) -> list[FloatArray | None]:
             return [
                 None if r is None else np.append(self.whiten(r), weight * (place - stated))
-                for place, r in zip(places, known, strict=True)
+                for place, r in zip(places, residuals_at(list(places)), strict=True)
             ]
 
-        def columns(place: FloatArray, here: FloatArray, kept: Collection[str]) -> FloatArray:
-            there = residuals.get(place.tobytes())
-            at = LinkModel(
+        def columns(place: FloatArray, known: Mapping[str, FloatArray]) -> FloatArray:
+            fresh = [name for name in free if name not in known]
+            at = model_at(place) if fresh else None
+            if at is not None:
+                known = {**known, **self._sensitivities(at, fresh, wanted)}
+            none = np.zeros(self.link_of.size)
+            own = [known.get(name, none) for name in free]
+            return np.vstack([np.stack(own, axis=1), np.diag(weight)])
+
+        def model_at(place: FloatArray) -> LinkModel | None:
+            (residual,) = residuals_at([place])
+            if residual is None:
+                return None
+            return LinkModel(
                 effects=tuple(effects),
                 values=values_at(place),
-                residual=begin.residual if there is None else there,
-                rows=here[: here.size - place.size],
-                sensitivities={},
+                residual=residual,
+                offset=about.offset,
+                rows=self.whiten(residual),
+                sensitivities={k: v for k, v in begin.sensitivities.items() if k in values},
             )
-            known = {name: begin.sensitivities[name] for name in kept}
-            fresh = [name for name in free if name not in known]
-            known |= self._sensitivities(at, fresh, wanted)
-            return np.vstack([np.stack([known[n] for n in free], axis=1), np.diag(weight)])
 
-        def descended(place: FloatArray, kept: Collection[str]) -> Fit | None:
+        def descended(place: FloatArray, known: Mapping[str, FloatArray]) -> Fit | None:
             try:
                 return bounded_least_squares(
                     rows_at,
                     [np.clip(place, low, high)],
                     lower=low,
                     upper=high,
-                    jacobian=secant_updated(lambda at, here: columns(at, here, kept)),
+                    jacobian=secant_updated(lambda at, _: columns(at, known)),
                     x_scale=1.0,
                     tolerance=_TOLERANCE,
                     max_steps=_STEPS,
@@ -232,31 +254,34 @@ class LinkFitter:
             except BreakdownError:
                 return None
 
-        known = [name for name in free if name in begin.sensitivities and name not in start]
+        known = {k: v for k, v in begin.sensitivities.items() if k in free and k not in start}
         fit = descended(np.array([values[name] for name in free]) / scale, known)
         # Those of another model, and those that only followed the steps, end a fit too soon.
         for _ in range(_DESCENTS):
             if fit is None or fit.start_cost - fit.cost <= _FAR * fit.cost:
                 break
-            fit = descended(fit.x, ()) or fit
-        if fit is None:
+            fit = descended(fit.x, {}) or fit
+        model = None if fit is None else model_at(fit.x)
+        if fit is None or model is None:
             return None
-        end = values_at(fit.x)
-        residual = residuals.get(fit.x.tobytes())
-        if residual is None:
-            (residual,) = self.simulate([end], [wanted], begin.residual)
-        if residual is None:
+        own_columns = fit.jacobian[: self.link_of.size]
+        known = {name: own_columns[:, i] for i, name in enumerate(free)}
+        about = self._in_short_steps(model, wanted)
+        if about is None:
             return None
-        sensitivities = {k: v for k, v in begin.sensitivities.items() if k in end}
-        count = fit.residual.size - len(free)
-        sensitivities |= {name: fit.jacobian[:count, i] for i, name in enumerate(free)}
-        return LinkModel(
-            effects=tuple(effects),
-            values=end,
-            residual=residual,
-            rows=self.whiten(residual),
-            sensitivities=sensitivities,
+        again = descended(fit.x, known)
+        model = model_at(fit.x if again is None else again.x)
+        return None if model is None else replace(model, sensitivities=model.sensitivities | known)
+
+    def _in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
+        """A model whose residual is that of shorter time steps; None if it breaks down in them."""
+        (residual,) = self.simulator.residuals(
+            [model.values], [links], model.residual, only=self.groups, steps=MIDDLE
         )
+        if residual is None:
+            return None
+        offset = model.offset + residual - model.residual
+        return replace(model, residual=residual, offset=offset, rows=self.whiten(residual))
 
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.
@@ -264,7 +289,7 @@ class LinkFitter:
         Effects of the muscle change pressures along an imposed motion a little.
         """
         links = frozenset(self.simulator.links)
-        (residual,) = self.simulate([model.values], [links], model.residual)
+        (residual,) = self.simulate([model.values], [links], model)
         if residual is None:
             return model
         return replace(model, residual=residual, rows=self.whiten(residual))
@@ -294,7 +319,7 @@ class LinkFitter:
             sets.append({**at.values, name: at.values[name] + step})
         acts = [self.simulator.acts_in([name]) for name in names]
         inside = [own & links if links is not None else own for own in acts]
-        found = self.simulate(sets, inside, at.residual)
+        found = self.simulate(sets, inside, at)
         return {
             name: np.zeros_like(at.rows) if r is None else (self.whiten(r) - at.rows) / step
             for name, step, r in zip(names, steps, found, strict=True)

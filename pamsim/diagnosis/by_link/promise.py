@@ -71,7 +71,7 @@ def signatures(
     found = fitter.simulate(
         [{**model.values, **probe.values} for _, probe in probes],
         [fitter.simulator.acts_in(probe.values) for _, probe in probes],
-        model.residual,
+        model,
     )
     return [
         Signature(effect=effect, probe=probe, rows=fitter.whiten(residual) - model.rows)

@@ -86,7 +86,7 @@ def search(
         material: see `MATERIAL`.
         steps: each fit is one.
     """
-    known = _screened(fitter, candidates)
+    known = _screened(fitter, candidates, material)
     base = fitter.stated
     for link in fitter.simulator.links:
         base = fitter.fit(base, (), {}, {link}) or base
@@ -184,7 +184,9 @@ def in_best_forms(
     return model
 
 
-def _screened(fitter: LinkFitter, candidates: Sequence[Candidate]) -> list[Signature]:
+def _screened(
+    fitter: LinkFitter, candidates: Sequence[Candidate], material: float
+) -> list[Signature]:
     """Signatures about the rig as it is: of every effect, and of all forms of what promises."""
     stated = fitter.stated
     usual = [effect for effect in candidates if effect.usual]
@@ -199,6 +201,7 @@ def _screened(fitter: LinkFitter, candidates: Sequence[Candidate]) -> list[Signa
         p.effect.name
         for p in found
         if any(p.gain >= _WIDER * largest[link] for link in seen[p.effect.name])
+        and p.gain >= _EARLY * _least(fitter, p.effect.name, known, material)
     }
     done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
     more = [
