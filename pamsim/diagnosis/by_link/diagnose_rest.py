@@ -91,6 +91,7 @@ def diagnose_rest(
         sizes=sizes(fitter, model),
         # Without repeats it is not known what a perfect model would leave.
         remainders={link: Remainder(excess=0.0, p_value=1.0) for link in before},
+        base=searched.base,
         model=model,
     )
 
