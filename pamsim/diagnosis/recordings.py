@@ -60,8 +60,8 @@ def diagnose_recordings(
     chain = whole_chain(
         rig,
         data,
-        chain_values(found.base),
-        chain_values(found.model) if found.effects else None,
+        chain_values(found, found.base),
+        chain_values(found, found.model) if found.effects else None,
         held_out=split.trials,
         threads=options.threads,
     )
@@ -116,7 +116,7 @@ def _repair(rig: Rig, found: LinkDiagnosis, sources: Sequence[str]) -> Repair | 
         return None
     return repair(
         rig,
-        chain_values(found.model),
+        chain_values(found, found.model),
         {name: size.interval95 for name, size in found.sizes.items()},
         {p.name: one.effect.name for one in found.effects for p in one.effect.parameters},
         ", ".join(Path(source).name or source for source in sources),

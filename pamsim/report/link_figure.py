@@ -30,6 +30,8 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
     most = 2.0
     for place, one in enumerate(links):
         for number, (state, colour) in enumerate(states):
+            if one[state] is None:  # its simulation breaks down
+                continue
             at = place + (number - 0.5 * (len(states) - 1)) * _BAR
             value = max(one[state], _BELOW)
             most = max(most, value)

@@ -56,7 +56,7 @@ def nuisance_entries(
     rig: Rig, found: LinkDiagnosis, names: Collection[str]
 ) -> tuple[NuisanceEntry, ...]:
     """Parameters that were refitted, in each link and for the whole rig."""
-    whole = chain_values(found.model)
+    whole = chain_values(found, found.model)
     entries: list[NuisanceEntry] = []
     for name in names:
         own = rig_parameter(rig, name)
@@ -148,7 +148,7 @@ class _Fitted:
         parameters = tuple(p for effect in model.effects for p in effect.parameters)
         fit = _Fit(
             parameters=parameters,
-            values=chain_values(model),
+            values=chain_values(found, model),
             jacobian=_beside_nuisance(model, [p.name for p in parameters]),
         )
         return cls(fit=fit, intervals={n: s.interval95 for n, s in found.sizes.items()})

@@ -69,8 +69,8 @@ def _between(
     threads: int | None,
 ) -> NextExperiment:
     advice = one.effect.effect.separating
-    values = chain_values(rival.model)
-    sets = [chain_values(found.model), values]
+    values = chain_values(found, rival.model)
+    sets = [chain_values(found, found.model), values]
     for parameter in rival.effect.parameters:
         value = values[parameter.name]
         step = _MOVED * (value or parameter.high - parameter.low)

@@ -150,7 +150,7 @@ class NuisanceEntry:
         unit: of the values.
         stated: value of the rig.
         by_link: link -> value there.
-        whole: value of the repaired rig: the mean of the links, weighted by how well each shows it.
+        whole: value of the repaired rig, see `pamsim.diagnosis.by_link.chain_values`.
     """
 
     parameter: str
