@@ -43,7 +43,7 @@ def test_friction_hidden_at_one_joint_is_named_at_that_joint(arm, rubbing):
     size = effect.sizes["joint.elbow.damping"]
     assert size.value > 1.4 * own
     assert size.value == pytest.approx(planted["joint.elbow.damping"], rel=0.03)
-    assert found.links[-1].after < 0.5 * found.links[-1].before
+    assert found.links[-1].after < 1.1 < found.links[-1].before
 
 
 def test_damping_of_both_joints_is_recovered_and_written(arm, tmp_path):
