@@ -127,7 +127,7 @@ def show(
         else:
             from pamsim.report.diagnose_page import write_diagnosis
 
-            write_diagnosis(result, report.comparisons, out)
+            write_diagnosis(result, out)
     save_json(json_file, result)
     if by_link:
         for warning in report.warnings:

@@ -13,8 +13,8 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import INLINE, NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.method.trial_model import far_from
 from pamsim.diagnosis.method.verdict import Verdict
+from pamsim.diagnosis.method.verdict_thresholds import FAR_NUISANCE
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 from pamsim.diagnosis.sentence import verdict_sentence
@@ -329,7 +329,7 @@ class NuisanceEntry:
     @json_property
     def far(self) -> bool:
         """Whether it left the rig's value so far, or its range, that it may hide an effect."""
-        return self.at_bound or far_from(self.last, self.before)
+        return self.at_bound or abs(self.last - self.before) > FAR_NUISANCE * abs(self.before)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""The verdict of a diagnosis as one plain sentence, whatever the kind of data."""
+"""The verdict on a table at rest or a loop as one plain sentence."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
 from pamsim.diagnosis.sized import sized
 from pamsim.effects.effect import FAMILIES
 
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from pamsim.diagnosis.result import Diagnosis, FoundEffect, Place
 
 _DIGITS = 3
-_ENOUGH = "three repeats of three inputs would do"
 _LISTED = 3  # alternatives that the sentence names
 
 
@@ -24,10 +22,7 @@ def verdict_sentence(result: Diagnosis) -> str:
     match result.verdict:
         case Verdict.NO_GAP:
             text = (
-                "No gap: on held-out data the simulation is as near to the measurements as their"
-                f" noise allows ({_level(result)}){_below_a_gap(result)}"
-                if result.kind == "recordings"
-                else "No gap: no effect improves predictions of held-out data significantly, and"
+                "No gap: no effect improves predictions of held-out data significantly, and"
                 f" what the model misses is not systematic ({_level(result)})"
             )
         case Verdict.NAMED | Verdict.NAMED_WITH_REMAINDER:
@@ -68,17 +63,12 @@ def _named(result: Diagnosis) -> str:
     ]
     what, left = " and ".join(parts), ""
     single = len(parts) == 1
-    if result.verdict is Verdict.NAMED_WITH_REMAINDER and _only_untested(result):
-        left = (
-            "; whether exactly this is missing or something that resembles it is not testable with"
-            f" these repeats ({_ENOUGH})"
-        )
-    elif result.verdict is Verdict.NAMED_WITH_REMAINDER:
+    if result.verdict is Verdict.NAMED_WITH_REMAINDER:
         families = dict.fromkeys(e.family.replace("_", " ") for e in result.effects)
         what = f"something that resembles {what}"
         left = (
-            f", and leave{'s' if single else ''} {_remainder(result)}: another effect, of the same"
-            f" family ({', '.join(families)}) or one that resembles it"
+            f", and leave{'s' if single else ''} a significant remainder: another effect, of the"
+            f" same family ({', '.join(families)}) or one that resembles it"
         )
     return (
         f"Missing: {what}; {'it explains' if single else 'together they explain'}"
@@ -104,53 +94,11 @@ def _percent(share: float, ends: tuple[float, float] | None) -> str:
     return f"{text} %"
 
 
-def _below_a_gap(result: Diagnosis) -> str:
-    """What repeats share although it is no gap, or that these repeats could not show it."""
-    lack = result.details.lack_of_fit
-    if lack is None or (lack["testable"] and not lack["significant"]):
-        return ""
-    if not lack["testable"]:
-        return (
-            "; whether all repeats share a remainder is not testable with these repeats"
-            f" ({_ENOUGH})"
-        )
-    return (
-        f"; all repeats share {lack['size']:.2g} of the noise variance that it does not predict"
-        f" (p = {lack['p_value']:.1g}), less than counts as a gap"
-    )
-
-
-def _only_untested(result: Diagnosis) -> bool:
-    """Whether repeats that cannot show a remainder are all that keeps it from a plain name."""
-    lack, remainder = result.details.lack_of_fit, result.details.remainder
-    small = remainder is None or remainder <= LARGE_REMAINDER_LOSS
-    return lack is not None and not lack["testable"] and small
-
-
-def _remainder(result: Diagnosis) -> str:
-    """What the best model leaves, and how certain that is."""
-    lack, remainder = result.details.lack_of_fit, result.details.remainder
-    if lack is not None and lack["significant"]:
-        return (
-            f"{lack['size']:.2g} of the noise variance, shared by all repeats"
-            f" (p = {lack['p_value']:.1g})"
-        )
-    if remainder is not None:
-        return f"{remainder:.2g} of the noise variance"
-    return "a significant remainder"
-
-
 def _level(result: Diagnosis) -> str:
-    before = result.over_floor(repaired=False)
-    if before is not None:
-        return f"RMS {before:#.3g} times the noise floor"
     return ", ".join(f"RMS {g.before.value:.2f} {g.unit}" for g in result.gap.values())
 
 
 def _levels(result: Diagnosis) -> str:
-    before, after = result.over_floor(repaired=False), result.over_floor(repaired=True)
-    if before is not None and after is not None:
-        return f"RMS {before:#.3g} times the noise floor before and {after:#.3g} after the repair"
     return ", ".join(
         f"RMS {g.before.value:.2f} {g.unit} before and {g.after.value:.2f} {g.unit} after the"
         " repair"

@@ -1,15 +1,10 @@
-"""Where a model misses, in the units of the result: channels and protocols, maps, regions."""
+"""Where a model misses, in the units of the result: maps and regions."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M, PA_PER_KPA
-from pamsim.diagnosis.method.where import Cell, ResidualMap
-from pamsim.diagnosis.result import MapEntry, Place, Region
-
-SIGNIFICANT_MAP = 0.05
-"""p-value up to which a map shows where a channel misses."""
+from pamsim.diagnosis.method.where import ResidualMap
+from pamsim.diagnosis.result import MapEntry, Region
 
 _QUANTITIES = {
     "common_pressure": ("kPa", 1.0 / PA_PER_KPA),
@@ -29,7 +24,7 @@ def map_entry(residual_map: ResidualMap, mean_unit: str, scale: float) -> MapEnt
     """A map as it is written.
 
     Args:
-        residual_map: of trials or of rows.
+        residual_map: of rows.
         mean_unit: of the residual in the result.
         scale: its factor on the unit of the map.
     """
@@ -59,24 +54,6 @@ def region(residual_map: ResidualMap) -> Region:
         unit=unit,
         p_value=residual_map.p_value,
         rows=residual_map.rows[residual_map.worst] if residual_map.rows else (),
-    )
-
-
-def cell_places(cells: Sequence[Cell], maps: Sequence[ResidualMap]) -> tuple[Place, ...]:
-    """Channels and protocols, each with the region of the channel's most significant map."""
-    regions: dict[str, Region] = {}
-    for residual_map in maps:
-        if residual_map.p_value <= SIGNIFICANT_MAP:
-            regions.setdefault(residual_map.channel, region(residual_map))
-    return tuple(
-        Place(
-            channel=cell.channel,
-            protocol=cell.protocol,
-            excess=cell.excess,
-            p_value=cell.p_value,
-            region=regions.get(cell.channel),
-        )
-        for cell in cells
     )
 
 
