@@ -16,7 +16,7 @@ from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder, remainders
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.engine.rig import Rig
@@ -93,8 +93,8 @@ def diagnose_links(
     simulator = ChainSimulator(rig, _groups(trials, held_out, alpha), threads=threads)
     fitter = LinkFitter(simulator, nuisance, held_out)
     searched = search(fitter, candidates, material=material, steps=steps)
-    unseen = HeldOut(fitter, held_out)
-    model, effects = judge(fitter, searched, unseen, alpha=alpha, seed=seed, steps=steps)
+    unseen = HeldOut(fitter, held_out, seed=seed)
+    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
     before, after = unseen.losses(searched.base), unseen.losses(model)
     return LinkDiagnosis(
         links=simulator.links,
@@ -102,7 +102,7 @@ def diagnose_links(
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
         sizes=sizes(fitter, model),
-        remainders=remainders(unseen, model, seed=seed),
+        remainders=unseen.remainders(model),
         model=model,
     )
 

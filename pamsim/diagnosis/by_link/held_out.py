@@ -1,4 +1,8 @@
-"""Trials that no fit has seen: what models leave of them."""
+"""Trials that no fit has seen: what models leave of them.
+
+Which of two models predicts them better is decided by flips of the signs of whole trials
+(`pamsim.inference.model_comparison`).
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,11 @@ import numpy as np
 from pamsim.comparison.chain_simulator import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.judge import Difference
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.inference.blocks import Block, unit_losses, unit_names
+from pamsim.inference.model_comparison import compare_with_reference
 
 
 class HeldOut:
@@ -19,10 +26,11 @@ class HeldOut:
     Args:
         fitter: that fitted the others.
         names: of these trials.
+        seed: random seed of the sign flips, where they are drawn.
     """
 
-    def __init__(self, fitter: LinkFitter, names: Collection[str]) -> None:
-        self._fitter = fitter
+    def __init__(self, fitter: LinkFitter, names: Collection[str], *, seed: int = 0) -> None:
+        self._fitter, self._seed = fitter, seed
         simulator = fitter.simulator
         self._groups = frozenset(g.name for g in simulator.repeats if g.name in names)
         self._group_of = {t.name: g.name for g in simulator.repeats for t in g.trials}
@@ -43,10 +51,31 @@ class HeldOut:
             link: unit_losses(blocks, residual) for link, blocks in self._blocks.items() if blocks
         }
 
+    def beyond_noise(self, model: LinkModel, links: Collection[Link]) -> float:
+        """What a model leaves in some links beyond the noise, a mean square [noise variance]."""
+        return float(np.mean(_mean_loss(self.losses(model), links))) - 1.0
+
+    def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
+        """How much better a model predicts some links than the same without one effect."""
+        own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
+        found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
+        return Difference(gain=float(found.gain[0]), p_value=float(found.p_value[0]))
+
+    def worse(
+        self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
+    ) -> Difference:
+        """How much worse a rival predicts some links; ``rest`` is without meaning here."""
+        del rest
+        return self.better(model, rival, links)
+
+    def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
+        """What a model leaves in every link that repeats share."""
+        return remainders(self.rows(model), seed=self._seed)
+
     def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
         """Whitened rows of every link: for each group of repeats and channel, trial -> (n,)."""
         residual = self._residual(model)
-        found: dict[Link, list[dict[str, FloatArray]]] = {}
+        found: dict[Link, list[dict[str, FloatArray]]] = {link: [] for link in self.links}
         if residual is None:
             return found
         for link, blocks in self._blocks.items():
@@ -71,6 +100,6 @@ class HeldOut:
         return self._known[key]
 
 
-def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
+def _mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
     """Loss of each trial over some links, (u,)."""
     return np.mean([losses[link] for link in losses if link in links], axis=0)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
-from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.search import MATERIAL
 
 
@@ -30,21 +30,22 @@ class Remainder:
         return self.p_value <= alpha and self.excess >= MATERIAL
 
 
-def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:
+def remainders(
+    rows: Mapping[Link, Sequence[Mapping[str, FloatArray]]], *, seed: int = 0
+) -> dict[Link, Remainder]:
     """What a model leaves in the held-out trials of every link.
 
     Args:
-        held_out: trials.
-        model: fitted to the others.
+        rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
         seed: random seed of the sign flips.
     """
     repeated: dict[Link, list[RepeatedMisfit]] = {}
-    for link, groups in held_out.rows(model).items():
+    for link, groups in rows.items():
         own = [repeated_misfit(rows) for rows in groups if len(rows) > 1]
         if own:
             repeated[link] = own
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
-    found = {link: Remainder(excess=0.0, p_value=1.0) for link in held_out.links}
+    found = {link: Remainder(excess=0.0, p_value=1.0) for link in rows}
     for (link, own), p_value in zip(repeated.items(), p_values, strict=True):
         excess = float(np.mean([one.shared for one in own]))
         found[link] = Remainder(excess=excess, p_value=p_value)

@@ -16,12 +16,13 @@ from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
-from pamsim.diagnosis.by_link.judge_left_out import losses_left_out
+from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import search
 from pamsim.inference.blocks import Block
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.near_units import nearest_units
 from tests.unit.diagnosis.by_link.toy_table import candidate, diagnosed, levels, simulator
 from tests.unit.diagnosis.toy_rows import LIBRARY, LOCK, NOISE, Table, effect, measured
 
@@ -114,7 +115,8 @@ def test_losses_of_rows_left_out_are_those_of_refits():
     angle = measured(TABLE, {"lock": 1.5}, noise=1e-3)
     fitter = RestFitter(simulator(TABLE, angle), ["gain"])
     searched = search(fitter, [candidate(LOCK)], steps=Steps(None, 1))
-    ((_, losses),) = losses_left_out(fitter, searched.model).items()
+    unseen = LeftOut(fitter, searched.known, nearest_units(fitter.simulator.inputs))
+    ((_, losses),) = unseen.losses(searched.model).items()
     jacobian = searched.model.jacobian()
     for i in range(TABLE.step.size):
         keep = np.arange(TABLE.step.size) != i
@@ -166,9 +168,12 @@ def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
         return values.get("gain", 0.12) * step - np.sign(step) * grown
 
     measured_angle = angle(truth)
-    blocks = simulator(TABLE, measured_angle).blocks
+    known = simulator(TABLE, measured_angle)
     rows = RestSimulator(
-        lambda sets: [angle(values) - measured_angle for values in sets], blocks, {"gain": 0.12}
+        lambda sets: [angle(values) - measured_angle for values in sets],
+        known.blocks,
+        known.inputs,
+        {"gain": 0.12},
     )
     lock, soften = candidate(LOCK), candidate(effect("soften", 0.1, 0.0, 1.0))
     both = dataclasses.replace(

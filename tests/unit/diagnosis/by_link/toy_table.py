@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.rest_simulator import RestSimulator, table_blocks
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
@@ -34,6 +36,7 @@ def simulator(table, angle, variance=1e-4):
     return RestSimulator(
         lambda sets: [table.angle(values) - angle for values in sets],
         table_blocks(static, variance),
+        np.stack([table.low, table.step, table.load], axis=1),
         OWN,
     )
 
