@@ -27,11 +27,11 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import fields_to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.about_the_drive import about_the_drive
 from pamsim.diagnosis.about_the_rig import about_the_rig
-from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.residual_block import layout

@@ -124,7 +124,15 @@ def result_of(
         seconds=seconds,
         method=method,
         comparisons=_comparisons(data, method, split, before, after),
-        repair=None if claimed is None else repair(rig, claimed, origin),
+        repair=None
+        if claimed is None
+        else repair(
+            rig,
+            claimed.fit.values,
+            claimed.intervals,
+            {p.name: c.name for c in claimed.candidates for p in c.parameters},
+            origin,
+        ),
     )
 
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.method.verdict_thresholds import LARGE_REMAINDER_LOSS
+from pamsim.diagnosis.sized import sized
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.result import Diagnosis, Estimate, FoundEffect, Place
+    from pamsim.diagnosis.result import Diagnosis, FoundEffect, Place
 
 _DIGITS = 3
 _ENOUGH = "three repeats of three inputs would do"
@@ -57,21 +58,6 @@ def _far_nuisance(result: Diagnosis) -> str:
 
 def _value(value: float, unit: str) -> str:
     return f"{value:.{_DIGITS}g}{'' if unit == '1' else f' {unit}'}"
-
-
-def sized(name: str, estimate: Estimate) -> str:
-    """A fitted parameter as text, such as ``leak conductance 2.00 [1.92, 2.07] mm^3/(s*kPa)``."""
-    label = name.rpartition(".")[2].replace("_", " ")
-    digits = _DIGITS
-    if estimate.interval95 is not None:
-        low, high = estimate.interval95
-        largest = max(abs(low), abs(high), abs(estimate.value))
-        if low < high:  # two digits of half its width
-            digits = max(digits, 2 + math.floor(math.log10(2.0 * largest / (high - low))))
-    text = f"{label} {estimate.value:.{digits}g}"
-    if estimate.interval95 is not None:
-        text += f" [{', '.join(f'{end:.{digits}g}' for end in estimate.interval95)}]"
-    return text if estimate.unit == "1" else f"{text} {estimate.unit}"
 
 
 def _named(result: Diagnosis) -> str:

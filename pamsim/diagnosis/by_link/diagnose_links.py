@@ -38,6 +38,7 @@ class LinkDiagnosis:
         effects: that are there, the largest gain first.
         sizes: parameter of an effect -> value and interval.
         remainders: what is left in every link.
+        base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
     """
 
@@ -47,6 +48,7 @@ class LinkDiagnosis:
     effects: tuple[Judged, ...]
     sizes: Mapping[str, Size]
     remainders: Mapping[Link, Remainder]
+    base: LinkModel
     model: LinkModel
 
 
@@ -103,6 +105,7 @@ def diagnose_links(
         effects=effects,
         sizes=sizes(fitter, model),
         remainders=unseen.remainders(model),
+        base=searched.base,
         model=model,
     )
 

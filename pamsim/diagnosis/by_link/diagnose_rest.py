@@ -96,6 +96,7 @@ def diagnose_rest(
         effects=effects,
         sizes=sizes(fitter, model),
         remainders=unseen.remainders(model),
+        base=searched.base,
         model=model,
     )
 

@@ -54,6 +54,10 @@ class Rival:
     excess: float
     p_value: float
 
+    def ties(self, alpha: float = ALPHA) -> bool:
+        """Whether it may be the cause instead."""
+        return self.p_value > alpha or self.excess <= 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Judged:
@@ -86,7 +90,7 @@ class Judged:
     def certain(self, alpha: float = ALPHA) -> dict[str, bool]:
         """Which levels of the name hold."""
         own = _levels(self.effect)
-        tied = [_levels(r.effect) for r in self.rivals if r.p_value > alpha or r.excess <= 0.0]
+        tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
         there = self.p_value <= alpha and self.gain > 0.0
         return {
             level: there
