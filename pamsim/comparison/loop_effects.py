@@ -19,7 +19,7 @@ from pamsim.physics.hysteresis.maxwell_slip import play
 
 _SUBSTEPS = 8  # of the Bouc-Wen equation between two points
 _SLIPS = 4  # elements of the Maxwell-slip form
-_TRAVEL = (0.1, 0.02, 0.05, 0.15, 0.2, 0.3, 0.45)  # of the span; above half of it nothing yields
+_TRAVEL = (0.1, 0.02, 0.05, 0.15, 0.2, 0.3, 0.45)  # of the span
 _LAGS = (4.0, 1.0, 2.0, 8.0, 16.0)  # points of the path
 
 
@@ -105,8 +105,15 @@ def _opening(form: str) -> EffectParameter:
 
 def _form(name: str, form: str, missing: str, *shapes: EffectParameter) -> Effect:
     """An effect of the catalog as a signal in a loop."""
-    parameters = (_opening(form), *shapes)
-    return replace(EFFECTS[name], form=form, missing=missing, equation="", parameters=parameters)
+    return replace(
+        EFFECTS[name],
+        form=form,
+        missing=missing,
+        equation="",
+        parameters=(_opening(form), *shapes),
+        separating="the same loop at a tenth of the rate: creep and what grows with the rate close"
+        " it, hysteresis does not",
+    )
 
 
 LOOP_EFFECTS: tuple[LoopEffect, ...] = (
@@ -116,14 +123,14 @@ LOOP_EFFECTS: tuple[LoopEffect, ...] = (
                 "muscle_hysteresis",
                 form,
                 "rate-independent hysteresis",
-                shape(f"{form}.travel_over_span", _TRAVEL[0], 0.01, 0.49, starts=_TRAVEL[1:]),
+                shape(f"{form}.travel_over_span", _TRAVEL[0], 0.01, most, starts=_TRAVEL[1:]),
             ),
             signal=signal,
         )
-        for form, signal in (
-            ("stop", stop_signal),
-            ("maxwell_slip", maxwell_slip_signal),
-            ("bouc_wen", bouc_wen_signal),
+        for form, signal, most in (
+            ("stop", stop_signal, 0.49),  # one that slips after half of the span never slips back
+            ("maxwell_slip", maxwell_slip_signal, 0.49 * _SLIPS),
+            ("bouc_wen", bouc_wen_signal, 2.0),
         )
     ),
     LoopEffect(

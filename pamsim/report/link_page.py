@@ -89,7 +89,11 @@ def headline(result: Mapping[str, Any]) -> str:
 
 def _noise(result: Mapping[str, Any]) -> dict[str, float]:
     """Channel -> noise [SI]."""
-    return {name: gap["floor"] / shown_unit(name)[1] for name, gap in result["gap"].items()}
+    return {
+        name: gap["floor"] / shown_unit(name)[1]
+        for name, gap in result["gap"].items()
+        if gap["floor"] is not None
+    }
 
 
 def _figures(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
@@ -12,6 +13,7 @@ from pamsim.comparison.chain_simulator import plain
 from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import ALPHA, judge
 from pamsim.diagnosis.by_link.left_out import LeftOut
@@ -26,6 +28,21 @@ SimulatorAt = Callable[[float, Mapping[str, float]], RestSimulator]
 """Variance of the noise of every row [SI], and parameters [SI] near which predictions have to be
 exact, to a simulator of the rows."""
 
+
+@dataclass(frozen=True, kw_only=True)
+class RestDiagnosis(LinkDiagnosis):
+    """What was found in rows at rest.
+
+    Attributes:
+        errors_before: simulated minus measured of each row by a fit to the others, without effects,
+            (n,) [SI].
+        errors_after: the same with those that were found.
+    """
+
+    errors_before: FloatArray
+    errors_after: FloatArray
+
+
 _PASSES = 4  # searches, each with the noise that the one before leaves
 _FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
 
@@ -39,7 +56,7 @@ def diagnose_rest(
     alpha: float = ALPHA,
     seed: int = 0,
     progress: Progress | None = None,
-) -> LinkDiagnosis:
+) -> RestDiagnosis:
     """Find the effects that a model of rows at rest is missing.
 
     Rows have no repeats, so that their noise is not known. The search takes for it what its model
@@ -64,8 +81,8 @@ def diagnose_rest(
     stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha, two_sided=False)
     if stated.size < fewest:
         raise InputError(
-            f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at a level"
-            f" of {100.0 * alpha:g} %; give more rows at rest, or levels of both branches of a loop"
+            f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at"
+            f" {100.0 * alpha:g} %; give more rows at rest, or levels of both branches of a loop"
         )
     variance = float(np.mean(stated**2))
     fitter = RestFitter(simulator_at(variance, {}), nuisance)
@@ -89,7 +106,7 @@ def diagnose_rest(
     unseen = LeftOut(fitter, searched.known, near, alpha=alpha, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
     before, after = unseen.losses(searched.base), unseen.losses(model)
-    return LinkDiagnosis(
+    return RestDiagnosis(
         links=fitter.simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
@@ -98,6 +115,8 @@ def diagnose_rest(
         remainders=unseen.remainders(model),
         base=searched.base,
         model=model,
+        errors_before=unseen.errors(searched.base),
+        errors_after=unseen.errors(model),
     )
 
 

@@ -34,10 +34,13 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.inference.blocks import Stack
+from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together
 from pamsim.inference.permutation import best_of_many_p_values
 from pamsim.inference.projected_effect import FreeForms, compare_effects, orthonormal
+
+_DETERMINED = 1e-9  # share of a row's variance below which a fit passes through the row
 
 
 class LeftOut:
@@ -71,6 +74,14 @@ class LeftOut:
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Loss of each row of each link, (n,); 1 is noise."""
         return {link: self._beside(model, {link}).losses for link in self._fitter.simulator.links}
+
+    def errors(self, model: LinkModel) -> FloatArray:
+        """Simulated minus measured of each row by a fit to the others, (n,) [SI]."""
+        basis = orthonormal(_free_columns(model))
+        free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
+        noise = [block.noise for block in self._fitter.blocks]
+        variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
+        return model.rows / free * np.sqrt(variance)
 
     def beyond_noise(self, model: LinkModel, links: Collection[Link]) -> float:
         """What a model leaves in some links beyond the noise, a mean square [noise variance]."""

@@ -11,6 +11,7 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
@@ -220,6 +221,8 @@ class LinkReport:
         material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
         run: what was diagnosed, and how; None where it is not stated.
         repaired_rig: folder of the repaired rig once it is saved.
+        rows: of a table at rest.
+        branches: of a loop; None of other data.
         comparisons: measured and simulated signals for the page.
         repair: what the repaired rig is written from; None without effects.
     """
@@ -235,6 +238,8 @@ class LinkReport:
     material: float = MATERIAL
     run: Run | None = None
     repaired_rig: Path | None = None
+    rows: tuple[RowEntry, ...] = ()
+    branches: Branches | None = None
     comparisons: tuple[Comparison, ...] = field(default=(), repr=False, metadata=NOT_IN_JSON)
     repair: Repair | None = field(default=None, repr=False, metadata=NOT_IN_JSON)
 
