@@ -301,7 +301,7 @@ def must_show(cases: Sequence[Case], repeats: int) -> list[dict[str, Any]]:
             plain_share([_holds(entry) for _, r in cases for entry in _limits(r)])
         ),
         Bar(quantity="median seconds per diagnosis", high=30.0, aim=15.0, unit="s").judged(
-            _median(r["seconds"] for _, r in cases)
+            median(r["seconds"] for _, r in cases)
         ),
     ]
     if repeats < 3:
@@ -371,7 +371,7 @@ def scores(cases: Sequence[Case]) -> dict[str, Any]:
             of("resembles"), lambda c, r: counts(c, r)[1] == 0
         ),
         "parameters within 15 %": plain_share([error <= SIZE_ERROR for error in sizes]),
-        "error of the parameters": _median(sizes),
+        "error of the parameters": median(sizes),
         "intervals that contain the hidden value, library's formula": plain_share(
             [one for c, r in of("library") for one in _intervals(c, r)]
         ),
@@ -491,7 +491,8 @@ def _rate(found: Sequence[tuple[int, int, int]]) -> dict[str, Any]:
     return plain_share([True] * false + [False] * right)
 
 
-def _median(values: Any) -> dict[str, Any]:
+def median(values: Any) -> dict[str, Any]:
+    """Median of numbers, their 90 % quantile, and how many they are."""
     found = np.array(list(values), dtype=float)
     if not found.size:
         return {"count": 0}

@@ -78,7 +78,13 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
                 "share": _rounded(one.share),
                 "p_value": _rounded(one.p_value),
                 "rivals": [
-                    [r.effect.label, r.effect.family, _rounded(r.excess), _rounded(r.p_value)]
+                    [
+                        r.effect.label,
+                        r.effect.family,
+                        _rounded(r.excess),
+                        _rounded(r.p_value),
+                        [_rounded(float(one)) for one in r.by_trial],
+                    ]
                     for r in one.rivals
                 ],
             }

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of
+from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.comparison.imposed_signals import smoothed
 from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
 from pamsim.comparison.links import Link, LinkRun, link_runs
@@ -213,8 +213,10 @@ def link_experiment(
             experiment = replace(experiment_of(driven), start_pressure=start)
         else:
             driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
-            experiment = experiment_of(driven, sample_rate=way_rate(driven))
-            experiment = replace(experiment, start_pressure=start, settle=0.0)
+            # All that is imposed runs on between its values, so that samples may be further apart.
+            experiment = experiment_of(driven, sample_rate=way_rate(trial))
+            rate = grid_rate(trial.time)
+            experiment = replace(experiment, start_pressure=start, settle=0.0, sample_rate=rate)
     else:
         experiment = experiment_of(driven)
     experiment = with_true_inputs(rig, experiment)

@@ -28,7 +28,7 @@ class Value(Protocol):
 
 
 def sized(name: str, one: Value) -> str:
-    """A fitted parameter as text, such as ``leak conductance 2.00 [1.92, 2.07] mm^3/(s*kPa)``."""
+    """A fitted parameter as text, such as ``leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa)``."""
     label = name.rpartition(".")[2].replace("_", " ")
     digits, ends = _DIGITS, one.interval95
     known = ends is not None and all(map(math.isfinite, ends))

@@ -21,8 +21,6 @@ def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
     ).save(tmp_path / "data")
     result = pamsim.diagnose(tmp_path / "data", rig=rig, effects=["muscle_hysteresis", "air_leak"])
     assert [effect.name for effect in result.effects] == ["muscle_hysteresis"]
-    assert {place["channel"] for place in result.to_dict()["where"]} <= {
-        "muscle.pressure", "rod.force"
-    }  # fmt: skip
-    gap = result.to_dict()["gap"]["rod.force"]
-    assert gap["after"]["value"] < 0.3 * gap["before"]["value"]
+    assert result.effects[0].links == ("muscle",)
+    gap = result.gap["rod.force"]
+    assert gap.after < 0.3 * gap.before

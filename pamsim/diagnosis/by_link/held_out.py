@@ -51,15 +51,17 @@ class HeldOut:
             link: unit_losses(blocks, residual) for link, blocks in self._blocks.items() if blocks
         }
 
-    def beyond_noise(self, model: LinkModel, links: Collection[Link]) -> float:
-        """What a model leaves in some links beyond the noise, a mean square [noise variance]."""
-        return float(np.mean(_mean_loss(self.losses(model), links))) - 1.0
+    def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
+        """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
+        return {link: one.excess for link, one in self.remainders(model).items()}
 
     def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
-        """How much better a model predicts some links than the same without one effect."""
+        """How much better a model predicts some links than another."""
         own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
         found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
-        return Difference(gain=float(found.gain[0]), p_value=float(found.p_value[0]))
+        return Difference(
+            gain=float(found.gain[0]), p_value=float(found.p_value[0]), by_unit=other - own
+        )
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -70,7 +72,7 @@ class HeldOut:
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What a model leaves in every link that repeats share."""
-        return remainders(self.rows(model), seed=self._seed)
+        return remainders(self.rows(model), self.losses(model), seed=self._seed)
 
     def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
         """Whitened rows of every link: for each group of repeats and channel, trial -> (n,)."""

@@ -16,9 +16,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import promises, seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
@@ -47,12 +50,14 @@ class Rival:
         model: fitted with it.
         excess: by how much it predicts worse, mean over the held-out trials [noise variance].
         p_value: of one that predicts as well.
+        by_trial: excess in every held-out trial, or row left out, (u,).
     """
 
     effect: Candidate
     model: LinkModel
     excess: float
     p_value: float
+    by_trial: FloatArray
 
     def ties(self, alpha: float = ALPHA) -> bool:
         """Whether it may be the cause instead."""
@@ -68,7 +73,8 @@ class Judged:
         links: in which it is seen.
         gain: fall of the mean square of these links' whitened rows in the held-out trials, beside
             the model without it [noise variance].
-        before: what the rig without any effect leaves there beyond the noise [noise variance].
+        before: mean square of what the rig without any effect leaves there, noise taken off: of
+            repeats what they share [noise variance].
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether nothing but noise is left in its links.
@@ -117,17 +123,19 @@ class Difference:
     Attributes:
         gain: mean difference of their losses [noise variance].
         p_value: of none.
+        by_unit: differences of which the gain is the mean, (u,).
     """
 
     gain: float
     p_value: float
+    by_unit: FloatArray
 
 
 class Unseen(Protocol):
     """Data that no fit has seen."""
 
-    def beyond_noise(self, model: LinkModel, links: Collection[Link]) -> float:
-        """What a model leaves in some links beyond the noise, a mean square [noise variance]."""
+    def beyond_noise(self, model: LinkModel) -> Mapping[Link, float]:
+        """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
         ...
 
     def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
@@ -165,7 +173,7 @@ def judge(
     Returns:
         The model that is left, and its effects in the order of their gain.
     """
-    case = _Case(fitter, searched, unseen, alpha, steps)
+    case = _Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), alpha, steps)
     model, swaps = searched.model, 0
     while True:
         model, rests = _needed(case, model)
@@ -187,6 +195,7 @@ class _Case:
     fitter: LinkFitter
     searched: Searched
     unseen: Unseen
+    before: Mapping[Link, float]
     alpha: float
     steps: Steps
 
@@ -217,7 +226,7 @@ def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
             if rest is None:
                 continue
             links = case.seen_in(effect)
-            before = unseen.beyond_noise(case.searched.base, links)
+            before = float(np.mean([case.before[link] for link in links]))
             one = _Needed(effect, links, rest, before, unseen.better(model, rest, links))
             there = one.found.p_value <= case.alpha and one.found.gain >= MATERIAL_SHARE * before
             (needed if there else idle).append(one)
@@ -233,7 +242,13 @@ def _beside_rivals(
     for fit in _rival_fits(case, model, one):
         found = case.unseen.worse(fit, model, one.rest, one.links)
         rivals.append(
-            Rival(effect=fit.effects[-1], model=fit, excess=found.gain, p_value=found.p_value)
+            Rival(
+                effect=fit.effects[-1],
+                model=fit,
+                excess=found.gain,
+                p_value=found.p_value,
+                by_trial=found.by_unit,
+            )
         )
     return Judged(
         effect=one.effect,

@@ -83,10 +83,9 @@ class LeftOut:
         variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
         return model.rows / free * np.sqrt(variance)
 
-    def beyond_noise(self, model: LinkModel, links: Collection[Link]) -> float:
-        """What a model leaves in some links beyond the noise, a mean square [noise variance]."""
-        losses = self.losses(model)
-        return float(np.mean([np.mean(losses[link]) for link in links])) - 1.0
+    def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
+        """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
+        return {link: float(np.mean(loss)) - 1.0 for link, loss in self.losses(model).items()}
 
     def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
         """How much better a model predicts some links than the same without one effect."""
@@ -98,7 +97,8 @@ class LeftOut:
             float(compare_effects([step], seed=self._seed).p_value[0]),
             float(found.p_value[0]),
         )
-        return Difference(gain=float(found.gain[0]), p_value=max(p_values))
+        by_unit = beside.losses - step.losses
+        return Difference(gain=float(found.gain[0]), p_value=max(p_values), by_unit=by_unit)
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -114,7 +114,7 @@ class LeftOut:
         wrong_by = max(one.excess if one.counts(self._alpha) else 0.0 for one in left)
         if gain > wrong_by and self._adds(rival, model, rest, links) > self._alpha:
             p_value = self._adds(model, rival, rest, links)
-        return Difference(gain=gain, p_value=p_value)
+        return Difference(gain=gain, p_value=p_value, by_unit=theirs - mine)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What near rows of every link miss together."""

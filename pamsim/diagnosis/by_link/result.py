@@ -301,7 +301,9 @@ class LinkReport:
 
     def lines(self) -> list[str]:
         """The result as lines for a screen, without its sentence."""
-        lines = [f"{'link':28s}{'before':>10s}{'after':>10s}   [variance of the noise]"]
+        skipped = {} if self.run is None else self.run.skipped
+        lines = [f"not tried: {name}: {why}" for name, why in skipped.items()]
+        lines.append(f"{'link':28s}{'before':>10s}{'after':>10s}   [variance of the noise]")
         for one in self.links:
             left = "   more than noise is left" if one.more_left else ""
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")

@@ -71,7 +71,8 @@ def whole_chain(
         threads: simulations at a time; None for one per processor.
     """
     predictor = TrialPredictor(rig, data, threads=threads)
-    predictor.linearise_starts(None)  # starts as read: their errors are small beside the gap
+    # Starts as read: fitted to a held-out trial, they would take away some of what is missed there.
+    predictor.linearise_starts(None)
     rigs = [rig, _with(rig, before), None if after is None else _with(rig, after)]
     stated, base, repaired = predictor.predictions(rigs)
     comparisons = tuple(
