@@ -8,11 +8,11 @@ Half of ten rows would show nothing, and no row is unseen by the search. So
   two tests in 7 % of toy tables at a level of 5 %, and all three in 0.5 %.
 * more than noise is left if rows with near inputs miss something together
   (`pamsim.inference.near_units`).
-* a rival is worse if the model with the effect adds something to that with the rival, and not the
-  other way round (Davidson and MacKinnon, Econometrica 49 (1981)). Where each adds to the other
-  neither formula is exact, and flips of the losses decide: they need more rows, since a few rows
-  hold the difference. They decide, too, where a rival is worse by less than what is left: its
-  formula may be as wrong as that, and its cause right.
+* a rival is worse if the parameters of the effect add something to the model with the rival, and
+  not the other way round (encompassing, Mizon and Richard, Econometrica 54 (1986); exchanges of the
+  rows). Where each adds to the other neither formula is exact, and flips of the losses decide: they
+  need more rows, since a few rows hold the difference. A rival that is worse by less than what is
+  left may be so by its formula alone: it ties.
 
 All is linear about a fit to all rows, and in the size of an effect
 (`pamsim.inference.projected_effect`); numbers of its shape stay as all rows have fitted them.
@@ -111,9 +111,10 @@ class LeftOut:
         found = compare_with_reference(theirs, mine[:, np.newaxis], seed=self._seed)
         gain, p_value = float(found.gain[0]), float(found.p_value[0])
         left = [one for link, one in self.remainders(model).items() if link in links]
-        wrong_by = max(one.excess if one.counts(self._alpha) else 0.0 for one in left)
-        if gain > wrong_by and self._adds(rival, model, rest, links) > self._alpha:
-            p_value = self._adds(model, rival, rest, links)
+        if gain <= max(one.excess if one.counts(self._alpha) else 0.0 for one in left):
+            p_value = 1.0
+        elif self._adds(rival, model, rows) > self._alpha:
+            p_value = self._adds(model, rival, rows)
         return Difference(gain=gain, p_value=p_value, by_unit=theirs - mine)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
@@ -149,21 +150,20 @@ class LeftOut:
         for other in self._known:
             taken = rest.freed & {p.name for p in other.effect.parameters}
             if other.effect.name not in rest.names and not taken:
-                wider = np.column_stack([own, other.rows[rows]])
-                basis = orthonormal(wider)
-                left = rest.rows[rows] - basis @ (basis.T @ rest.rows[rows])
-                extended.append((left, wider))
+                extended.append(_wider(rest.rows[rows], own, other.rows[rows, np.newaxis]))
         return best_of_many_p_values(rest.rows[rows], own, extended, seed=self._seed)[0]
 
-    def _adds(
-        self, one: LinkModel, other: LinkModel, rest: LinkModel, links: Collection[Link]
-    ) -> float:
-        """p-value of a model that adds nothing to another, by what it makes of the other's fit."""
-        rows = self._fitter.in_links(links)
-        basis = orthonormal(_free_columns(one)[rows])
-        made = basis @ (basis.T @ (other.rows - rest.rows)[rows])
-        step = self._beside(other, links).effect(made)
-        return float(compare_effects([step], seed=self._seed).p_value[0])
+    def _adds(self, one: LinkModel, other: LinkModel, rows: NDArray[np.bool_]) -> float:
+        """p-value of a model whose parameters add nothing to another."""
+        own, further = _free_columns(other)[rows], _free_columns(one)[rows]
+        extended = _wider(other.rows[rows], own, further)
+        return best_of_many_p_values(other.rows[rows], own, [extended], seed=self._seed)[0]
+
+
+def _wider(rows: FloatArray, own: FloatArray, further: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What further columns (n, k) leave of rows (n,) beside a model's own, and all of them."""
+    basis = orthonormal(np.column_stack([own, further]))
+    return rows - basis @ (basis.T @ rows), basis
 
 
 def _free_columns(model: LinkModel) -> FloatArray:

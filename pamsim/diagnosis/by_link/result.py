@@ -243,6 +243,11 @@ class LinkReport:
     comparisons: tuple[Comparison, ...] = field(default=(), repr=False, metadata=NOT_IN_JSON)
     repair: Repair | None = field(default=None, repr=False, metadata=NOT_IN_JSON)
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether the data are a table at rest or a loop."""
+        return bool(self.rows) or self.branches is not None
+
     @json_property
     def verdict(self) -> Verdict:
         """The result in one word."""
@@ -308,7 +313,8 @@ class LinkReport:
             left = "   more than noise is left" if one.more_left else ""
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")
         if self.gap:
-            lines.append(f"{'whole chain, RMS':28s}{'before':>10s}{'after':>10s}{'noise':>10s}")
+            what = "readings left out, RMS" if self.at_rest else "whole chain, RMS"
+            lines.append(f"{what:28s}{'before':>10s}{'after':>10s}{'noise':>10s}")
         for channel, gap in self.gap.items():
             numbers = (gap.before, gap.after, gap.floor)
             cells = "".join(f"{'-' if v is None else f'{v:.4g}':>10s}" for v in numbers)

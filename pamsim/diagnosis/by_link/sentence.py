@@ -19,7 +19,7 @@ def verdict_sentence(result: LinkReport) -> str:
     sentences = [effect_sentence(one) for one in result.effects]
     left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
     if not sentences and not left:
-        if result.rows or result.branches:
+        if result.at_rest:
             return (
                 "No gap: no effect predicts readings better that are left out, and what is left of"
                 " near ones is not the same."
