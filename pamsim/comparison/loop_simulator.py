@@ -17,6 +17,7 @@ from pamsim.comparison.chain_simulator import Values
 from pamsim.comparison.links import MUSCLE, Link
 from pamsim.comparison.loop_effects import LoopEffect
 from pamsim.comparison.rest_simulator import RestSimulator, row_blocks
+from pamsim.core.errors import InputError
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.effects.effect import EffectParameter
 from pamsim.inference.free_parameter import FreeParameter
@@ -56,6 +57,9 @@ class LoopRows:
         error: (m,) standard error of their difference, in a unit of its own if the readings' are
             not known.
         candidates: the effects as a search takes them.
+
+    Raises:
+        InputError: if no pressure was read on both branches.
     """
 
     def __init__(self, loop: Loop, effects: Sequence[LoopEffect]) -> None:
@@ -63,6 +67,8 @@ class LoopRows:
         sides = loop.rising, ~loop.rising
         counts = np.array([np.bincount(number[side], minlength=levels.size) for side in sides])
         both = np.all(counts > 0, axis=0)
+        if not np.any(both):
+            raise InputError("no pressure was read on both branches, rising and falling")
 
         def mean(values: FloatArray) -> FloatArray:
             sums = [np.bincount(number[s], values[s], minlength=levels.size) for s in sides]

@@ -7,14 +7,13 @@ from collections.abc import Iterable
 
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.diagnosis.method.absent_limits import NOT_SHOWN, AbsentLimit
-from pamsim.diagnosis.method.row_model import RowModel
 from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.diagnosis.result import AbsentEntry, Estimate
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 
 
-def estimates(rig: Rig, model: TrialModel | RowModel, names: Iterable[str]) -> dict[str, Estimate]:
+def estimates(rig: Rig, model: TrialModel, names: Iterable[str]) -> dict[str, Estimate]:
     """Fitted parameters of a rig.
 
     Args:

@@ -14,7 +14,6 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.report import (
     diagnose_gap,
     diagnose_loops,
-    diagnose_rows,
     diagnose_signals,
     diagnose_where,
 )
@@ -151,10 +150,6 @@ def _figures(
     """Name and figure, for all of which the data have what they show, in the page's order."""
     if noise and result["gap"]:
         yield "gap", diagnose_gap.gap_bars(result)
-    if result["rows"]:
-        yield "rows", diagnose_rows.row_errors(result)
-    if result["branches"]:
-        yield "branches", diagnose_rows.loop_branches(result)
     if noise and result["where"]:
         given = result["where_with_measured_pressures"]
         yield "where", diagnose_where.where_map(result["where"], given)

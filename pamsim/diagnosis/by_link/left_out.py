@@ -81,7 +81,8 @@ class LeftOut:
         free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
         noise = [block.noise for block in self._fitter.blocks]
         variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
-        return model.rows / free * np.sqrt(variance)
+        left = model.rows - basis @ (basis.T @ model.rows)
+        return left / free * np.sqrt(variance)
 
     def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
         """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
@@ -113,8 +114,8 @@ class LeftOut:
         left = [one for link, one in self.remainders(model).items() if link in links]
         if gain <= max(one.excess if one.counts(self._alpha) else 0.0 for one in left):
             p_value = 1.0
-        elif self._adds(rival, model, rows) > self._alpha:
-            p_value = self._adds(model, rival, rows)
+        elif self._adds(rival, model, rest, rows) > self._alpha:
+            p_value = self._adds(model, rival, rest, rows)
         return Difference(gain=gain, p_value=p_value, by_unit=theirs - mine)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
@@ -153,9 +154,11 @@ class LeftOut:
                 extended.append(_wider(rest.rows[rows], own, other.rows[rows, np.newaxis]))
         return best_of_many_p_values(rest.rows[rows], own, extended, seed=self._seed)[0]
 
-    def _adds(self, one: LinkModel, other: LinkModel, rows: NDArray[np.bool_]) -> float:
-        """p-value of a model whose parameters add nothing to another."""
-        own, further = _free_columns(other)[rows], _free_columns(one)[rows]
+    def _adds(
+        self, one: LinkModel, other: LinkModel, rest: LinkModel, rows: NDArray[np.bool_]
+    ) -> float:
+        """p-value of an effect whose parameters add nothing to another beside the same rest."""
+        own, further = _free_columns(other)[rows], _free_columns(one, rest)[rows]
         extended = _wider(other.rows[rows], own, further)
         return best_of_many_p_values(other.rows[rows], own, [extended], seed=self._seed)[0]
 
@@ -166,8 +169,11 @@ def _wider(rows: FloatArray, own: FloatArray, further: FloatArray) -> tuple[Floa
     return rows - basis @ (basis.T @ rows), basis
 
 
-def _free_columns(model: LinkModel) -> FloatArray:
-    """Sensitivities as columns, (n, p), without those of parameters at an end of their range."""
+def _free_columns(model: LinkModel, without: LinkModel | None = None) -> FloatArray:
+    """Sensitivities as columns, (n, p), without those of parameters at an end of their range.
+
+    Those that another model has as well are left out, too.
+    """
     ends = {
         p.name
         for effect in model.effects
@@ -175,5 +181,7 @@ def _free_columns(model: LinkModel) -> FloatArray:
         if min(model.values[p.name] - p.low, p.high - model.values[p.name])
         < INSIDE * (p.high - p.low)
     }
+    if without is not None:
+        ends |= without.sensitivities.keys()
     columns = [column for name, column in model.sensitivities.items() if name not in ends]
     return np.column_stack([np.empty((model.rows.size, 0)), *columns])

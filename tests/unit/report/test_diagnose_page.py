@@ -10,7 +10,6 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.diagnose import diagnose
 from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.rig_estimates import estimates
 from pamsim.report.diagnose_gap import gap_bars, nuisance_by_protocol
@@ -288,18 +287,6 @@ def test_loops_lines_and_regimes_have_units_and_both_states(named):
     (regime,) = nuisance_by_protocol(result["nuisance_by_protocol"]).axes
     assert regime.get_xlabel() == "force.scale"
     assert regime.get_title(loc="left") == "p = 0.020"
-
-
-@pytest.mark.usefixtures("quick")
-@pytest.mark.parametrize("name", ["alraouf2025", "alraouf2025_equations"])
-def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(name, tmp_path):
-    one = diagnose(name)
-    page = page_of(one, tmp_path)
-    assert one.summary() in page
-    assert "The loop and the difference of its branches." in page
-    assert "Nuisance parameters" not in page
-    assert "None" not in page
-    assert "held out one at a time" in page
 
 
 @pytest.mark.usefixtures("quick")
