@@ -12,9 +12,12 @@ out/link_study: a stopped study goes on where it was, as long as the code is the
 from __future__ import annotations
 
 import argparse
+import dataclasses
+import functools
 import hashlib
 import json
 import platform
+import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -23,21 +26,68 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from blind_study import distances, recorded, written
+from blind_study_cases import DURATION, INPUTS
 from kept_rows import as_text, fingerprint, kept_rows
 from link_study_cases import FILE as CASES
 from link_study_scores import must_show, printed
 
 import pamsim
-from pamsim.comparison.effects_on_rig import candidates
+from pamsim.comparison.effects_on_rig import candidates, rig_effect, rig_name
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, SimulationError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.judge import ALPHA
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.rig import Rig
+from pamsim.twins.synthetic_recording import SyntheticRecording
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.hide import hide
 
 KEPT = Path("out/link_study")
+LOG, LOG_DURATION = "levels", 20.0
+"""Input of a single log, and its length [s]."""
+
+STEP = 7e-4
+"""Of the plant's integrator [s]; with a quarter of it no sample moves by more than 0.002 of the
+sensors' noise."""
+
+Case = Mapping[str, Any]
+
+
+def settings(case: Case, repeats: int) -> dict[str, Any]:
+    """How the recordings of a case are made."""
+    inputs, duration = (INPUTS, DURATION) if repeats > 1 else ((LOG,), LOG_DURATION)
+    return {
+        "protocols": inputs,
+        "duration": duration,
+        "repeats": repeats,
+        "coloured": case["noise"] == "drifting",
+        "quantised": case["noise"] == "quantised",
+        "variation": case["variation"],
+        "forces": case["forces"],
+        "formulation": "plant",
+        "seed": case["seed"],
+    }
+
+
+def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
+    """The recordings of a case; of one log, its first setting alone."""
+    made = functools.partial(hide, rig, case["effects"], **settings(case, repeats))
+    try:
+        hidden = made(step=STEP)
+    except SimulationError:  # a lag so short needs the plant's own step
+        hidden = made()
+    if repeats > 1:
+        return hidden
+    stem = next(iter(hidden.trials))
+    return dataclasses.replace(
+        hidden,
+        trials={stem: hidden.trials[stem]},
+        protocols={stem: hidden.protocols[stem]},
+    )
 
 
 def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
@@ -73,6 +123,23 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             "seconds": round(seconds, 1),
         }
     )
+
+
+def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Rig parameter -> value that means what was hidden and its neutral value [SI], and by what."""
+    found: dict[str, dict[str, Any]] = {}
+    for effect in truth["effects"]:
+        for name in effect["stands_for"]:
+            for parameter in rig_effect(rig, name).parameters:
+                full = rig_name(rig, parameter.name)
+                if full in truth["parameters"] and not parameter.shape:
+                    own = rig_parameter(rig, full).value
+                    found[full] = {
+                        "truth": truth["parameters"][full]["value"],
+                        "neutral": own if parameter.neutral is None else parameter.neutral,
+                        "hidden": effect["name"],
+                    }
+    return found
 
 
 def row(found: LinkDiagnosis) -> dict[str, Any]:
@@ -125,6 +192,13 @@ def _rounded(value: float) -> float:
 
 def _cases(file: Path) -> list[Mapping[str, Any]]:
     return json.loads(file.read_text(encoding="utf-8"))["cases"]
+
+
+def written(result: Mapping[str, Any]) -> str:
+    """JSON with a line per case."""
+    head = json.dumps({k: v for k, v in result.items() if k != "rows"}, indent=1)
+    lines = ",\n".join("  " + json.dumps(row) for row in result["rows"])
+    return f'{head[:-2]},\n "rows": [\n{lines}\n ]\n}}\n'
 
 
 def main() -> None:

@@ -16,15 +16,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from blind_study_scores import Bar, family_of, plain, plain_share, printed, share
-from blind_study_scores import median as median_of
+import numpy as np
+from scipy.stats import binomtest
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-
-__all__ = ["must_show", "printed"]
 
 Row = Mapping[str, Any]
 
@@ -42,6 +42,51 @@ PARTS = {
 """Link of the diagnosis -> links of the chain that it holds."""
 
 SIZE_ERROR = 0.15
+
+_SIGNS = {"at_least": ">=", "at_most": "<="}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bar:
+    """What a quantity of the study must reach.
+
+    Attributes:
+        quantity: in words.
+        low: least share, or number, that is enough.
+        high: largest that is enough.
+        aim: what is aimed at; None for nothing beyond the bar.
+        count: fewest cases that the share must be counted from.
+        unit: ``%`` for a share, which is stated as a number from 0 to 1.
+    """
+
+    quantity: str
+    low: float = -math.inf
+    high: float = math.inf
+    aim: float | None = None
+    count: int = 1
+    unit: str = "%"
+
+    def judged(self, found: Mapping[str, Any]) -> dict[str, Any]:
+        """A share or median with this bar, and whether it meets it."""
+        value = found.get("share", found.get("median"))
+        inside = value is not None and self.low <= value <= self.high
+        ends = {"at_least": self.low, "at_most": self.high}
+        bar = {name: end for name, end in ends.items() if math.isfinite(end)}
+        met = inside and found["count"] >= self.count
+        return {
+            "quantity": self.quantity, **bar, "aim": self.aim, "of_at_least": self.count,
+            "unit": self.unit, **found, "met": met,
+        }  # fmt: skip
+
+
+def plain(name: str) -> str:
+    """Name of an effect without its form."""
+    return name.partition(":")[0]
+
+
+def family_of(names: Iterable[str]) -> set[str]:
+    """Families of effects."""
+    return {EFFECTS[name].family for name in names if name in EFFECTS}
 
 
 def certain(effect: Mapping[str, Any], level: str) -> bool:
@@ -129,7 +174,7 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """The quantities that have a bar, each with its share, count, interval and bar."""
 
     def of(tiers: Sequence[str], hit: Callable[[Row], bool]) -> dict[str, Any]:
-        return share([(r, r) for r in rows if r["tier"] in tiers], lambda r, _: hit(r))
+        return share([r for r in rows if r["tier"] in tiers], hit)
 
     every = tuple(dict.fromkeys(r["tier"] for r in rows))
     stated = [one for r in rows for one in sizes(r)]
@@ -175,6 +220,59 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
             plain_share(other)
         ),
         Bar(quantity="median seconds per diagnosis", high=25.0, aim=15.0, unit="s").judged(
-            median_of(r["seconds"] for r in rows if "seconds" in r)
+            median(r["seconds"] for r in rows if "seconds" in r)
         ),
     ]
+
+
+def printed(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The quantities that have a bar as lines of text: found, count, interval, bar."""
+    lines: list[str] = []
+    for row in rows:
+        factor = 100.0 if row["unit"] == "%" else 1.0
+        bar = [f"{sign} {factor * row[name]:g}" for name, sign in _SIGNS.items() if name in row]
+        value = row.get("share", row.get("median"))
+        found = "no data" if value is None else f"{factor * value:.1f} {row['unit']}"
+        if "hits" in row:
+            low, high = row["interval95"]
+            found += f" ({row['hits']} of {row['count']}, {100 * low:.1f} to {100 * high:.1f} %)"
+        few = "" if row["count"] >= row["of_at_least"] else f" of >= {row['of_at_least']}"
+        verdict = "met" if row["met"] else "NOT MET"
+        need = f"{' and '.join(bar)} {row['unit']}{few}"
+        lines.append(f"{verdict:8}{row['quantity']}: {found}; must be {need}")
+    return "\n".join(lines)
+
+
+def share(rows: Sequence[Row], hit: Callable[[Row], bool]) -> dict[str, Any]:
+    """Share of rows that hit, its interval, and the fewer of those that do and do not."""
+    hits = [hit(row) for row in rows]
+    if not hits:
+        return {"count": 0}
+    few = sum(hits) <= len(hits) / 2
+    names = [row["name"] for row, h in zip(rows, hits, strict=True) if h == few]
+    return {**plain_share(hits), "others": names[:40]}
+
+
+def plain_share(hits: Sequence[bool]) -> dict[str, Any]:
+    """Share with its exact (Clopper-Pearson) 95 % interval."""
+    if not hits:
+        return {"count": 0}
+    interval = binomtest(sum(hits), len(hits)).proportion_ci(method="exact")
+    return {
+        "share": round(sum(hits) / len(hits), 4),
+        "hits": sum(hits),
+        "count": len(hits),
+        "interval95": [round(float(interval.low), 4), round(float(interval.high), 4)],
+    }
+
+
+def median(values: Any) -> dict[str, Any]:
+    """Median of numbers, their 90 % quantile, and how many they are."""
+    found = np.array(list(values), dtype=float)
+    if not found.size:
+        return {"count": 0}
+    return {
+        "median": round(float(np.median(found)), 4),
+        "p90": round(float(np.quantile(found, 0.9)), 4),
+        "count": int(found.size),
+    }

@@ -56,6 +56,7 @@ def link_residuals(
     rig: Rig,
     trials: Sequence[Trial],
     *,
+    joined: bool = False,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> dict[Link, list[ResidualBlock]]:
@@ -64,6 +65,7 @@ def link_residuals(
     Args:
         rig: as it is.
         trials: with channels as the rig names them.
+        joined: see `pamsim.comparison.links.link_runs`.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
 
@@ -74,7 +76,7 @@ def link_residuals(
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
-    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
+    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial, joined=joined)]
     inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
     begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}

@@ -84,7 +84,7 @@ def way_rate(trial: Trial) -> float:
 
 
 def _until_still(recording: Recording, trial: Trial, inputs: LinkInputs) -> FloatArray:
-    """A way to rest, until the trial's sensors would show no more motion; whole samples of those."""
+    """A way to rest, until sensors would show no more motion, in whole samples of the trial."""
     way = np.hstack([recording.pressure, recording.positions])
     joints = list(recording.joints)
     last = round(_LEAST * way_rate(trial))
