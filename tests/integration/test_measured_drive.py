@@ -15,7 +15,7 @@ SETTINGS = {
     "measured_drive": True,
     "seed": 3,
 }
-TRIED = ("coulomb_friction", "viscous_friction", "air_leak", "valve_delay")
+TRIED = ("viscous_friction", "air_leak", "valve_delay")
 
 
 @pytest.fixture(scope="module")
