@@ -6,10 +6,10 @@
 what                  recordings          table of angles at rest  length-pressure loop
 ====================  ==================  =======================  =======================
 data and rig          recordings.py       table_at_rest.py         length_pressure_loop.py
-method/               trial_diagnosis.py  row_diagnosis.py         loop_diagnosis.py
-a fitted model        trial_model.py      row_model.py             loop_fit.py
-search for effects    trial_search.py     row_search.py            loop_effects.py
-held-out data         held_out_split.py   row_leave_one_out.py     loop_fit.py
+by_link/              diagnose_links.py   diagnose_rest.py         diagnose_rest.py
+fits                  link_fit.py         rest_fit.py              rest_fit.py
+data no fit has seen  held_out.py         left_out.py              left_out.py
+../comparison/        chain_simulator.py  rest_simulator.py        loop_simulator.py
 ====================  ==================  =======================  =======================
 
 They share the rule of the verdict, and the result with its sentence and its JSON:

@@ -255,9 +255,9 @@ class LinkReport:
         levels = {one.level for one in self.effects}
         if not levels:
             return Verdict.UNEXPLAINED if left else Verdict.NO_GAP
-        if "" in levels:
+        if levels == {""}:
             return Verdict.UNEXPLAINED
-        if left and "place" not in levels:
+        if left and not levels & {"place", ""}:
             return Verdict.NAMED_WITH_REMAINDER
         return Verdict.NAMED if levels <= {"name", "form"} else Verdict.AMBIGUOUS
 

@@ -89,10 +89,3 @@ UNREPEATED_GAP, UNREPEATED_GAIN = 10.0, 1.0
 units of the noise that is left beside the model. All parts of one trial agree on what varies from
 trial to trial: 0.3 % in a rig's parameters leave 1 of the noise variance on average, and 5 in the
 forces of fast inputs."""
-
-FEWEST_ROWS = 10
-"""Rows of a table below which no arrangement of signs is improbable enough to name one of twenty
-effects."""
-
-FEWEST_LEVELS = 5
-"""Levels of a loop that must be read on both branches."""
