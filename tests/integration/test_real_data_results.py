@@ -251,24 +251,3 @@ def test_every_picture_is_small_and_has_a_caption():
     assert len(shown) == TEXT.count("](images/") == 8
     for name in shown:
         assert (ROOT / "docs" / name).stat().st_size < 150e3
-
-
-def test_hidden_effects_are_named_or_among_the_alternatives(record):
-    rows = {row["hidden"]: row for row in record["synthetic"]["rows"]}
-    assert rows["nothing"]["verdict"] == "no_gap"
-    weaker, longer = (rows[h]["alternatives"] for h in ("stretch_weakening", "rest_length"))
-    assert len(weaker) == 3
-    assert "`stretch_weakening` is one of three alternatives" in PAGE
-    assert len(longer) == 5
-    assert "braid_locking" in [a["name"] for a in longer]
-    assert "`braid_locking` is one of five alternatives" in PAGE
-    for hidden, row in rows.items():
-        named = [effect["name"] for effect in row["effects"]]
-        others = dict.fromkeys(n for a in row["alternatives"] for n in a["name"].split("+"))
-        if hidden.endswith("not in the library"):
-            assert row["verdict"] == "ambiguous"
-        elif hidden != "nothing":
-            assert row["verdict"] in ("named", "ambiguous")
-            assert hidden in (*named, *others)
-        text = f"| {hidden} | `{row['verdict']}` | {', '.join(named) or '-'} |"
-        assert f"{text} {', '.join(others) or '-'} |" in PAGE
