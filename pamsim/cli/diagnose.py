@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
 
 _FINE = ("no_gap", "named")
-_ROWS = 6  # of a table on the screen; the page has them all, and so has --verbose
 
 
 @click.command(name="diagnose", cls=Command)

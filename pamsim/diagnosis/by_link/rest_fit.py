@@ -50,5 +50,5 @@ class RestFitter(LinkFitter):
         if all(fit is None for fit in fits):
             # Nuisance parameters fitted with an effect may have no prediction without it.
             stated = {**self.nuisance, **start}
-            fits = [super(RestFitter, self).fit(begin, effects, stated, links)]
+            fits = [super().fit(begin, effects, stated, links)]
         return min((fit for fit in fits if fit is not None), key=lambda f: f.cost, default=None)

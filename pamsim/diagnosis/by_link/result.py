@@ -14,8 +14,8 @@ from pamsim.diagnosis.by_link.judge import ALPHA
 from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
+from pamsim.diagnosis.by_link.verdict import Verdict
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 

@@ -11,7 +11,6 @@ from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
-from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
@@ -108,7 +107,7 @@ def _gap(
     predictor: TrialPredictor, known: Prediction, comparisons: tuple[Comparison, ...]
 ) -> dict[str, ChannelGap]:
     blocks = predictor.blocks(known)
-    places = TrialLayout(places=layout(blocks), held_out=frozenset())
+    places = layout(blocks)
     residual = np.concatenate([block.residual for block in blocks])
     commands = {trial.name: trial.command for trial in predictor.data.trials}
     floor = noise_floor(places, residual, commands).sd

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnose import diagnose
+from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import link_bars
 from pamsim.report.link_page import headline, write_link_diagnosis
-from tests.unit.diagnosis.by_link.reports import VERDICTS, effect, report
+from pamsim.report.style import BLUE, VERMILION
+from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
 
 
 def page_of(one, folder, **more):
@@ -59,6 +63,34 @@ def test_bars_are_the_misfits_of_the_links_from_the_command_on():
     ]  # fmt: skip
     (ax,) = link_bars(result["links"], repaired=False).axes
     assert len(ax.patches) == 2
+
+
+def test_trials_are_ranked_by_what_the_base_model_misses_in_noise():
+    def part(trial, protocol, off, held=True, channel="angle"):
+        still = np.zeros(50)
+        return SimpleNamespace(
+            trial=trial, protocol=protocol, channel=channel, held_out=held, time=still,
+            measured=still, before=still + off, after=None,
+        )  # fmt: skip
+
+    signals = [part("a_1", "a", 1.0), part("a_2", "a", 2.0), part("b_1", "b", 3.0),
+               part("c_1", "c", 9.0, held=False)]  # fmt: skip
+    assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]
+    signals.append(part("d_1", "d", 300.0, channel="pressure_1"))  # large, but only one noise floor
+    assert worst_trials(signals, {"angle": 0.1, "pressure_1": 300.0}) == ["b_1", "a_2", "d_1"]
+
+
+def test_a_trial_is_drawn_with_both_simulations_and_what_each_misses():
+    parts = [p for p in VERDICTS["named"].comparisons if p.trial == "swing_check_1"]
+    figure = trial_channels(parts, NOISE)
+    assert [ax.get_ylabel() for ax in figure.axes[::2]] == ["pressure 1 [kPa]", "angle [deg]"]
+    left = figure.axes[1]
+    before, after = (
+        next(line for line in left.lines if line.get_color() == colour)
+        for colour in (VERMILION, BLUE)
+    )
+    assert np.mean(before.get_ydata()) == pytest.approx(-2.0, abs=0.1)  # measured less simulated
+    assert np.mean(after.get_ydata()) == pytest.approx(0.0, abs=0.1)
 
 
 @pytest.mark.usefixtures("quick")
