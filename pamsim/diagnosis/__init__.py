@@ -10,14 +10,16 @@ data and rig          recordings.py       table_at_rest.py         length_pressu
 method in by_link/    diagnose_links.py   diagnose_rest.py         diagnose_rest.py
 fits                  link_fit.py         rest_fit.py              rest_fit.py
 data no fit has seen  held_out.py         left_out.py              left_out.py
-../comparison/        chain_simulator.py  rest_simulator.py        loop_simulator.py
 ====================  ==================  =======================  =======================
 
-============================================  ==============================
+============================================  ================================
 options that a user may choose                options.py
 what recordings are and could show            check.py
 effects that they could show                  effects_in_data.py
 trials that no fit sees                       held_out_split.py
+links simulated with measured inputs          ../comparison/chain_simulator.py
+rows at rest                                  ../comparison/rest_simulator.py
+what separates the branches of a loop         ../comparison/loop_simulator.py
 what an effect promises, before any fit       by_link/promise.py
 search for effects                            by_link/search.py
 judgement on data that no fit has seen        by_link/judge.py
@@ -30,5 +32,5 @@ the result, its JSON and its sentence         by_link/result.py
 size of an effect, whichever form it has      physical_size.py
 the tests that such a size is found by        virtual_tests.py
 the rig with the effects                      repaired_rig.py
-============================================  ==============================
+============================================  ================================
 """
