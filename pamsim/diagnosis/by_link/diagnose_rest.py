@@ -90,7 +90,7 @@ def diagnose_rest(
         effects=effects,
         sizes=sizes(fitter, model),
         # Without repeats it is not known what a perfect model would leave.
-        remainders={link: Remainder(excess=0.0, p_value=1.0) for link in before},
+        remainders={link: Remainder(excess=0.0, p_value=1.0, known=False) for link in before},
         model=model,
     )
 

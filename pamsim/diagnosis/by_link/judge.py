@@ -6,7 +6,8 @@ better is decided by flips of the signs of whole trials (`pamsim.inference.model
 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
 every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
-no formula that was tried is exact: its name is then that of the nearest, and not certain.
+or no repeats show whether it is, no formula that was tried is exact for all that is known: its name
+is then that of the nearest, and not certain.
 """
 
 from __future__ import annotations
@@ -70,7 +71,7 @@ class Judged:
         before: what the rig without any effect leaves there beyond the noise [noise variance].
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
-        exact: whether nothing but noise is left in its links.
+        exact: whether repeats show that nothing but noise is left in its links.
     """
 
     effect: Candidate
@@ -262,5 +263,5 @@ def _beside_rivals(
         before=float(np.mean(mean_loss(before, links))) - 1.0,
         p_value=one.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
-        exact=not any(left[link].counts(alpha) for link in links),
+        exact=all(left[link].excluded(alpha) for link in links),
     )

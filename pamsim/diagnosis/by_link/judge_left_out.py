@@ -66,7 +66,7 @@ def judge_left_out(
     Raises:
         InputError: for fewer than two rows, or units of several.
     """
-    if any(block.size > 1 for block in fitter.blocks):
+    if any(block.size > 1 for block in fitter.units.fitted.blocks):
         raise InputError("rows are exchanged one by one; give each as a unit of its own")
     known, before = searched.known, _links_left_out(fitter, searched.base)
     model = searched.model
@@ -92,7 +92,7 @@ def _left_out(fitter: LinkFitter, model: LinkModel, links: frozenset[Link]) -> F
     rows = fitter.in_links(links)
     return FreeForms(
         Stack(
-            units=tuple(fitter.blocks[k].unit for k in np.flatnonzero(rows).tolist()),
+            units=tuple(fitter.units.fitted.blocks[k].unit for k in np.flatnonzero(rows).tolist()),
             unit=np.arange(int(np.sum(rows))),
             residual=model.rows[rows],
             jacobian=model.jacobian()[rows],

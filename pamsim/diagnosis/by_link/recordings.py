@@ -31,7 +31,8 @@ def diagnose_by_link(
     """Find what a rig's model is missing in each link of its chain.
 
     Args:
-        data: recording folders, every input recorded twice or more.
+        data: recording folders. Every input should be recorded twice or more; of a single log of
+            20 s or more parts are judged, and the result has a note on how its noise is known.
         rig: name or folder of the rig, or a loaded one; the recordings' own if left out.
         effects: names of those that may be missing; all if left out.
         without: names of those that are not tried.
@@ -43,8 +44,8 @@ def diagnose_by_link(
         progress: called as each fit begins.
 
     Raises:
-        InputError: for data that cannot be read, inputs that were recorded once, or a name that is
-            not known.
+        InputError: for data that cannot be read, trials that are too few and too short, or a name
+            that is not known.
     """
     read = read_calibration_data(data)
     if read.tables:

@@ -20,21 +20,29 @@ class Remainder:
     Attributes:
         excess: mean square of what repeats miss together, in the noise's variance; may be below 0.
         p_value: of nothing being left, corrected for the number of links; 1 without repeats.
+        known: whether repeats show it. Without them slow noise, and what differs from log to log,
+            look like something that is left, and a fit that has followed them looks like nothing:
+            neither is evidence.
     """
 
     excess: float
     p_value: float
+    known: bool = True
 
     def counts(self, alpha: float) -> bool:
         """Whether it is certain at a level, and material."""
         return self.p_value <= alpha and self.excess >= MATERIAL
 
+    def excluded(self, alpha: float) -> bool:
+        """Whether repeats show nothing material."""
+        return self.known and not self.counts(alpha)
+
 
 def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:
-    """What a model leaves in the held-out trials of every link.
+    """What a model leaves in the held-out units of every link.
 
     Args:
-        held_out: trials.
+        held_out: units.
         model: fitted to the others.
         seed: random seed of the sign flips.
     """
@@ -44,7 +52,8 @@ def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Li
         if own:
             repeated[link] = own
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
-    found = {link: Remainder(excess=0.0, p_value=1.0) for link in held_out.links}
+    unknown = Remainder(excess=0.0, p_value=1.0, known=False)
+    found = dict.fromkeys(held_out.links, unknown)
     for (link, own), p_value in zip(repeated.items(), p_values, strict=True):
         excess = float(np.mean([one.shared for one in own]))
         found[link] = Remainder(excess=excess, p_value=p_value)

@@ -19,14 +19,14 @@ SCHEMA = "pamsim-link-diagnosis/1"
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEntry:
-    """One link, in the trials that no fit has seen.
+    """One link, in the trials, or parts of trials, that no fit has seen.
 
     Attributes:
         link: its name.
         before: mean square of what the rig leaves, in the variance of the noise.
         after: the same with the effects that were found.
         left: part of it that repeats share.
-        p_value: of a link in which nothing is left.
+        p_value: of a link in which nothing is left; 1 where no repeats show it.
         more_left: whether what is left is certain and material.
     """
 
@@ -79,7 +79,7 @@ class EffectEntry:
         family: its cause.
         level: deepest level of its name that is certain; empty if not even the place is.
         certain: each level -> whether it is.
-        exact: whether nothing but noise is left in its links.
+        exact: whether repeats show that nothing but noise is left in its links.
         links: in which it is seen.
         share: of what the rig leaves in them.
         p_value: of an effect that is not there.
@@ -128,12 +128,14 @@ class LinkReport:
         rig: its name.
         links: from the command on.
         effects: that are there, the largest first.
+        notes: what it rests on, if that is not repeats and whole trials.
         alpha: level of all tests.
     """
 
     rig: str
     links: tuple[LinkEntry, ...]
     effects: tuple[EffectEntry, ...]
+    notes: tuple[str, ...] = ()
     alpha: float = ALPHA
 
     @json_property
@@ -162,8 +164,8 @@ class LinkReport:
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")
         lines += [one.line() for one in self.effects]
         if not self.effects:
-            lines.append("no effect predicts the held-out trials better")
-        return lines
+            lines.append("no effect predicts what no fit has seen better")
+        return lines + [f"note: {text}" for text in self.notes]
 
 
 def report(rig: Rig, found: LinkDiagnosis) -> LinkReport:
@@ -187,6 +189,7 @@ def report(rig: Rig, found: LinkDiagnosis) -> LinkReport:
             for link in found.links
         ),
         effects=tuple(_effect(rig, found, one) for one in found.effects),
+        notes=found.notes,
     )
 
 
