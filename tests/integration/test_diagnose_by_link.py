@@ -50,11 +50,21 @@ def test_two_causes_are_named_with_sizes_that_hold_what_was_hidden(recordings, t
     assert "certain: a delay before the valves act (valve_delay)" in shown.out
 
 
+def test_one_log_shows_a_cause_to_the_family_and_says_how_its_noise_is_known(tmp_path, run):
+    planted = {"valve_delay": 1.0}
+    options = {"protocols": ("bursts",), "repeats": 1, "duration": 5.0, "forces": False}
+    hide("mas20_arm", planted, **options, seed=3).save(tmp_path / "log")
+    code, shown = run(tmp_path / "log", "--by-link", "--effects", "valve_delay,air_leak")
+    assert code == 1
+    assert "certain: command delay (nearest formula valve_delay)" in shown.out
+    assert "note: without repeats the noise of pressure_1, pressure_2, angle is known" in shown.out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--out", "somewhere"], "does not apply to --by-link"),
-        (["--hold-out", "bursts_1"], "held out"),
+        (["--hold-out", "bursts_1"], "parts to judge by"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_a_line(recordings, run, arguments, message):

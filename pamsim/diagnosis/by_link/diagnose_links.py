@@ -10,7 +10,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.links import Link
-from pamsim.comparison.noise_within_trial import LAG
+from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
@@ -24,6 +24,7 @@ from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.engine.rig import Rig
+from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
@@ -140,12 +141,23 @@ def _units(
     fewest = fewest_units(alpha, two_sided=False)
     if len(judged) >= fewest:
         inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
-        return whole_trials(simulator, judged, input_of=inputs)
+        repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())
+        varying = None if repeated else log_variation(simulator)
+        return whole_trials(simulator, judged, input_of=inputs, varying=varying)
     return parts_of_trials(
         simulator,
         judged,
-        # Within trials noise is known by what holds show, which is no slower than that.
-        gap=max(round(LAG / trial.sample_interval) for trial in trials),
+        gap=_memory(simulator, trials),
         varying=log_variation(simulator),
         fewest=fewest,
     )
+
+
+def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
+    """Samples over which noise may be correlated; what samples show of it says nothing of that."""
+    shown = [
+        correlation_length(one.noise, max(trial.time.size for trial in trials))
+        for one in simulator.noise.values()
+        if one.source is not FloorRoute.WITHIN_TRIALS
+    ]
+    return max(*(round(LAG / trial.sample_interval) for trial in trials), *shown)

@@ -29,10 +29,11 @@ def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[s
         if channels:
             notes.append(f"without repeats the noise of {', '.join(channels)} is known {known}")
     if units.in_parts:
+        notes.append(f"{len(units.judged.units)} parts of trials are judged instead of trials")
+    if units.varies:
         notes.append(
-            f"{len(units.judged.units)} parts of trials are judged instead of trials; parts share"
-            f" what differs from log to log, for which {100.0 * VARIATION:g} % in"
-            f" {', '.join(VARYING)} is assumed: a larger difference looks like an effect"
+            f"{100.0 * VARIATION:g} % in {', '.join(VARYING)} are assumed to differ from log to log:"
+            " a larger difference looks like an effect"
         )
     if notes:
         notes.append(

@@ -1,7 +1,7 @@
 """Units: which rows are fitted, which are judged, and what counts as one piece of evidence.
 
 Where enough trials are held out, a trial is a unit. Else trials are cut into parts. Whole trials
-are still simulated; rows belong to parts, and a gap as long as the noise's memory separates two
+are still simulated; rows belong to parts, and a gap as long as the noise remembers separates two
 judged parts, and what is fitted from what is judged. If no trial is held out, half of the parts
 are.
 
@@ -10,7 +10,7 @@ model is missing, and flips of the signs of parts would take it for evidence. So
 noise (`pamsim.diagnosis.by_link.log_variation`): a log's size of each variation is normal, in each
 link by itself. Fitted rows are whitened with that; judged rows are compared with what the fitted
 ones of the same log foretell of it. Then rows of all parts are independent, as a flip of signs
-demands.
+demands. Of whole trials it is part of the noise where no repeats show it.
 
 Source: A. P. Dawid, Journal of the Royal Statistical Society A 147 (1984) (each part judged by what
 those before it foretell).
@@ -29,7 +29,6 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.blocks import (
     Block,
-    correlation_length,
     cut,
     fitted_runs,
     most_parts,
@@ -75,11 +74,12 @@ class Units:
         trial_of: unit -> trial; of units that are trials it may be left out.
         input_of: trial -> name of its input; that of its group of repeats if left out.
         varying: (N, k) change of the residual with what differs from log to log, each at its
-            standard deviation [SI]; None where units are trials.
+            standard deviation [SI]; None where repeats show it.
 
     Attributes:
         fitted, judged: rows.
         in_parts: whether units are parts of trials.
+        varies: whether what differs from log to log is assumed.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Units:
         self._trial_of = trial_of or {}
         groups = {trial.name: group.name for group in simulator.repeats for trial in group.trials}
         self._input_of = {**groups, **(input_of or {})}
-        self.in_parts = varying is not None
+        self.in_parts, self.varies = bool(self._trial_of), varying is not None
         self.fitted = self._rows(simulator, fitted)
         self.judged = self._rows(simulator, judged)
         self._shared = [] if varying is None else self._variations(varying)
@@ -212,13 +212,14 @@ def whole_trials(
     held_out: Collection[str],
     *,
     input_of: Mapping[str, str] | None = None,
+    varying: FloatArray | None = None,
 ) -> Units:
     """Trials as units.
 
     Args:
         simulator: of the links.
         held_out: names of the trials to judge by.
-        input_of: see `Units`.
+        input_of, varying: see `Units`.
     """
     pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
     return Units(
@@ -226,6 +227,7 @@ def whole_trials(
         [(block, link) for block, link in pairs if block.unit not in held_out],
         [(block, link) for block, link in pairs if block.unit in held_out],
         input_of=input_of,
+        varying=varying,
     )
 
 
@@ -242,7 +244,7 @@ def parts_of_trials(
     Args:
         simulator: of the links.
         held_out: names of the trials to judge by; if there are none, half of all parts.
-        gap: rows between parts, at least: a longer memory of the noise makes it longer.
+        gap: rows between parts.
         varying: see `Units`.
         fewest: units that judgement needs.
 
@@ -254,8 +256,7 @@ def parts_of_trials(
         of_trial.setdefault(block.unit, []).append((block, link))
     judged_trials = [name for name in of_trial if name in held_out] or list(of_trial)
     sizes = [of_trial[name][0][0].size for name in judged_trials]
-    gaps = [max(gap, *(_memory(block) for block, _ in of_trial[n])) for n in judged_trials]
-    counts = _counts(sizes, gaps)
+    counts = _counts(sizes, gap)
     fitted: list[tuple[Block, int]] = []
     judged: list[tuple[Block, int]] = []
     trial_of: dict[str, str] = {}
@@ -269,10 +270,10 @@ def parts_of_trials(
         kept = [alternate and not second_half(number + k) for k in range(counts[i])]
         number += counts[i]
         for block, link in own:
-            parts = cut(block, counts[i], gaps[i])
+            parts = cut(block, counts[i], gap)
             ours = [part for part, fit in zip(parts, kept, strict=True) if not fit]
             judged += [(part, link) for part in ours]
-            runs = fitted_runs(block, ours, gaps[i]) if alternate else ()
+            runs = fitted_runs(block, ours, gap) if alternate else ()
             fitted += [(run, link) for run in runs]
             trial_of |= {part.unit: name for part in (*ours, *runs)}
     units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying)
@@ -280,21 +281,15 @@ def parts_of_trials(
         rows = sum(sizes)
         raise InputError(
             f"{len(sizes)} trials of {rows} samples give {len(units.judged.units)} parts to judge"
-            f" by, {max(gaps)} samples apart as their noise remembers: {fewest} are needed; record"
-            " every input twice or more, or four times as long"
+            f" by, {gap} samples apart as their noise remembers: {fewest} are needed; record every"
+            " input twice or more, or four times as long"
         )
     return units
 
 
-def _memory(block: Block) -> int:
-    """Rows over which the noise of a block is correlated."""
-    assert not isinstance(block.noise, np.ndarray)
-    return correlation_length(block.noise, block.size)
-
-
-def _counts(sizes: Sequence[int], gaps: Sequence[int]) -> list[int]:
-    """Number of parts of each trial: as many as the gaps let it have, of all `MOST` at most."""
-    most = [most_parts(size, gap) for size, gap in zip(sizes, gaps, strict=True)]
+def _counts(sizes: Sequence[int], gap: int) -> list[int]:
+    """Number of parts of each trial: as many as the gap lets it have, of all `MOST` at most."""
+    most = [most_parts(size, gap) for size in sizes]
     share = min(1.0, MOST / sum(most))
     return [max(int(share * count), 1) for count in most]
 

@@ -1,4 +1,4 @@
-"""Parts of trials: apart as long as the noise remembers, independent of what a log shares."""
+"""Parts of trials: apart, independent of what a log shares."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def rows_of(side):
 
 
 @pytest.mark.parametrize(("trials", "rows"), [(("a",), 2000), (("a", "b", "c"), 500)])
-def test_fitted_rows_and_judged_parts_are_apart_as_long_as_the_noise_remembers(trials, rows):
+def test_fitted_rows_and_judged_parts_are_apart(trials, rows):
     chain = simulator(trials, rows)
-    gap, units = correlation_length(SLOW, rows), parts(chain, gap=3)
-    assert gap > 3
+    gap = correlation_length(SLOW, rows)
+    units = parts(chain, gap=gap)
     judged, fitted = units.judged.blocks, rows_of(units.fitted)
     for block in judged:
         own = [b for b in chain.blocks if b.rows.start <= block.rows.start < b.rows.stop]
@@ -75,7 +75,7 @@ def test_of_a_trial_that_is_held_out_all_parts_are_judged_and_other_trials_are_f
 
 def test_a_log_too_short_for_its_noise_is_refused():
     with pytest.raises(InputError, match="four times as long"):
-        parts(simulator(("a",), 300))
+        parts(simulator(("a",), 300), gap=40)
 
 
 @pytest.mark.parametrize("judged", ["half", "all of one trial"])
