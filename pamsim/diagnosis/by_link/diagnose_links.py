@@ -154,7 +154,7 @@ def _units(
 
 
 def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
-    """Samples over which noise may be correlated; what samples show of it says nothing of that."""
+    """Samples over which noise may be correlated; what samples show of it is no measure of that."""
     shown = [
         correlation_length(one.noise, max(trial.time.size for trial in trials))
         for one in simulator.noise.values()

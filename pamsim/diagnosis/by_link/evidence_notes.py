@@ -32,8 +32,8 @@ def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[s
         notes.append(f"{len(units.judged.units)} parts of trials are judged instead of trials")
     if units.varies:
         notes.append(
-            f"{100.0 * VARIATION:g} % in {', '.join(VARYING)} are assumed to differ from log to log:"
-            " a larger difference looks like an effect"
+            f"{', '.join(VARYING)} are assumed to differ by {100.0 * VARIATION:g} % from log to"
+            " log: a larger difference looks like an effect"
         )
     if notes:
         notes.append(

@@ -219,7 +219,8 @@ def whole_trials(
     Args:
         simulator: of the links.
         held_out: names of the trials to judge by.
-        input_of, varying: see `Units`.
+        input_of: see `Units`.
+        varying: see `Units`.
     """
     pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
     return Units(
