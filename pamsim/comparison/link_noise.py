@@ -20,8 +20,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import scipy.linalg
 
 from pamsim.comparison.imposed_signals import sample_noise
 from pamsim.comparison.link_simulation import link_residuals
@@ -34,6 +36,8 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import noise_from_repeats
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.recordings.trial import Trial
+
+_toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
 Output = tuple[Link, str]
 """Link and channel."""
@@ -141,11 +145,10 @@ def _about_trends(parts: Sequence[FloatArray]) -> ArNoise:
     left = [part - q @ (q.T @ part) for part, q in zip(parts, trends, strict=True)]
     noise = fit_ar_noise(left)
     for _ in range(_PASSES):
+        lags = noise.autocovariance(max(map(len, trends)))
         absorbed: list[FloatArray] = []
         for q in trends:
-            lags = noise.autocovariance(len(q))
-            rows = np.arange(len(q))
-            covariance = q.T @ lags[np.abs(rows[:, np.newaxis] - rows)] @ q
+            covariance = q.T @ _toeplitz_times(lags[: len(q)], q)
             squares, turn = np.linalg.eigh(covariance)
             root = turn * np.sqrt(np.clip(squares, 0.0, None))
             absorbed.append(np.asarray(q @ root, dtype=np.float64))
