@@ -120,7 +120,7 @@ class ChainSimulator:
         exact = {
             (link, block.trial, block.channel): block.residual
             for link, blocks in link_residuals(
-                rig, trials, threads=threads, simulated=simulated
+                rig, trials, joined=True, threads=threads, simulated=simulated
             ).items()
             for block in blocks
         }
@@ -131,7 +131,7 @@ class ChainSimulator:
         self._runs: list[tuple[Repeats, Trial, LinkRun]] = [
             (group, mean, run)
             for group, mean in zip(groups, means, strict=True)
-            for run in link_runs(rig, mean)
+            for run in link_runs(rig, mean, joined=True)
             if all((run.link, t.name, c) in exact for t in group.trials for c in run.outputs)
         ]
         self._inputs = {mean.name: link_inputs(rig, mean) for mean in means}

@@ -175,7 +175,7 @@ def _read_again(
         )
         for trial in trials
     ]
-    found = link_residuals(rig, second, threads=threads, simulated=simulated)
+    found = link_residuals(rig, second, joined=True, threads=threads, simulated=simulated)
     return {
         (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
         for link, blocks in found.items()

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of
+from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.comparison.imposed_signals import smoothed
 from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
 from pamsim.comparison.links import Link, LinkRun, link_runs
@@ -56,6 +56,7 @@ def link_residuals(
     rig: Rig,
     trials: Sequence[Trial],
     *,
+    joined: bool = False,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> dict[Link, list[ResidualBlock]]:
@@ -64,6 +65,7 @@ def link_residuals(
     Args:
         rig: as it is.
         trials: with channels as the rig names them.
+        joined: see `pamsim.comparison.links.link_runs`.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
 
@@ -74,7 +76,7 @@ def link_residuals(
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
-    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial)]
+    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial, joined=joined)]
     inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
     begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
@@ -213,8 +215,10 @@ def link_experiment(
             experiment = replace(experiment_of(driven), start_pressure=start)
         else:
             driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
-            experiment = experiment_of(driven, sample_rate=way_rate(driven))
-            experiment = replace(experiment, start_pressure=start, settle=0.0)
+            # All that is imposed runs on between its values, so that samples may be further apart.
+            experiment = experiment_of(driven, sample_rate=way_rate(trial))
+            rate = grid_rate(trial.time)
+            experiment = replace(experiment, start_pressure=start, settle=0.0, sample_rate=rate)
     else:
         experiment = experiment_of(driven)
     experiment = with_true_inputs(rig, experiment)

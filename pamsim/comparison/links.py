@@ -96,20 +96,22 @@ class _Measured:
     efforts: dict[str, str]
 
 
-def link_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
+def link_runs(rig: Rig, trial: Trial, *, joined: bool = False) -> tuple[LinkRun, ...]:
     """The links that the measured channels of a trial separate.
 
     Args:
         rig: that the trial is of.
         trial: with channels as the rig names them, see `pamsim.recordings.trial.of_rig`.
+        joined: also muscles and joint as one, where measured forces separate them. Its positions
+            show small effects that the noise of load cells hides from both.
 
     Returns:
         A run of each, from the command on; none if no channel is left to compare.
     """
-    return tuple(run for run in _runs(rig, trial) if run.outputs)
+    return tuple(run for run in _runs(rig, trial, joined) if run.outputs)
 
 
-def _runs(rig: Rig, trial: Trial) -> Iterator[LinkRun]:
+def _runs(rig: Rig, trial: Trial, joined: bool) -> Iterator[LinkRun]:
     seen, drives = _measured(rig, trial), trial.drives
     commanded = [kind != "measured" for kind in drives.muscles]
     channels = zip(trial.pressure_channels, commanded, strict=True)
@@ -134,15 +136,15 @@ def _runs(rig: Rig, trial: Trial) -> Iterator[LinkRun]:
         pressures=pressures,
         moved=every,
     )
-    link = Link((JOINT,) if forces else (*pulling, JOINT))
-    for joint, channel in (seen.positions | seen.efforts).items():
-        yield LinkRun(
-            link=link,
-            outputs=(channel,),
-            pressures=pressures,
-            moved=tuple(j for j in every if j != joint or j in imposed),
-            pulled=joint if forces else "",
-        )
+    for apart in (True, False) if forces and joined else (forces,):
+        for joint, channel in (seen.positions | seen.efforts).items():
+            yield LinkRun(
+                link=Link((JOINT,) if apart else (*pulling, JOINT)),
+                outputs=(channel,),
+                pressures=pressures,
+                moved=tuple(j for j in every if j != joint or j in imposed),
+                pulled=joint if apart else "",
+            )
 
 
 def _measured(rig: Rig, trial: Trial) -> _Measured:

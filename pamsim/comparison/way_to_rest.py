@@ -84,14 +84,15 @@ def way_rate(trial: Trial) -> float:
 
 
 def _until_still(recording: Recording, trial: Trial, inputs: LinkInputs) -> FloatArray:
-    """A way to rest, until the trial's sensors would show no more motion."""
+    """A way to rest, until sensors would show no more motion, in whole samples of the trial."""
     way = np.hstack([recording.pressure, recording.positions])
     joints = list(recording.joints)
     last = round(_LEAST * way_rate(trial))
+    each = round(way_rate(trial) / grid_rate(trial.time))
     for joint, noise in inputs.noise.items():
         own = way[:, recording.pressure.shape[1] + joints.index(joint)]
         last = max([last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist()])
-    return way[: last + 1]
+    return way[: (last // each + 1) * each]
 
 
 def way_as_lead(

@@ -110,7 +110,9 @@ class Experiment:
 
         time, edge_order = self.command_time, 2 if len(self.command_time) > 2 else 1
         return {
-            column: CubicHermiteSpline(time, values, np.gradient(values, time, edge_order=edge_order))
+            column: CubicHermiteSpline(
+                time, values, np.gradient(values, time, edge_order=edge_order)
+            )
             for column, values in enumerate(self.command_value.T)
             if self.drives.kinds[column] in IMPOSED
         }

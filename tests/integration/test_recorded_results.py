@@ -8,7 +8,6 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
-import pytest
 
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.engine.rig import load_rig
@@ -99,51 +98,6 @@ def test_the_table_of_the_independent_plant_is_that_of_its_record():
     end = before + len(study["rows"])
     assert f"Cases {before + 1} to {end} of the {study['planned']}" in text
     assert [row["name"] for row in study["rows"]] == names[before:end], "not all in their order"
-
-
-@pytest.mark.parametrize(
-    ("record", "data"), [("2_repeats", "2 repeats only"), ("one_log", "one log without repeats")]
-)
-def test_the_table_of_fewer_repeats_is_that_of_the_records(record, data):
-    study = recorded(f"results/blind_study_{record}.json")
-    _, table = table_after("diagnose.md", "fewer repeats, independent plant")
-    found = {row["quantity"]: row for row in study["must_show"]}
-
-    def counted(row):
-        return f"{row['hits']} of {row['count']}"
-
-    right = found[f"{data}: right family"]
-    low, high = right["interval95"]
-    assert table[data] == [
-        str(len(study["rows"])),
-        f"{100 * right['share']:.1f} %, {counted(right)}",
-        f"{100 * low:.1f} to {100 * high:.1f} %",
-        counted(found["wrong confident name, all tiers"]),
-        counted(found["claim on data without effect"]),
-        f"{found['median seconds per diagnosis']['median']:.4g} s",
-    ]
-    cases = [case["name"] for case in recorded("blind_study_cases.json")["cases"]]
-    begin = int(study["command"].rpartition(" ")[2]) - 1
-    assert [row["name"] for row in study["rows"]] == cases[begin : begin + len(study["rows"])]
-    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
-    assert f"cases from {begin + 1} on" in text
-
-
-def test_what_is_stated_of_four_repeats_is_that_of_the_record():
-    study = recorded("results/blind_study_4_repeats.json")
-    found = {row["quantity"]: row for row in study["must_show"]}
-    text = " ".join((ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8").split())
-    stated = text.partition("4 repeats, ")[2].partition("intervals")[0]
-    assert stated.startswith(f"{len(study['rows'])} cases from {study['command'].split()[-1]} on")
-    for words, quantity in (
-        ("wrong names", "wrong confident name, all tiers"),
-        ("claims without effect", "claim on data without effect"),
-        ("library", "library's formula, E >= 0.5: unique correct name, separable"),
-        ("another formula", "another formula, E >= 0.5: right effect or family"),
-        ("outside", "outside the library: no confident name"),
-        ("pairs", "pairs, at least one of another formula"),
-    ):
-        assert f"{words} {found[quantity]['hits']} of {found[quantity]['count']}" in stated
 
 
 def test_the_table_of_twins_is_that_of_its_record():

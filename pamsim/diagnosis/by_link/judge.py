@@ -51,12 +51,14 @@ class Rival:
         model: fitted with it.
         excess: by how much it predicts worse, mean over the held-out trials [noise variance].
         p_value: of one that predicts as well.
+        by_trial: excess in every held-out trial, (u,).
     """
 
     effect: Candidate
     model: LinkModel
     excess: float
     p_value: float
+    by_trial: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +70,8 @@ class Judged:
         links: in which it is seen.
         gain: fall of the mean square of these links' whitened rows in the held-out trials, beside
             the model without it [noise variance].
-        before: what the rig without any effect leaves there beyond the noise [noise variance].
+        before: mean square of what the rig without any effect leaves there, noise taken off by
+            what repeats share [noise variance].
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether repeats show that nothing but noise is left in its links.
@@ -132,7 +135,8 @@ def judge(
     Returns:
         The model that is left, and its effects in the order of their gain.
     """
-    known, before = searched.known, held_out.losses(searched.base)
+    known = searched.known
+    before = {link: one.excess for link, one in remainders(held_out, searched.base).items()}
     model, swaps = searched.model, 0
     while True:
         model, rests = _needed(fitter, model, known, held_out, before, alpha, seed)
@@ -167,7 +171,7 @@ def _needed(
     model: LinkModel,
     known: Sequence[Signature],
     held_out: HeldOut,
-    before: Mapping[Link, FloatArray],
+    before: Mapping[Link, float],
     alpha: float,
     seed: int,
 ) -> tuple[LinkModel, list[_Needed]]:
@@ -186,7 +190,7 @@ def _needed(
                 mean_loss(held_out.losses(rest), links), own[:, np.newaxis], seed=seed
             )
             one = _Needed(effect, rest, float(found.gain[0]), float(found.p_value[0]))
-            excess = float(np.mean(mean_loss(before, links))) - 1.0
+            excess = float(np.mean([before[link] for link in links]))
             there = one.p_value <= alpha and one.gain >= MATERIAL_SHARE * excess
             (needed if there else idle).append(one)
         if not idle:
@@ -201,7 +205,7 @@ def _beside_rivals(
     known: Sequence[Signature],
     held_out: HeldOut,
     losses: Mapping[Link, FloatArray],
-    before: Mapping[Link, FloatArray],
+    before: Mapping[Link, float],
     left: Mapping[Link, Remainder],
     alpha: float,
     seed: int,
@@ -245,22 +249,22 @@ def _beside_rivals(
     rivals: list[Rival] = []
     mine = mean_loss(losses, links)
     for fit in fits:
-        worse = compare_with_reference(
-            mean_loss(held_out.losses(fit), links), mine[:, np.newaxis], seed=seed
-        )
+        theirs = mean_loss(held_out.losses(fit), links)
+        worse = compare_with_reference(theirs, mine[:, np.newaxis], seed=seed)
         rivals.append(
             Rival(
                 effect=fit.effects[-1],
                 model=fit,
                 excess=float(worse.gain[0]),
                 p_value=float(worse.p_value[0]),
+                by_trial=theirs - mine,
             )
         )
     return Judged(
         effect=effect,
         links=links,
         gain=one.gain,
-        before=float(np.mean(mean_loss(before, links))) - 1.0,
+        before=float(np.mean([before[link] for link in links])),
         p_value=one.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
         exact=all(left[link].excluded(alpha) for link in links),

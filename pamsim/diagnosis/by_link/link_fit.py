@@ -127,6 +127,10 @@ class LinkFitter:
         numbers = [i for i, link in enumerate(self.simulator.links) if link in links]
         return np.isin(self.link_of, numbers)
 
+    def by_link(self, rows: FloatArray) -> FloatArray:
+        """Sums of values of the whitened rows (f,) over each link, (links,)."""
+        return np.bincount(self.link_of, weights=rows, minlength=len(self.simulator.links))
+
     def scale(self, name: str, effects: Sequence[Candidate]) -> float:
         """Typical change of a parameter [SI]: of its effect; of a nuisance parameter, its value."""
         if name in self.nuisance:

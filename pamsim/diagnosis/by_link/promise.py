@@ -47,11 +47,13 @@ class Promise:
         signature: its own.
         gain: fall of the sum of squares.
         factor: on its probe.
+        rows: change of the whitened rows that is its own, (f,).
     """
 
     signature: Signature
     gain: float
     factor: float
+    rows: FloatArray
 
     @property
     def effect(self) -> Candidate:
@@ -115,7 +117,9 @@ def promises(
             continue
         factor = -float(kept @ left) / square
         if factor > 0.0 or effect.two_sided:
-            found.append(Promise(signature=signature, gain=factor**2 * square, factor=factor))
+            gain = factor**2 * square
+            own = factor * kept
+            found.append(Promise(signature=signature, gain=gain, factor=factor, rows=own))
     return left, sorted(found, key=lambda promise: -promise.gain)
 
 

@@ -29,16 +29,16 @@ from pamsim.diagnosis.by_link.promise import (
 )
 
 MATERIAL = 0.02
-"""Fall of the mean square of the whitened rows of the links in which an effect is seen, from which
-it is material, in variances of the noise: a signal of a seventh of the noise's amplitude."""
+"""Fall of the mean square of the whitened rows of some link, from which an effect is material, in
+variances of the noise: a signal of a seventh of the noise's amplitude."""
 
 MATERIAL_SHARE = 0.01
 """The same as a share of what the rig leaves there: beside a large effect the formula of which is
 not exact, less cannot be distinguished from its error."""
 
 _OF_LEFT = 0.1
-"""Share of what is left in those links, other forms free, that an effect must promise: of some
-fifty signatures one resembles any smooth misfit by less."""
+"""Share of what is left in that link, other forms free, that an effect must promise: of some fifty
+signatures one resembles any smooth misfit by less."""
 
 _EARLY = 0.1
 """Share of what is material from which a promise is worth a fit, which may gain far more: friction
@@ -93,15 +93,15 @@ def search(
     model, now = fitter.stated, known
     for _ in range(_ROUNDS):
         left, found = promises(model, now, forms_of(model, known))
-        worth = [p for p in found if _is_worth(fitter, p, left, known, material)]
+        worth = [p for p in found if _is_worth(fitter, p, left, material)]
         if not worth:
             break
         where = seen_in(fitter, known, worth[0].effect.name)
         rivals = [p for p in worth if seen_in(fitter, known, p.effect.name) & where]
         fits = best_fits(fitter, model, rivals, known, steps=steps)
         best = min(fits, key=lambda fit: fit.cost, default=None)
-        if best is None or model.cost - best.cost < _least(
-            fitter, best.effects[-1].name, known, material
+        if best is None or not np.any(
+            fitter.by_link(model.rows**2 - best.rows**2) >= _least(fitter, material)
         ):
             break
         model = in_best_forms(fitter, fitter.everywhere(best), known, steps=steps)
@@ -191,7 +191,7 @@ def _screened(
     stated = fitter.stated
     usual = [effect for effect in candidates if effect.usual]
     known = signatures(fitter, stated, [(effect, first_probe(effect)) for effect in usual])
-    _, found = promises(stated, known)
+    left, found = promises(stated, known)
     largest: dict[Link, float] = {}
     seen = {p.effect.name: seen_in(fitter, known, p.effect.name) for p in found}
     for promise in found:
@@ -201,7 +201,7 @@ def _screened(
         p.effect.name
         for p in found
         if any(p.gain >= _WIDER * largest[link] for link in seen[p.effect.name])
-        and p.gain >= _EARLY * _least(fitter, p.effect.name, known, material)
+        and np.any(_falls(fitter, p, left) >= _EARLY * _least(fitter, material))
     }
     done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
     more = [
@@ -225,23 +225,22 @@ def _about(
     return [s for s in now if s.effect.label not in again] + fresh
 
 
-def _is_worth(
-    fitter: LinkFitter,
-    promise: Promise,
-    left: FloatArray,
-    known: Sequence[Signature],
-    material: float,
-) -> bool:
+def _is_worth(fitter: LinkFitter, promise: Promise, left: FloatArray, material: float) -> bool:
     """Whether an effect is fitted."""
-    rows = fitter.in_links(seen_in(fitter, known, promise.effect.name))
-    unknown = float(np.sum(left[rows] ** 2)) - float(np.sum(rows))
-    least = _EARLY * _least(fitter, promise.effect.name, known, material)
-    return promise.gain >= max(_OF_LEFT * unknown, material * float(np.sum(rows)), least)
+    count = fitter.by_link(np.ones_like(left))
+    unknown = fitter.by_link(left**2) - count
+    least = np.maximum(material * count, _EARLY * _least(fitter, material))
+    falls = _falls(fitter, promise, left)
+    return bool(np.any(falls >= np.maximum(least, _OF_LEFT * unknown)))
 
 
-def _least(fitter: LinkFitter, name: str, known: Sequence[Signature], material: float) -> float:
-    """Fall of the sum of squares from which an effect is material."""
-    where = seen_in(fitter, known, name)
-    rows = fitter.in_links(where)
-    gap = float(np.sum(fitter.stated.rows[rows] ** 2)) - float(np.sum(rows))
-    return max(material * float(np.sum(rows)), MATERIAL_SHARE * gap)
+def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray:
+    """Fall of the sum of squares of each link that an effect promises."""
+    return fitter.by_link(left**2 - (left + promise.rows) ** 2)
+
+
+def _least(fitter: LinkFitter, material: float) -> FloatArray:
+    """Fall of the sum of squares of each link from which an effect is material."""
+    count = fitter.by_link(np.ones_like(fitter.stated.rows))
+    gap = fitter.by_link(fitter.stated.rows**2) - count
+    return np.maximum(material * count, MATERIAL_SHARE * gap)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from pamsim.comparison.chain_simulator import COARSE, MIDDLE
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.sizes import sizes
 from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, NUISANCE, ToyChain, diagnosed, tried
@@ -56,6 +57,22 @@ def test_an_error_of_the_formula_does_not_hide_the_name():
     _, _, found = diagnosed(chain, EFFECTS)
     assert found["passive_stiffness"].certain()["family"]
     assert found["passive_stiffness"].share < 0.99
+
+
+def test_long_time_steps_of_the_search_do_not_end_in_the_size():
+    class InLongSteps(ToyChain):
+        def residuals(self, sets, links, others, *, only=None, steps=COARSE):
+            found = super().residuals(sets, links, others, only=only)
+            if steps == MIDDLE:
+                return found
+            return [r + 0.1 * (r - self.stated) * (r != others) for r in found]
+
+    chain = InLongSteps(EFFECTS, {"passive.stiffness": STIFFNESS})
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    effect = next(e for e in EFFECTS if e.name == "passive_stiffness")
+    fit = fitter.fit(fitter.stated, (effect,), effect.probes[0].values, {ARMLINK})
+    gone = next(e for e in EFFECTS if e.name == "passive_stiffness").neutral["passive.stiffness"]
+    assert fit.values["passive.stiffness"] - gone == pytest.approx(STIFFNESS - gone, rel=0.03)
 
 
 def test_a_nuisance_parameter_has_a_value_in_each_link_and_stays_where_nothing_shows_it():

@@ -1,0 +1,242 @@
+"""How often the diagnosis by link is right about effects that an independent plant hides.
+
+    python scripts/link_study.py [--cases FILE] [--repeats 3|2|1] [--from N] [--to N]
+        [--tier TIER] [--workers 2] [--stopped] [--json FILE]
+
+Every case is a recording on disk (five inputs that no diagnosis contains, in two settings, 5 s at
+100 Hz) of a rig as the independent plant simulates it, as scripts/blind_study.py makes it, and is
+read from there. What is counted is defined in link_study_scores.py. Finished rows are kept in
+out/link_study: a stopped study goes on where it was, as long as the code is the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import functools
+import hashlib
+import json
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from blind_study_cases import DURATION, INPUTS
+from kept_rows import as_text, fingerprint, kept_rows
+from link_study_cases import FILE as CASES
+from link_study_scores import must_show, printed
+
+import pamsim
+from pamsim.comparison.effects_on_rig import candidates, rig_effect, rig_name
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.core.errors import InputError, SimulationError
+from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
+from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.held_out_split import held_out_split
+from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.rig import Rig
+from pamsim.twins.synthetic_recording import SyntheticRecording
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.hide import hide
+
+KEPT = Path("out/link_study")
+LOG, LOG_DURATION = "levels", 20.0
+"""Input of a single log, and its length [s]."""
+
+STEP = 7e-4
+"""Of the plant's integrator [s]; with a quarter of it no sample moves by more than 0.002 of the
+sensors' noise."""
+
+Case = Mapping[str, Any]
+
+
+def settings(case: Case, repeats: int) -> dict[str, Any]:
+    """How the recordings of a case are made."""
+    inputs, duration = (INPUTS, DURATION) if repeats > 1 else ((LOG,), LOG_DURATION)
+    return {
+        "protocols": inputs,
+        "duration": duration,
+        "repeats": repeats,
+        "coloured": case["noise"] == "drifting",
+        "quantised": case["noise"] == "quantised",
+        "variation": case["variation"],
+        "forces": case["forces"],
+        "formulation": "plant",
+        "seed": case["seed"],
+    }
+
+
+def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
+    """The recordings of a case; of one log, its first setting alone."""
+    made = functools.partial(hide, rig, case["effects"], **settings(case, repeats))
+    try:
+        hidden = made(step=STEP)
+    except SimulationError:  # a lag so short needs the plant's own step
+        hidden = made()
+    if repeats > 1:
+        return hidden
+    stem = next(iter(hidden.trials))
+    return dataclasses.replace(
+        hidden,
+        trials={stem: hidden.trials[stem]},
+        protocols={stem: hidden.protocols[stem]},
+    )
+
+
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+    """Record a case, diagnose it link by link, and write down what was found."""
+    repeats, file = kind.split(" ", 1)
+    (case,) = [c for c in _cases(Path(file)) if c["name"] == name]
+    rig = pamsim.load_rig(case["rig"])
+    with tempfile.TemporaryDirectory() as folder:
+        hidden = recorded(rig, case, int(repeats))
+        truth = json.loads(hidden.save(Path(folder) / "data").read_text(encoding="utf-8"))
+        data = read_calibration_data([str(Path(folder) / "data")]).of_rig(rig)
+    began = time.perf_counter()
+    try:
+        found = diagnose_links(
+            rig,
+            data.trials,
+            candidates(rig, (), case["removed"])[0],
+            held_out=held_out_split(data, ()).trials,
+            nuisance=NUISANCE,
+            seed=seed,
+            threads=1,
+        )
+    except InputError as error:
+        return as_text({"refused": str(error), "links": {}, "effects": [], "sizes": {}})
+    seconds = time.perf_counter() - began
+    kept = ("name", "formulation", "stands_for", "families", "resembles")
+    known = distances(rig, truth)
+    return as_text(
+        {
+            **row(found),
+            "hidden": [{key: one[key] for key in kept} for one in truth["effects"]],
+            "truth": {n: [one["truth"], one["neutral"], one["hidden"]] for n, one in known.items()},
+            "seconds": round(seconds, 1),
+        }
+    )
+
+
+def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Rig parameter -> value that means what was hidden and its neutral value [SI], and by what."""
+    found: dict[str, dict[str, Any]] = {}
+    for effect in truth["effects"]:
+        for name in effect["stands_for"]:
+            for parameter in rig_effect(rig, name).parameters:
+                full = rig_name(rig, parameter.name)
+                if full in truth["parameters"] and not parameter.shape:
+                    own = rig_parameter(rig, full).value
+                    found[full] = {
+                        "truth": truth["parameters"][full]["value"],
+                        "neutral": own if parameter.neutral is None else parameter.neutral,
+                        "hidden": effect["name"],
+                    }
+    return found
+
+
+def row(found: LinkDiagnosis) -> dict[str, Any]:
+    """What was found, numbers rounded."""
+    return {
+        "links": {
+            link.name: {
+                "before": _rounded(found.before[link]),
+                "after": _rounded(found.after[link]),
+                "left": _rounded(found.remainders[link].excess),
+                "left_p_value": _rounded(found.remainders[link].p_value),
+                "more_left": found.remainders[link].counts(ALPHA),
+            }
+            for link in found.links
+        },
+        "effects": [
+            {
+                "label": one.effect.label,
+                "place": one.effect.effect.link,
+                "family": one.effect.family,
+                "level": one.level(),
+                "parameters": [parameter.name for parameter in one.effect.parameters],
+                "exact": one.exact,
+                "gain": _rounded(one.gain),
+                "share": _rounded(one.share),
+                "p_value": _rounded(one.p_value),
+                "rivals": [
+                    [
+                        r.effect.label,
+                        r.effect.family,
+                        _rounded(r.excess),
+                        _rounded(r.p_value),
+                        [_rounded(float(one)) for one in r.by_trial],
+                    ]
+                    for r in one.rivals
+                ],
+            }
+            for one in found.effects
+        ],
+        "sizes": {
+            name: [_rounded(size.value), [_rounded(end) for end in size.interval95]]
+            for name, size in found.sizes.items()
+        },
+    }
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}") if np.isfinite(value) else value
+
+
+def _cases(file: Path) -> list[Mapping[str, Any]]:
+    return json.loads(file.read_text(encoding="utf-8"))["cases"]
+
+
+def written(result: Mapping[str, Any]) -> str:
+    """JSON with a line per case."""
+    head = json.dumps({k: v for k, v in result.items() if k != "rows"}, indent=1)
+    lines = ",\n".join("  " + json.dumps(row) for row in result["rows"])
+    return f'{head[:-2]},\n "rows": [\n{lines}\n ]\n}}\n'
+
+
+def main() -> None:
+    """Run what is left, count, write."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=Path, default=CASES)
+    parser.add_argument("--repeats", type=int, choices=(1, 2, 3), default=3)
+    parser.add_argument("--from", dest="begin", type=int, default=1, help="number of first case")
+    parser.add_argument("--to", type=int, help="number of the last case; all if left out")
+    parser.add_argument("--tier", default="", help="only cases of this tier")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    mark = fingerprint(("pamsim", "tests.plant"), __file__, options.cases)
+    some = _cases(options.cases)[options.begin - 1 : options.to]
+    chosen = [c for c in some if options.tier in ("", c["tier"])]
+    kind = f"{options.repeats} {options.cases}"
+    tasks = [(kind, case["name"], case["seed"]) for case in chosen]
+    ends = f"{options.begin}_to_{options.begin + len(some) - 1}{options.tier}"
+    folder = KEPT / f"{options.cases.stem}_{options.repeats}_repeats_{ends}"
+    rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
+    done = [
+        {**case, **rows[task]} for case, task in zip(chosen, tasks, strict=True) if task in rows
+    ]
+    result = {
+        "schema": "pamsim-link-study/1",
+        "command": f"python scripts/link_study.py --repeats {options.repeats}",
+        "cases": hashlib.sha256(options.cases.read_bytes()).hexdigest()[:16],
+        "fingerprint": mark,
+        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "must_show": must_show(done),
+        "rows": done,
+    }
+    print(printed(result["must_show"]))
+    if options.json is not None:
+        options.json.write_text(written(result), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
