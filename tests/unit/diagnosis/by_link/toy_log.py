@@ -24,6 +24,7 @@ def drifting(rng, shape):
 
 
 KNOWN = fit_ar_noise(list(drifting(np.random.default_rng(99), (20, 2000))))
+GAP = correlation_length(KNOWN, 2000)
 
 
 class ToyLog(ToyChain):
@@ -50,6 +51,6 @@ class ToyLog(ToyChain):
     def _varying(self):
         return 0.5 * self._shape(VARIES, ARMLINK)[:, np.newaxis]
 
-    def units(self, *, gap=correlation_length(KNOWN, 24 * ROWS), assumed=1.0):
+    def units(self, *, gap=GAP, assumed=1.0):
         varying = assumed * self._varying()
         return parts_of_trials(self, (), gap=gap, varying=varying, fewest=5)
