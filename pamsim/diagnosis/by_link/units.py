@@ -183,7 +183,7 @@ class _Shared:
         self.fitted, self.judged = fitted, judged
         count = fitted_columns.shape[1]
         known = np.linalg.inv(np.eye(count) + fitted_columns.T @ fitted_columns)
-        self._foretold = judged_columns @ known @ fitted_columns.T
+        self._sizes, self._columns = known @ fitted_columns.T, judged_columns
         self._fitted = _Whitening(fitted_columns)
         self._judged = _Whitening(judged_columns @ np.linalg.cholesky(known))
 
@@ -193,7 +193,7 @@ class _Shared:
 
     def whiten_judged(self, judged: FloatArray, fitted: FloatArray) -> FloatArray:
         """Rows (h,) without what they share, nor what the fitted ones (f,) foretell."""
-        return self._judged(judged - self._foretold @ fitted)
+        return self._judged(judged - self._columns @ (self._sizes @ fitted))
 
 
 class _Whitening:
@@ -255,44 +255,43 @@ def parts_of_trials(
     of_trial: dict[str, list[tuple[Block, int]]] = {}
     for block, link in zip(simulator.blocks, simulator.link_of, strict=True):
         of_trial.setdefault(block.unit, []).append((block, link))
-    judged_trials = [name for name in of_trial if name in held_out] or list(of_trial)
-    sizes = [of_trial[name][0][0].size for name in judged_trials]
+    sizes = {name: own[0][0].size for name, own in of_trial.items()}
+    if held_out:
+        sizes = {name: size for name, size in sizes.items() if name in held_out}
     counts = _counts(sizes, gap)
     fitted: list[tuple[Block, int]] = []
     judged: list[tuple[Block, int]] = []
     trial_of: dict[str, str] = {}
     number = 0
     for name, own in of_trial.items():
-        if name not in judged_trials:
+        if name not in counts:
             fitted += own
             continue
-        i = judged_trials.index(name)
-        alternate = not held_out
-        kept = [alternate and not second_half(number + k) for k in range(counts[i])]
-        number += counts[i]
+        ours = [k for k in range(counts[name]) if held_out or second_half(number + k)]
+        number += counts[name]
         for block, link in own:
-            parts = cut(block, counts[i], gap)
-            ours = [part for part, fit in zip(parts, kept, strict=True) if not fit]
-            judged += [(part, link) for part in ours]
-            runs = fitted_runs(block, ours, gap) if alternate else ()
+            every = cut(block, counts[name], gap)
+            parts = [every[k] for k in ours]
+            judged += [(part, link) for part in parts]
+            runs = () if held_out else fitted_runs(block, parts, gap)
             fitted += [(run, link) for run in runs]
-            trial_of |= {part.unit: name for part in (*ours, *runs)}
+            trial_of |= {part.unit: name for part in (*parts, *runs)}
     units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying)
     if len(units.judged.units) < fewest or not fitted:
-        rows = sum(sizes)
         raise InputError(
-            f"{len(sizes)} trials of {rows} samples give {len(units.judged.units)} parts to judge"
-            f" by, {gap} samples apart as their noise remembers: {fewest} are needed; record every"
-            " input twice or more, or four times as long"
+            f"{len(sizes)} trials of {sum(sizes.values())} samples give"
+            f" {len(units.judged.units)} parts to judge by, {gap} samples apart as their noise"
+            f" remembers: {fewest} are needed; record every input twice or more, or four times as"
+            " long"
         )
     return units
 
 
-def _counts(sizes: Sequence[int], gap: int) -> list[int]:
+def _counts(sizes: Mapping[str, int], gap: int) -> dict[str, int]:
     """Number of parts of each trial: as many as the gap lets it have, of all `MOST` at most."""
-    most = [most_parts(size, gap) for size in sizes]
-    share = min(1.0, MOST / sum(most))
-    return [max(int(share * count), 1) for count in most]
+    most = {name: most_parts(size, gap) for name, size in sizes.items()}
+    share = min(1.0, MOST / sum(most.values()))
+    return {name: max(int(share * count), 1) for name, count in most.items()}
 
 
 def second_half(number: int) -> bool:
