@@ -81,6 +81,7 @@ def diagnose_recordings(
             *likely_mistakes(rig, data.trials, chain.as_it_is, threads=options.threads),
             *data.notes,
             *split.warnings,
+            *found.notes,
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
         ),

@@ -7,7 +7,8 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
 every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
-no formula that was tried is exact: its name is then that of the nearest, and not certain.
+or no repeats show whether it is, no formula that was tried is exact for all that is known: its name
+is then that of the nearest, and not certain.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Judged:
             repeats what they share [noise variance].
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
-        exact: whether nothing but noise is left in its links.
+        exact: whether repeats show that nothing but noise is left in its links.
     """
 
     effect: Candidate
@@ -257,7 +258,7 @@ def _beside_rivals(
         before=one.before,
         p_value=one.found.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
-        exact=not any(left[link].counts(case.alpha) for link in one.links),
+        exact=all(left[link].excluded(case.alpha) for link in one.links),
     )
 
 

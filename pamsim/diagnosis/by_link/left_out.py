@@ -66,7 +66,7 @@ class LeftOut:
         alpha: float = ALPHA,
         seed: int = 0,
     ) -> None:
-        if any(block.size > 1 for block in fitter.blocks):
+        if any(block.size > 1 for block in fitter.units.fitted.blocks):
             raise InputError("rows are exchanged one by one; give each as a unit of its own")
         self._fitter, self._known, self._near = fitter, tuple(known), near
         self._alpha, self._seed = alpha, seed
@@ -79,7 +79,7 @@ class LeftOut:
         """Simulated minus measured of each row by a fit to the others, (n,) [SI]."""
         basis = orthonormal(_free_columns(model))
         free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
-        noise = [block.noise for block in self._fitter.blocks]
+        noise = [block.noise for block in self._fitter.units.fitted.blocks]
         variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
         left = model.rows - basis @ (basis.T @ model.rows)
         return left / free * np.sqrt(variance)
@@ -132,11 +132,11 @@ class LeftOut:
 
     def _beside(self, model: LinkModel, links: Collection[Link]) -> FreeForms:
         """Rows of some links, each predicted from the others, about a model."""
-        fitter = self._fitter
+        fitter, blocks = self._fitter, self._fitter.units.fitted.blocks
         rows = fitter.in_links(links)
         return FreeForms(
             Stack(
-                units=tuple(fitter.blocks[k].unit for k in np.flatnonzero(rows).tolist()),
+                units=tuple(blocks[k].unit for k in np.flatnonzero(rows).tolist()),
                 unit=np.arange(int(np.sum(rows))),
                 residual=model.rows[rows],
                 jacobian=_free_columns(model)[rows],

@@ -13,6 +13,7 @@ from pamsim.comparison.chain_simulator import Values
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.units import whole_trials
 
 _FINER = 0.01
 """Steps of finite differences beside those of recordings: balances are solved to 1e-9 rad."""
@@ -31,7 +32,7 @@ class RestFitter(LinkFitter):
     """
 
     def __init__(self, simulator: LinkSimulator, nuisance: Sequence[str]) -> None:
-        super().__init__(simulator, nuisance, (), finer=_FINER)
+        super().__init__(simulator, nuisance, whole_trials(simulator, ()), finer=_FINER)
 
     def fit(
         self,

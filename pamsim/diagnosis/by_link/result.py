@@ -25,7 +25,7 @@ FILE = "diagnosis.json"
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEntry:
-    """One link, in the trials that no fit has seen, in variances of the noise.
+    """One link, in the trials, or parts of trials, that no fit has seen, in variances of the noise.
 
     Attributes:
         link: its name.
@@ -33,7 +33,7 @@ class LinkEntry:
         before: mean square of what the rig leaves, its nuisance parameters refitted.
         after: the same with the effects that were found.
         left: part of it that repeats share; noise is none of it, and chance may make it negative.
-        p_value: of a link in which nothing is left.
+        p_value: of a link in which nothing is left; 1 where no repeats show it.
         more_left: whether what is left is certain and material.
     """
 
@@ -103,7 +103,7 @@ class EffectEntry:
         family: its cause.
         level: deepest level of its name that is certain; empty if not even the place is.
         certain: each level -> whether it is.
-        exact: whether nothing but noise is left in its links.
+        exact: whether repeats show that nothing but noise is left in its links.
         left: share of the gap in its links that is left there.
         links: in which it is seen.
         share: of what the rig leaves in them.

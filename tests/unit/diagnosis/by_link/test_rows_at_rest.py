@@ -20,6 +20,7 @@ from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import search
+from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.blocks import Block
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.near_units import nearest_units
@@ -203,7 +204,7 @@ def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
         probes=(Probe(size=1.0, values={"lock": 0.5, "soften": 0.1}),),
     )
     start = {"lock": 0.01, "soften": 0.9}
-    alone = LinkFitter(rows, ["gain"], (), finer=0.01)
+    alone = LinkFitter(rows, ["gain"], whole_trials(rows, ()), finer=0.01)
     several = RestFitter(rows, ["gain"])
     one, best = (f.fit(f.stated, (both,), start, rows.links) for f in (alone, several))
     assert best.cost < 0.1 < one.cost
