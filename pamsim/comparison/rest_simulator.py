@@ -48,7 +48,7 @@ class RestSimulator:
     Args:
         predict: see `PredictRest`.
         blocks: of the rows, in their order.
-        inputs: (n, k) of the rows [SI]: near ones tell what a model misses from noise.
+        inputs: (n, k) of the rows [SI]: what near ones miss together is no noise.
         own_values: of nuisance parameters, as the rig states them [SI].
         link: the one that the rows show.
 

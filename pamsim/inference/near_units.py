@@ -5,7 +5,7 @@ little between near inputs, and noise is independent: the mean product of a unit
 that of its nearest neighbours estimates the mean square of what both miss, as the product of two
 repeats does (`pamsim.comparison.repeated_misfit`). Where noise alone is left, every residual may as
 well have the other sign, whatever its variance; under each pattern of signs the model is fitted
-anew, to first order. What changes from one input to the next is not seen.
+again, to first order. What changes from one input to the next is not seen.
 
 Sources: R. Christensen, The Annals of Statistics 17 (1989), 673 (lack of fit by near replicates);
 A. Winkler et al., NeuroImage 92 (2014), 381 (flips of residuals beside a fitted model).
@@ -21,7 +21,7 @@ from pamsim.inference.model_comparison import sign_patterns, unit_order
 from pamsim.inference.permutation import upper_p_value
 from pamsim.inference.projected_effect import orthonormal
 
-_AS_NEAR = 1e-9  # of the largest distance: two neighbours that rounding alone tells apart
+_AS_NEAR = 1e-9  # of the largest distance: neighbours that differ by rounding alone
 _DETERMINED = 1e-9  # share of a row's variance that a fit leaves, below which it passes through it
 
 

@@ -70,8 +70,8 @@ def test_the_page_s_numbers_are_the_recorded_ones(record, mas20):
     assert f"{added['value_si'] * 1e6:.3f} [{ends}] per MPa" in PAGE
     for row in mas20["rows"]:
         if min(row["pressure_kpa"]) >= 160.0:
-            said = f"{row['row']} {row['before_deg']:+.1f} to {row['after_deg']:+.1f} deg"
-            assert said in PAGE
+            errors = f"{row['row']} {row['before_deg']:+.1f} to {row['after_deg']:+.1f} deg"
+            assert errors in PAGE
     for rival in mas20["alternatives"]["braid_extensibility"]:
         assert f"`{rival}`" in PAGE
     assert f"leaves {mas20['repaired_in_time_deg']:.2f} deg RMS" in PAGE
@@ -96,7 +96,7 @@ def test_the_outcomes_are_the_recorded_ones_and_judged_by_what_was_expected(reco
     (found,) = equations["effects"]
     other = {name.partition(":")[0] for name in equations["alternatives"][found["effect"]]}
     either = dict.fromkeys((found["name"], *sorted(other)))
-    for data, row, said, held in (
+    for data, row, outcome, held in (
         (
             "MAS-20 rows",
             "| rows, published map | `ambiguous`, `braid_locking` certain,",
@@ -118,7 +118,7 @@ def test_the_outcomes_are_the_recorded_ones_and_judged_by_what_was_expected(reco
     ):
         assert row in EXPECTED
         (line,) = [line for line in TEXT.splitlines() if line.startswith(f"| {data} |")]
-        assert line.endswith(f"| {said} | {'held' if held else 'refuted'} |")
+        assert line.endswith(f"| {outcome} | {'held' if held else 'refuted'} |")
 
 
 def test_the_authors_own_models_stand_beside_what_pamsim_leaves(record, mas20):

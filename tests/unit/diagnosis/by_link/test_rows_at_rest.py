@@ -147,7 +147,7 @@ def test_a_simulator_of_rows_is_one_of_links():
 
 
 def test_a_formula_is_certain_only_if_near_rows_miss_nothing_together():
-    """A truth that turns smoothly off every formula leaves the family certain, and no more."""
+    """An angle that bends off every formula leaves the family certain, and no more."""
     bent = 0.03 * np.sin(1.5 * TABLE.step)
     found = diagnosed(TABLE, measured(TABLE, {"lock": 3.0}) + bent, (LOCK,))
     assert levels(found) == {"lock": "family"}
