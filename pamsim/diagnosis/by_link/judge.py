@@ -8,7 +8,8 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
 every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
 or no repeats show whether it is, no formula that was tried is exact for all that is known: its name
-is then that of the nearest, and not certain.
+is then that of the nearest, and not certain. The family is, as long as the effect takes away far
+more than is left (`EXPLAINED`).
 """
 
 from __future__ import annotations
@@ -34,6 +35,11 @@ _OF_FORMULA = ("name", "form")
 ALPHA = 0.05
 """Probability that an effect that is not there is said to be, and that a level is said to be
 certain that is not."""
+
+EXPLAINED = 0.9
+"""Share of what an effect takes away and what is then left for certain, from which its family may
+be certain. Nearest formulas of the right family take away 93 to 97 % on real rigs; of a family that
+is not among those tried, the nearest of another took away 77 %."""
 
 _SWAPS = 3  # effects that are exchanged for rivals at most, before judgement
 _RIVALS = 3  # effects that are fitted in the place of one
@@ -79,6 +85,7 @@ class Judged:
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether repeats show that nothing but noise is left in its links.
+        left: mean square that is left there for certain [noise variance].
     """
 
     effect: Candidate
@@ -88,6 +95,7 @@ class Judged:
     p_value: float
     rivals: tuple[Rival, ...]
     exact: bool
+    left: float = 0.0
 
     @property
     def share(self) -> float:
@@ -99,9 +107,11 @@ class Judged:
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
         there = self.p_value <= alpha and self.gain > 0.0
+        shown = self.gain >= EXPLAINED * (self.gain + self.left)
         return {
             level: there
             and all(other[: i + 1] == own[: i + 1] for other in tied)
+            and (shown or level == "place")
             and (self.exact or level not in _OF_FORMULA)
             for i, level in enumerate(LEVELS)
         }
@@ -259,6 +269,9 @@ def _beside_rivals(
         p_value=one.found.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
         exact=all(left[link].excluded(case.alpha) for link in one.links),
+        left=float(
+            np.mean([left[n].excess if left[n].counts(case.alpha) else 0.0 for n in one.links])
+        ),
     )
 
 
