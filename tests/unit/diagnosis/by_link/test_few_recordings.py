@@ -28,7 +28,7 @@ def test_one_log_shows_a_cause_to_the_family():
     assert model.values["valve.delay"] == pytest.approx(DELAY, rel=0.1)
 
 
-def test_a_cause_that_looks_like_what_differs_is_found_if_it_is_far_larger():
+def test_a_cause_that_resembles_what_differs_is_found_if_it_is_far_larger():
     planted = {"passive.stiffness": 2.0 * 9237.0}
     assert set(diagnosed(ToyLog(EFFECTS, planted), EFFECTS)[2]) == {"passive_stiffness"}
 
