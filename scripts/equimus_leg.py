@@ -94,10 +94,7 @@ EFFECTS = (
     "coulomb_friction", "viscous_friction", "muscle_hysteresis", "viscoelastic_creep",
 )  # fmt: skip
 
-KEPT = (
-    "verdict", "sentence", "effects", "certain", "resembles", "alternatives", "gap", "noise_floor",
-    "tried", "next_experiment", "rollouts", "seconds",
-)  # fmt: skip
+KEPT = ("verdict", "sentence", "links", "effects", "remainder", "gap", "next_experiment", "run")
 """Of a diagnosis, in the record."""
 
 STATIC_NUMBERS = {
@@ -339,12 +336,11 @@ def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
     report = pamsim.diagnose(
         sources,
         rig="equimus_leg",
-        channels=["angle"],
         nuisance=NUISANCE,
         effects=EFFECTS,
         threads=workers,
-        out=OUT / "diagnosis",
     )
+    report.save(OUT / "diagnosis")
     print(report.summary())
     kept = report.to_dict()
     return {key: kept[key] for key in KEPT}

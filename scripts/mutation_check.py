@@ -88,14 +88,11 @@ PARTS: dict[str, tuple[Room, ...]] = {
         Room(
             tuple(
                 f"diagnosis/method/{name}.py"
-                for name in ("evidence", "held_out_remainder", "lack_of_fit", "loop_diagnosis",
-                             "repeated_trials", "rivals", "row_diagnosis", "trial_diagnosis",
-                             "trial_variation", "verdict", "verdict_thresholds")
+                for name in ("evidence", "loop_diagnosis", "row_diagnosis", "verdict",
+                             "verdict_thresholds")
             ),
             ("unit/diagnosis/test_verdict.py unit/diagnosis/test_evidence.py"
-             " unit/diagnosis/test_lack_of_fit.py unit/diagnosis/test_trial_variation.py"
-             " unit/diagnosis/test_trial_diagnosis.py"
-             " unit/diagnosis/test_rivals.py unit/diagnosis/test_row_diagnosis.py"
+             " unit/diagnosis/test_row_diagnosis.py"
              " unit/diagnosis/test_loop_diagnosis.py",
              "unit/diagnosis unit/comparison"),
         ),

@@ -37,6 +37,7 @@ import argparse
 import dataclasses
 import json
 import platform
+import re
 import subprocess
 import tempfile
 import time
@@ -228,23 +229,22 @@ def run_one(task: Task) -> dict[str, Any]:
 
 def judged(rig: Rig, hidden: str, found: Mapping[str, Any]) -> dict[str, Any]:
     """What a diagnosis, as its JSON states it, claims, and whether that is right."""
-    claimed = sorted({name for one in found["effects"] for name in one["name"].split("+")})
+    levels = {re.sub(r":\w+", "", one["effect"]): one["level"] for one in found["effects"]}
+    claimed = sorted(levels)
     name, _, place = hidden.partition(AT)
     right = [one.partition(AT)[0] for one in claimed] == [name.partition(":")[0]]
     family = rig_effect(rig, hidden).family
-    before = found["gap_over_floor"]["before"]
-    nearest = found["resembles"]
     return {
         "verdict": found["verdict"],
         "claimed": claimed,
-        "tied": [one["name"] for one in found["alternatives"]],
-        "certain": list(found["certain"]),
-        "resembles": None if nearest is None else nearest["name"],
-        "excess": None if before is None else round(before**2 - 1.0, 2),
-        "explained": found["explained"],
+        "tied": sorted({one for rivals in found["alternatives"].values() for one in rivals}),
+        "levels": levels,
+        "before": {one["link"]: one["before"] for one in found["links"]},
         "name_right": right,
         "place_right": (right and claimed[0].partition(AT)[2] == place) if place else None,
-        "spurious": any(rig_effect(rig, one).family != family for one in claimed),
+        "spurious": any(
+            one["certain"]["family"] and one["family"] != family for one in found["effects"]
+        ),
         "sentence": found["sentence"],
     }
 

@@ -36,19 +36,16 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     """
     import pamsim
     from pamsim.effects.catalog import effect as look_up
-    from pamsim.effects.effect import AT
 
     found = look_up(effect)
     tried = [found.name, *(n for n in found.look_alikes if look_up(n).in_trials)]
     click.echo(f"hiding {found.name} in 20 trials of the arm; compiles for a minute the first time")
     hidden = pamsim.hide("mas20_arm", {effect: size}, seed=seed, **_TRIALS)
     hidden.save(out / "recording")
-    with progress_bar("model") as progress:
-        report = pamsim.diagnose(
-            out / "recording", effects=tried, seed=seed, out=out, progress=progress
-        )
-    show(report, out, None, repaired=True, film=out / "recording" if film else None)
-    right = {one.name.partition(AT)[0] for one in report.effects} == {found.name}
+    with progress_bar("fit") as progress:
+        report = pamsim.diagnose(out / "recording", effects=tried, seed=seed, progress=progress)
+    show(report, out, None, film=out / "recording" if film else None)
+    right = {one.name for one in report.effects} == {found.name}
     true = ", ".join(f"{name} = {value:g} (SI)" for name, value in hidden.hidden.items())
     answer(f"hidden was {found.name}, {true}: {'found' if right else 'not named by itself'}")
     if opened if opened is not None else sys.stdout.isatty():

@@ -18,7 +18,6 @@ from pamsim.comparison.repeated_misfit import (
     repeated_misfit,
     shared_p_values,
 )
-from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.encoding import json_property
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout
@@ -123,8 +122,7 @@ def gap_per_link(
     found: list[_Output] = []
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])
-        every = TrialLayout(places=layout(blocks), held_out=frozenset())
-        floor = noise_floor(every, stack, commands)
+        floor = noise_floor(layout(blocks), stack, commands)
         kept = [block for block in blocks if judged is None or block.trial in judged]
         channels = dict.fromkeys(block.channel for block in kept)
         found += [_output(link, channel, kept, floor) for channel in channels]

@@ -28,6 +28,13 @@ VALVES, MUSCLE, JOINT = "valves and air", "muscle", "joint and transmission"
 PARTS = (VALVES, MUSCLE, JOINT)
 """Parts of the chain, from the command on."""
 
+_ENDS = {
+    VALVES: ("command", "pressure"),
+    MUSCLE: ("pressure", "force"),
+    JOINT: ("force", "position"),
+}
+"""Part -> the signals before and behind it."""
+
 _NAMES = {
     (VALVES, MUSCLE): "valves, air and muscle",
     (MUSCLE, JOINT): "muscle and joint",
@@ -49,6 +56,11 @@ class Link:
     def name(self) -> str:
         """Such as ``valves and air`` or, where no force is measured, ``muscle and joint``."""
         return _NAMES.get(self.parts, self.parts[0])
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Kinds of signal before and behind it, such as ``("command", "pressure")``."""
+        return _ENDS[self.parts[0]][0], _ENDS[self.parts[-1]][1]
 
     @property
     def order(self) -> tuple[int, int]:

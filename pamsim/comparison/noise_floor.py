@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial, slow_noise
-from pamsim.comparison.trial_residuals import TrialLayout
+from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial
 from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import BlockPlace
@@ -49,7 +48,7 @@ class NoiseFloor:
 
 
 def noise_floor(
-    layout: TrialLayout,
+    places: Sequence[BlockPlace],
     residual: FloatArray,
     commands: Mapping[str, FloatArray] | None = None,
 ) -> NoiseFloor:
@@ -59,12 +58,11 @@ def noise_floor(
     noise and by what varies from trial to trial.
 
     Args:
-        layout: of the residual.
+        places: of the channels of all trials in the residual.
         residual: (n,) of any parameters [SI].
         commands: trial -> (n, m), by whose periods and holds single trials are judged.
     """
     trials: dict[tuple[str, str], list[BlockPlace]] = {}
-    places = layout.uncut(layout.places)
     for place in places:
         key = (place.block.channel, place.block.protocol)
         trials.setdefault(key, []).append(place)
@@ -82,9 +80,9 @@ def noise_floor(
         sd={
             channel: max(
                 pooled_deviation([s for (name, _), s in scatter.items() if name == channel]),
-                _smallest(layout, channel),
+                _smallest(places, channel),
             )
-            for channel in layout.channels
+            for channel in dict.fromkeys(place.block.channel for place in places)
         },
         variance={key: scatter[key].variance for key in trials},
         repeats=repeats,
@@ -93,29 +91,7 @@ def noise_floor(
     )
 
 
-def floor_beside(floor: NoiseFloor, layout: TrialLayout, residual: FloatArray) -> NoiseFloor:
-    """The floor by which a model that leaves no gap is judged.
-
-    Where noise is known within trials alone, slow drift in such a model's residual is noise too.
-
-    Args:
-        floor: by which the model was fitted.
-        layout: of the residual.
-        residual: (n,) of the model [SI].
-    """
-    variance = dict(floor.variance)
-    for place in layout.uncut(layout.places):
-        block = place.block
-        key = (block.channel, block.protocol)
-        if floor.routes.get(key) is FloorRoute.WITHIN_TRIALS:
-            slow = slow_noise(residual[place.rows], block.sample_interval or 1.0)
-            variance[key] = max(variance[key], slow)
-    return replace(floor, variance=variance)
-
-
-def _smallest(layout: TrialLayout, channel: str) -> float:
+def _smallest(places: Sequence[BlockPlace], channel: str) -> float:
     """A noise below rounding would let the last bit of a simulation decide [SI]."""
-    size = max(
-        float(np.abs(p.block.residual).max()) for p in layout.places if p.block.channel == channel
-    )
+    size = max(float(np.abs(p.block.residual).max()) for p in places if p.block.channel == channel)
     return max(1e-9 * size, np.finfo(float).tiny)

@@ -6,8 +6,7 @@ A residual holds noise and what the model misses. In order of preference they ar
 * holds: while a command is held and has settled, what the model misses hardly changes over `LAG`;
   noise that drifts more slowly goes unseen;
 * the trial: what the model misses is smooth from one sample to the next, but for the moments that a
-  median ignores; noise that drifts at all goes unseen, until a model has closed the gap
-  (`slow_noise`).
+  median ignores; noise that drifts at all goes unseen.
 """
 
 from __future__ import annotations
@@ -68,16 +67,6 @@ def noise_within_trial(
             return FloorRoute.HOLDS, Scatter(rough_noise(*held, lag=lag) ** 2 * count, count)
     count = residual.size
     return FloorRoute.WITHIN_TRIALS, Scatter(rough_noise(residual) ** 2 * count, count)
-
-
-def slow_noise(residual: FloatArray, interval: float) -> float:
-    """Variance of noise that drifts over `LAG` and faster, of a model that leaves no gap.
-
-    Args:
-        residual: (n,) [SI].
-        interval: between samples [s].
-    """
-    return rough_noise(residual, lag=_lag(residual, interval)) ** 2
 
 
 def _lag(residual: FloatArray, interval: float) -> int:

@@ -1,38 +1,36 @@
-"""Where simulation and data disagree, which effect is missing, and how sure that is.
+"""Where simulation and data disagree, which effects are missing, and how sure that is.
 
-`pamsim.diagnosis.diagnose` chooses by the kind of data. Each kind has its files:
+`pamsim.diagnosis.diagnose` chooses by the kind of data. All are searched, judged and stated by the
+same files; what a kind of data has of its own stands first:
 
 ====================  ==================  =======================  =======================
 what                  recordings          table of angles at rest  length-pressure loop
 ====================  ==================  =======================  =======================
 data and rig          recordings.py       table_at_rest.py         length_pressure_loop.py
-method/               trial_diagnosis.py  row_diagnosis.py         loop_diagnosis.py
-a fitted model        trial_model.py      row_model.py             loop_fit.py
-search for effects    trial_search.py     row_search.py            loop_effects.py
-held-out data         held_out_split.py   row_leave_one_out.py     loop_fit.py
+method in by_link/    diagnose_links.py   diagnose_rest.py         diagnose_rest.py
+fits                  link_fit.py         rest_fit.py              rest_fit.py
+data no fit has seen  held_out.py         left_out.py              left_out.py
 ====================  ==================  =======================  =======================
 
-They share the rule of the verdict, and the result with its sentence and its JSON:
-
-==================================================  ==============================
-what recordings are and could show, before all      check.py
-recordings set beside a rig                         compared_recordings.py
-which trials or parts of them no fit sees           held_out_split.py
-trials cut into parts, for want of repeats          ../comparison/trial_parts.py
-noise floor, from repeats or within trials          ../comparison/noise_floor.py
-excess per channel and protocol, residual maps      method/where.py
-the same with the arm driven by measured pressures  measured_pressures.py
-p-value of a better held-out prediction             method/evidence.py
-p-value of lack of fit, from repeats                method/lack_of_fit.py
-what varies from trial to trial, projected out      method/trial_variation.py
-models that predict as well                         method/rivals.py
-the verdict from all of that                        method/verdict.py
-thresholds of the verdict                           method/verdict_thresholds.py
-size of an effect, whichever form it has            physical_size.py
-the tests that such a size is found by              virtual_tests.py
-how large an absent effect could be                 method/absent_limits.py
-next experiment, and the menu                       method/next_experiment.py
-held-out error before and after the repair          method/gap.py
-the result and its JSON                             result.py
-==================================================  ==============================
+============================================  ================================
+options that a user may choose                options.py
+what recordings are and could show            check.py
+effects that they could show                  effects_in_data.py
+trials that no fit sees                       held_out_split.py
+links simulated with measured inputs          ../comparison/chain_simulator.py
+rows at rest                                  ../comparison/rest_simulator.py
+what separates the branches of a loop         ../comparison/loop_simulator.py
+what an effect promises, before any fit       by_link/promise.py
+search for effects                            by_link/search.py
+judgement on data that no fit has seen        by_link/judge.py
+sizes and their intervals                     by_link/sizes.py
+what is left in a link                        by_link/remainder.py
+the whole chain, before and after             by_link/whole_chain.py
+values of the whole rig                       by_link/chain_values.py
+what to measure next                          by_link/next_experiment.py
+the result, its JSON and its sentence         by_link/result.py
+size of an effect, whichever form it has      physical_size.py
+the tests that such a size is found by        virtual_tests.py
+the rig with the effects                      repaired_rig.py
+============================================  ================================
 """

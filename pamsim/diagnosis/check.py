@@ -22,16 +22,15 @@ from pamsim.comparison.link_simulation import most_runs
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
-from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import fields_to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.about_the_drive import about_the_drive
 from pamsim.diagnosis.about_the_rig import about_the_rig
-from pamsim.diagnosis.compared_recordings import about_the_drive
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.residual_block import layout
@@ -202,7 +201,7 @@ def check(
         mend = ": ".join(found) or "check the rig's parameters and the recording's units"
         raise InputError(f"the simulation breaks down on these trials; {mend}")
     blocks = predictor.blocks(prediction)
-    places = TrialLayout(places=layout(blocks), held_out=frozenset())
+    places = layout(blocks)
     residual = np.concatenate([block.residual for block in blocks])
     floor = noise_floor(places, residual, {t.name: t.command for t in beside.trials})
     links = gap_per_link(
@@ -225,7 +224,7 @@ def check(
     return RecordingCheck(
         rig=loaded.name,
         protocols=dict(Counter(t.protocol for t in beside.trials)),
-        held_out=split.names,
+        held_out=split.trials,
         seconds=sum(float(t.time[-1]) for t in beside.trials),
         channels=_channels(beside, prediction.trials, floor.sd),
         links=links,

@@ -8,14 +8,20 @@ from enum import StrEnum
 from pathlib import Path
 
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.comparison.trial_prediction import CHANNELS
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.diagnosis import length_pressure_loop, recordings, table_at_rest
-from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS
+from pamsim.diagnosis.by_link.result import LinkReport
+from pamsim.diagnosis.length_pressure_loop import (
+    PRINTED_LOOPS,
+    diagnose_length_loop,
+    measured_loop,
+    printed_loop,
+)
+from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
-from pamsim.diagnosis.result import Diagnosis
+from pamsim.diagnosis.recordings import diagnose_recordings
+from pamsim.diagnosis.table_at_rest import diagnose_table
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
@@ -36,10 +42,8 @@ APPLIES: dict[str, Collection[Kind]] = {
     "rig": (Kind.RECORDINGS, Kind.TABLE),
     "without": (Kind.RECORDINGS,),
     "nuisance": (Kind.RECORDINGS, Kind.TABLE),
-    "channels": (Kind.RECORDINGS,),
     "hold_out": (Kind.RECORDINGS,),
     "threads": (Kind.RECORDINGS, Kind.TABLE),
-    "resume": (Kind.RECORDINGS,),
 }
 """Argument of `diagnose` -> kinds of data that it applies to; those not here apply to all."""
 
@@ -52,14 +56,11 @@ def diagnose(
     effects: Sequence[str] = (),
     without: Sequence[str] = (),
     nuisance: Sequence[str] = (),
-    channels: Sequence[str] = (),
     hold_out: Sequence[str] = (),
     seed: int = 0,
     threads: int | None = None,
-    out: Path | None = None,
-    resume: bool = False,
     progress: Progress | None = None,
-) -> Diagnosis:
+) -> LinkReport:
     """Diagnose recordings of a rig, a table of angles at rest, or a length-pressure loop.
 
     Args:
@@ -68,19 +69,15 @@ def diagnose(
             means, ``alraouf2025_equations`` for the printed branches.
         rig: name or folder of the rig, or a loaded one. If left out, the recordings' own; for a
             table the MAS-20 arm by its published force map (``published``).
-        effects: names of those that may be missing; if left out, all that the data can show, of
-            which the rare ones are tried only where the others leave something.
+        effects: names of those that may be missing; if left out, all that the data can show.
         without: names of those that are not tried, such as what is known not to be missing.
         nuisance: parameters that are refitted with every effect, which must do better; if left out,
-            `pamsim.diagnosis.recordings.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
-        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``; all if left out.
+            `pamsim.diagnosis.options.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         hold_out: trials or protocols to judge by; see
             `pamsim.diagnosis.held_out_split.held_out_split`.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
-        out: folder in which the finished fits of recordings are kept; None keeps none.
-        resume: go on with the fits in ``out``.
-        progress: called as each model is fitted; how many there will be is an upper estimate.
+        progress: called as each model is fitted; how many there will be is an estimate.
 
     Raises:
         InputError: for data that cannot be read, an argument that does not apply to them, or a name
@@ -88,47 +85,34 @@ def diagnose(
     """
     sources = [data] if isinstance(data, str | os.PathLike) else list(data)
     kind = kind_of(sources)
-    options = {
+    given = {
         "rig": rig is not None,
         "without": bool(without),
         "nuisance": bool(nuisance),
-        "channels": bool(channels),
         "hold_out": bool(hold_out),
         "threads": threads is not None,
-        "resume": resume,
     }
-    for name, given in options.items():
-        if given and kind not in APPLIES[name]:
+    for name, one in given.items():
+        if one and kind not in APPLIES[name]:
             raise InputError(f"`{name}` does not apply to {kind}; leave it out")
+    options = Options(
+        effects=tuple(effects),
+        without=tuple(without),
+        nuisance=tuple(nuisance),
+        hold_out=tuple(hold_out),
+        seed=seed,
+        threads=threads,
+        progress=progress,
+    )
     if kind is Kind.LOOP:
-        return _diagnose_loop(str(sources[0]), effects, seed)
+        return _diagnose_loop(str(sources[0]), options)
     if kind is Kind.TABLE:
-        return table_at_rest.diagnose_table(
-            read_static_table(sources[0]),
-            published_rig() if rig in (None, PUBLISHED) else _loaded(rig),
-            effects=effects,
-            nuisance=nuisance or table_at_rest.NUISANCE,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-        )
+        own = published_rig() if rig in (None, PUBLISHED) else _loaded(rig)
+        return diagnose_table(read_static_table(sources[0]), own, options)
     measured = read_calibration_data(sources)
     if measured.tables:
         raise InputError("give recordings alone, or one table of angles at rest alone")
-    return recordings.diagnose_recordings(
-        measured,
-        _loaded(rig or measured.rig or "mas20_arm"),
-        effects=effects,
-        without=without,
-        nuisance=nuisance or recordings.NUISANCE,
-        channels=channels or CHANNELS,
-        hold_out=hold_out,
-        seed=seed,
-        threads=threads,
-        out=out,
-        resume=resume,
-        progress=progress,
-    )
+    return diagnose_recordings(measured, _loaded(rig or measured.rig), options)
 
 
 def kind_of(sources: Sequence[Source]) -> Kind:
@@ -159,22 +143,16 @@ def _has_length(path: Path) -> bool:
     return any(cell.strip().startswith("length") for cell in header.split(","))
 
 
-def _diagnose_loop(source: str, effects: Sequence[str], seed: int) -> Diagnosis:
+def _diagnose_loop(source: str, options: Options) -> LinkReport:
     if source in PRINTED_LOOPS and not Path(source).exists():
-        loop, stated = length_pressure_loop.printed_loop(source), PRINTED_LOOPS[source]
-        return length_pressure_loop.diagnose_length_loop(loop, stated, effects=effects, seed=seed)
+        return diagnose_length_loop(printed_loop(source), PRINTED_LOOPS[source], options)
     table = read_measured(Path(source))
     if not isinstance(table, LengthLoop):
         raise InputError(
             f"{source} is not a length-pressure loop: it needs a pressure and a length"
         )
-    return length_pressure_loop.diagnose_length_loop(
-        length_pressure_loop.measured_loop(table),
-        Path(source).name,
-        effects=effects,
-        warnings=table.notes,
-        seed=seed,
-    )
+    loop = measured_loop(table)
+    return diagnose_length_loop(loop, Path(source).name, options, warnings=table.notes)
 
 
 def _loaded(rig: Source | Rig | None) -> Rig:

@@ -6,7 +6,7 @@ their beginning: that suffices to judge what could be seen, not to name anything
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,16 +14,16 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
-from pamsim.comparison.trial_residuals import TrialLayout, TrialSimulator
+from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Steps
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray, common_unit, to_si
-from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
-from pamsim.diagnosis.method.refit import Fitter
-from pamsim.diagnosis.method.screen import VISIBLE
-from pamsim.diagnosis.method.signature import TangentSpace, signature
+from pamsim.diagnosis.by_link.search import MATERIAL
+from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.projected_effect import orthonormal
+from pamsim.inference.residual_block import BlockPlace, layout
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial
@@ -33,6 +33,8 @@ _SECONDS = 12.0
 
 _SHORTEST = 2.0  # part of a trial that shows what the joints do [s]
 _MOST = 6  # inputs
+_LONGER = 2  # of the rig's time steps in one: changes of signals are off by some per cent
+_STEP = 1e-3  # of a nuisance parameter's range, for sensitivities
 _NUDGE = 1e-7
 """Relative change of the muscles' force that a smooth simulation hardly notices."""
 
@@ -116,49 +118,104 @@ def effects_in_data(
     shown = _beginnings(data, held_out)
     # One of the rig, one nudged, one for each parameter's sensitivity and one with each effect.
     steps.expect(len(shown.trials) * (2 + len(nuisance) + len(candidates)))
-    engine = DiagnosedRig(
-        rig,
-        shown,
-        (),
-        threads=threads,
-        simulated=lambda: steps.begin("simulating each effect"),
-    )
-    simulator = TrialSimulator(engine.residuals)
-    start = {p.name: p.start for p in nuisance}
-    residual = simulator.whole(start)
-    if residual is None:
+    simulate = _Simulate(rig, shown, threads, lambda: steps.begin("simulating each effect"))
+    (here,) = simulate([{}])
+    if here is None:
         raise InputError(
             "the simulation breaks down on these trials; check the rig's parameters and the"
             " recording's units"
         )
-    fitter = Fitter(simulator, floor)
-    here = fitter.weighted(residual)
-    space = TangentSpace(fitter.jacobian(nuisance, start, here))
+    weights = simulate.weights(floor.sd)
+    moved = [{p.name: p.start + _STEP * (p.high - p.low)} for p in nuisance]
     sets = [_typical(candidate) for candidate in candidates]
-    nudged = {"force.scale": _scale(rig, start) * (1.0 + _NUDGE)}
-    *changes, jump = fitter.changes(
-        [*({**start, **values} for values in sets), {**start, **nudged}], here
+    scale = next(iter(rig.muscles.values())).force.scale
+    found = simulate([*moved, *sets, {"force.scale": scale * (1.0 + _NUDGE)}])
+    changes = [None if one is None else one - here for one in found]
+    basis = orthonormal(
+        np.column_stack(
+            [np.empty((here.size, 0))]
+            + [weights * one for one in changes[: len(moved)] if one is not None]
+        )
     )
     effects: list[EffectInData] = []
     broken: list[str] = []
-    for candidate, values, change in zip(candidates, sets, changes, strict=True):
+    for candidate, values, change in zip(candidates, sets, changes[len(moved) : -1], strict=True):
         if change is None:
             broken.append(candidate.name)
-        else:
-            left = signature(space, change, 1.0)
-            effects.append(
-                _effect(candidate, values, left.visible, simulator.layout, left.projected)
-            )
+            continue
+        raw = weights * change
+        left = raw - basis @ (basis.T @ raw)
+        effects.append(_effect(candidate, values, simulate.places, left))
     effects.sort(key=lambda one: one.shows_from / one.typical)
+    jump = changes[-1]
     return EffectsInData(
         effects=tuple(effects),
         broken=tuple(broken),
         trials=tuple(trial.name for trial in shown.trials),
         seconds=float(sum(trial.time[-1] for trial in shown.trials)),
-        rough={}
-        if jump is None
-        else _rough(jump / fitter.weights, simulator.layout, shown.trials, floor),
+        rough={} if jump is None else _rough(jump, simulate.places, shown.trials, floor),
     )
+
+
+class _Simulate:
+    """Residuals of some trials with the values of parameters, in long time steps if they allow."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        data: CalibrationData,
+        threads: int | None,
+        simulated: Callable[[], None],
+    ) -> None:
+        self._rig = rig
+        self._predictor = TrialPredictor(rig, data, threads=threads, simulated=simulated)
+        self._predictor.linearise_starts(None)  # starts as read: all simulations share their errors
+        self._step = _long_step(rig, [e.sample_rate for e in self._predictor.experiments])
+        self.places: tuple[BlockPlace, ...] = ()
+
+    def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[FloatArray | None]:
+        """Simulated minus measured, (n,) [SI]; None where a simulation breaks down."""
+        rigs = [self._possible(values) for values in sets]
+        found: list[FloatArray | None] = []
+        for prediction in self._predictor.predictions(rigs, timestep=self._step):
+            if prediction is None:
+                found.append(None)
+                continue
+            blocks = self._predictor.blocks(prediction)
+            self.places = self.places or layout(blocks)
+            found.append(np.concatenate([block.residual for block in blocks]))
+        return found
+
+    def weights(self, noise: Mapping[str, float]) -> FloatArray:
+        """Of each row, (n,): the sum of squares is the mean over trials and channels."""
+        channels = {place.block.channel for place in self.places}
+        trials = {place.block.trial for place in self.places}
+        of_each = [
+            np.full(p.block.residual.size, noise[p.block.channel] * np.sqrt(p.block.residual.size))
+            for p in self.places
+        ]
+        return 1.0 / (np.concatenate(of_each) * np.sqrt(len(channels) * len(trials)))
+
+    def _possible(self, values: Mapping[str, float]) -> Rig | None:
+        try:
+            rig = self._rig.with_parameters(values)
+            check_timestep(rig.model_for(timestep=self._step), rig.muscles)
+        except (InputError, ParameterError):  # out of range, or too quick for the time step
+            return None
+        return rig
+
+
+def _long_step(rig: Rig, rates: Sequence[float]) -> float | None:
+    """Long time step [s]; None where the rig or a sampling rate needs the rig's own."""
+    step = _LONGER * float(rig.model.opt.timestep)
+    ratios = [1.0 / (rate * step) for rate in rates]
+    if any(abs(r - round(r)) > 1e-6 * r or round(r) < 1 for r in ratios):
+        return None
+    try:
+        check_timestep(rig.model_for(timestep=step), rig.muscles)
+    except InputError:
+        return None
+    return step
 
 
 def _beginnings(data: CalibrationData, held_out: Collection[str]) -> CalibrationData:
@@ -188,24 +245,20 @@ def _typical(candidate: Candidate) -> dict[str, float]:
     return candidate.moved(probe, 1.0 / probe.size)
 
 
-def _scale(rig: Rig, start: Mapping[str, float]) -> float:
-    return start.get("force.scale") or next(iter(rig.muscles.values())).force.scale
-
-
 def _effect(
     candidate: Candidate,
     values: Mapping[str, float],
-    visible: float,
-    layout: TrialLayout,
+    places: Sequence[BlockPlace],
     projected: FloatArray,
 ) -> EffectInData:
+    visible = float(projected @ projected)
     size = candidate.parameters[0]
     unit = common_unit(size.unit)
     change = values[size.name] - candidate.neutral[size.name]
     typical = abs(change) / to_si(1.0, unit, size.unit, where=size.name)
     energies = {
         (place.block.channel, place.block.protocol): float(np.sum(projected[place.rows] ** 2))
-        for place in layout.places
+        for place in places
     }
     channel, protocol = max(energies, key=lambda key: energies[key])
     return EffectInData(
@@ -213,15 +266,15 @@ def _effect(
         parameter=size.name,
         unit=unit,
         typical=typical,
-        shows_from=typical * float(np.sqrt(VISIBLE / visible)) if visible > 0.0 else np.inf,
-        seen=visible > VISIBLE,
+        shows_from=typical * float(np.sqrt(MATERIAL / visible)) if visible > 0.0 else np.inf,
+        seen=visible > MATERIAL,
         channel=channel,
         protocol=protocol,
     )
 
 
 def _rough(
-    jump: FloatArray, layout: TrialLayout, trials: Sequence[Trial], floor: NoiseFloor
+    jump: FloatArray, places: Sequence[BlockPlace], trials: Sequence[Trial], floor: NoiseFloor
 ) -> dict[str, float]:
     """Channels that change by more than a share of what their kind moves, and by how much [SI]."""
     moved = dict.fromkeys(map(kind_of, floor.sd), 0.0)
@@ -229,7 +282,7 @@ def _rough(
         ranges = [float(np.ptp(t.measured[channel])) for t in trials if channel in t.measured]
         moved[kind_of(channel)] = max(moved[kind_of(channel)], floor.sd[channel], *ranges)
     found: dict[str, float] = {}
-    for place in layout.places:
+    for place in places:
         channel = place.block.channel
         change = float(np.abs(jump[place.rows]).max())
         if change > _JUMPS * moved[kind_of(channel)]:

@@ -1,153 +1,128 @@
-"""Diagnose a rig by recordings of it over time."""
+"""Diagnose a rig by recordings of it over time, link by link."""
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
+from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.compared_signal import shown_unit
+from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.noise_floor import NoiseFloor
-from pamsim.comparison.noise_within_trial import LAG, FloorRoute
-from pamsim.comparison.trial_prediction import CHANNELS
-from pamsim.comparison.trial_regressors import regressors
-from pamsim.core.computation import Progress, versions
-from pamsim.diagnosis.compared_recordings import about_the_drive, compared
-from pamsim.diagnosis.measured_pressures import cells_with_measured_pressures
-from pamsim.diagnosis.method.trial_diagnosis import diagnose_trials
-from pamsim.diagnosis.method.where import Regressors
-from pamsim.diagnosis.recordings_result import result_of
-from pamsim.diagnosis.remembered_fits import RememberedFits
-from pamsim.diagnosis.result import Diagnosis
+from pamsim.diagnosis.about_the_drive import about_the_drive
+from pamsim.diagnosis.by_link.chain_values import chain_values
+from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
+from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
+from pamsim.diagnosis.by_link.next_experiment import next_experiment
+from pamsim.diagnosis.by_link.result import LinkReport, Run
+from pamsim.diagnosis.by_link.whole_chain import whole_chain
+from pamsim.diagnosis.held_out_split import held_out_split
+from pamsim.diagnosis.options import NUISANCE, Options
+from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.preflight import above_supply
-from pamsim.engine.rig import Rig, rig_digest
+from pamsim.engine.rig import Rig
 
-NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
-"""Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
-so that none is named for what they can do."""
+_AS_USUAL = Options()
 
 
 def diagnose_recordings(
-    data: CalibrationData,
-    rig: Rig,
-    *,
-    effects: Sequence[str] = (),
-    without: Sequence[str] = (),
-    nuisance: Sequence[str] = NUISANCE,
-    channels: Sequence[str] = CHANNELS,
-    hold_out: Sequence[str] = (),
-    seed: int = 0,
-    threads: int | None = None,
-    out: Path | None = None,
-    resume: bool = False,
-    progress: Progress | None = None,
-) -> Diagnosis:
-    """Diagnose a rig by recordings of it; see `pamsim.diagnosis.diagnose.diagnose`.
+    data: CalibrationData, rig: Rig, options: Options = _AS_USUAL
+) -> LinkReport:
+    """Find what a rig's model is missing in each link of its chain.
 
     Args:
-        data: the recordings.
-        rig: without effects.
-        effects: names of those that may be missing; all if left out.
-        without: names of those that are not tried.
-        nuisance: rig parameters that are refitted with every effect.
-        channels: kinds of channel to compare.
-        hold_out: trials or protocols to judge by; see `held_out_split`.
-        seed: random seed of the sign flips.
-        threads: simulations at a time; None for one per processor.
-        out: folder in which finished fits are kept; None keeps none.
-        resume: go on with the fits in ``out``.
-        progress: called as each model is fitted; how many there will be is an upper estimate.
+        data: recordings; see `pamsim.diagnosis.by_link.diagnose_links.diagnose_links` for how often
+            inputs must be repeated.
+        rig: as it is.
+        options: of the diagnosis.
 
     Raises:
         InputError: for what cannot be used, or if the simulation breaks down.
     """
     began = time.perf_counter()
-    comparison = compared(data, rig, effects, without, nuisance, channels, hold_out, threads)
-    data, split, parts = comparison.data, comparison.split, comparison.split.parts
-    engine, simulator = comparison.engine, comparison.simulator
-    fits = None
-    if out is not None:
-        free = [p.name for p in comparison.nuisance]
-        of = [_fingerprint(data), rig_digest(rig), versions()]
-        settings = [*of, split.names, free, list(channels)]
-        fits = RememberedFits(out, settings, resume=resume)
-
-    def quantities(values: Mapping[str, float]) -> Regressors:
-        simulated = engine.signals(values)
-        known = [trial for trial in data.trials if trial.name in simulated]
-        whole = {trial.name: regressors(trial, simulated[trial.name]) for trial in known}
-        return whole if parts is None else parts.signals(whole)
-
-    method = diagnose_trials(
-        simulator,
-        comparison.nuisance,
-        comparison.tried,
-        quantities,
-        commands={trial.name: trial.command for trial in data.trials},
-        menu=engine.menu,
-        seed=seed,
-        remembered=fits,
-        progress=progress,
+    data = data.of_rig(rig)
+    split = held_out_split(data, options.hold_out)
+    nuisance = options.nuisance or NUISANCE
+    tried, skipped = _tried(rig, options, nuisance)
+    found = diagnose_links(
+        rig,
+        data.trials,
+        tried,
+        held_out=split.trials,
+        nuisance=nuisance,
+        seed=options.seed,
+        threads=options.threads,
+        progress=options.progress,
     )
-    best = method.conclusion.best
-    before = engine.signals(method.base.values)
-    after = {} if best is None else engine.signals(best.fit.values)
-    as_it_is = engine.signals({p.name: p.start for p in comparison.nuisance})
-    given = cells_with_measured_pressures(
-        rig.with_parameters(method.base.values), data, method.floor, threads=threads
-    )
-    return result_of(
+    chain = whole_chain(
         rig,
         data,
-        method,
-        split=split,
-        given=given,
-        before=before,
-        after=after,
-        skipped=comparison.skipped,
+        chain_values(found, found.base),
+        chain_values(found, found.model) if found.effects else None,
+        held_out=split.trials,
+        threads=options.threads,
+    )
+    noise = {
+        channel: gap.floor / shown_unit(channel)[1]
+        for channel, gap in chain.gap.items()
+        if gap.floor is not None
+    }
+    return LinkReport(
+        rig=rig.name,
+        links=link_entries(found),
+        effects=effect_entries(rig, found),
+        gap=chain.gap,
+        nuisance=nuisance_entries(rig, found, nuisance),
+        next_experiment=next_experiment(rig, found, noise, threads=options.threads),
         warnings=(
-            *likely_mistakes(rig, data.trials, as_it_is, threads=threads),
+            *likely_mistakes(rig, data.trials, chain.as_it_is, threads=options.threads),
             *data.notes,
             *split.warnings,
+            *found.notes,
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
-            *_about_the_floor(method.floor),
         ),
-        seed=seed,
-        rollouts=engine.rollouts,
-        seconds=time.perf_counter() - began,
+        run=Run(
+            data=data.sources,
+            held_out=split.trials,
+            effects_tried=len({one.name for one in tried}),
+            skipped=skipped,
+            seed=options.seed,
+            seconds=time.perf_counter() - began,
+        ),
+        comparisons=chain.comparisons,
+        repair=_repair(rig, found, data.sources),
     )
 
 
-def _about_the_floor(floor: NoiseFloor) -> tuple[str, ...]:
-    """How noise was estimated without repeats."""
-    how = {
-        FloorRoute.PERIODS: "what the periods of the command differ by",
-        FloorRoute.HOLDS: f"what changes within {LAG:g} s while the command is held",
-        FloorRoute.WITHIN_TRIALS: "what changes from sample to sample",
-    }
-    routes = [r for r in how if r in floor.routes.values()]
-    if not routes:
-        return ()
-    every = "each input" if FloorRoute.REPEATS not in floor.routes.values() else "some input"
-    return (
-        f"{every} was recorded once: its noise is estimated from"
-        f" {' or '.join(how[r] for r in routes)}; what only repeats show is unknown",
+def _tried(
+    rig: Rig, options: Options, nuisance: Sequence[str]
+) -> tuple[tuple[Candidate, ...], Mapping[str, str]]:
+    """Effects that may be missing, and why others are not tried."""
+    every, skipped = candidates(rig, options.effects, options.without)
+    tried: list[Candidate] = []
+    for one in every:
+        shared = sorted({p.name for p in one.parameters} & set(nuisance))
+        if shared:
+            skipped[one.name] = (
+                f"{', '.join(shared)} is a nuisance parameter, refitted with every effect"
+            )
+        else:
+            tried.append(one)
+    return tuple(tried), skipped
+
+
+def _repair(rig: Rig, found: LinkDiagnosis, sources: Sequence[str]) -> Repair | None:
+    """The repaired rig, if anything was found."""
+    if not found.effects:
+        return None
+    return repair(
+        rig,
+        chain_values(found, found.model),
+        {name: size.interval95 for name, size in found.sizes.items()},
+        {p.name: one.effect.name for one in found.effects for p in one.effect.parameters},
+        ", ".join(Path(source).name or source for source in sources),
     )
-
-
-def _fingerprint(data: CalibrationData) -> str:
-    """Identifies the recordings."""
-    digest = hashlib.sha256()
-    for trial in data.trials:
-        digest.update(f"{trial.name} {trial.drives}".encode())
-        lead = trial.lead_in
-        before = () if lead is None else (lead.time, lead.command, lead.start_pressure)
-        for values in (*before, trial.time, trial.command, *trial.measured.values()):
-            digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()

@@ -11,7 +11,6 @@ from pamsim.comparison.readable_unit import readable, readable_interval, readabl
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_file
 from pamsim.core.parameters import Sourced
-from pamsim.diagnosis.method.trial_model import TrialModel
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.recordings.rig_file import RigFile, find_rig
@@ -79,25 +78,31 @@ def write_repaired_rig(repair: Repair, folder: Path, sentence: str) -> Path:
     return folder
 
 
-def repair(rig: Rig, best: TrialModel, origin: str) -> Repair:
-    """The repair by a claimed model: all that was fitted, as entries of the rig's file.
+def repair(
+    rig: Rig,
+    values: Mapping[str, float],
+    intervals: Mapping[str, tuple[float, float]],
+    effect_of: Mapping[str, str],
+    origin: str,
+) -> Repair:
+    """The repair by effects: all that was fitted, as entries of the rig's file.
 
     Args:
         rig: without effects.
-        best: the claimed model.
+        values: of the effects' and the refitted parameters [SI].
+        intervals: 95 % intervals of those whose interval is known [SI].
+        effect_of: parameter -> its effect; those of none were refitted.
         origin: names of the recordings.
     """
-    effect_of = {p.name: c.name for c in best.candidates for p in c.parameters}
     numbers: dict[str, Sourced] = {}
-    for name, value in best.fit.values.items():
+    for name, value in values.items():
         before = rig_parameter(rig, name)
-        known = best.intervals.get(name)
         numbers[name] = Sourced(
             value=readable(before, value),
             unit=readable_unit(before),
             source=f"identified by pamsim diagnose from {origin}",
             where=f"repaired {name}",
-            interval95=readable_interval(before, known),
+            interval95=readable_interval(before, intervals.get(name)),
             note=effect_of.get(name, "refitted beside the named effects"),
         )
     return Repair(rig=rig.file, numbers=numbers, origin=origin)

@@ -10,10 +10,10 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Recording
 from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
-from pamsim.report.diagnose_page import first_figure
 from pamsim.report.fit_figure import fit_figure
 from pamsim.report.frequency_figure import measured_and_fitted_response
 from pamsim.report.identify_figures import measured_and_model
+from pamsim.report.link_page import first_figure
 from pamsim.report.reproduce_figures import static_characteristic
 from pamsim.report.step_figure import step_figure
 
@@ -29,8 +29,8 @@ def plot(result: Any) -> Figure:
         A recording: angle, pressures and tensions over time. An identification: measured output and
         models; of a frequency response magnitude and phase. A fit: data, fitted curves and
         residuals. A calibration: its trials before and after, or its parameters in their ranges
-        where it has no trials. A diagnosis: held-out error per channel before and after the repair;
-        for a table its rows, for a loop its branches. A reproduction: printed and simulated angles
+        where it has no trials. A diagnosis: held-out error of every link before and after; for a
+        table its rows, for a loop its branches. A reproduction: printed and simulated angles
         at rest. ``figure.savefig(path)`` writes it.
 
     Raises:
@@ -50,7 +50,7 @@ def plot(result: Any) -> Figure:
             trials = [c for c in result.comparisons if c.table is None]
             return trial_signals(trials) if trials else parameter_ranges(content["parameters"])
         case "pamsim-diagnosis":
-            return first_figure(content)
+            return first_figure(content)[1]
         case "pamsim-reproduce":
             distinct = [row for row in content["rows"] if row["repeats"] is None]
             return static_characteristic(distinct, content["figure6"])

@@ -12,10 +12,12 @@ from typing import Any, TypeAlias
 
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
+from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
 from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.core.units import to_si
-from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.sweeps.factor import Value, number
@@ -36,14 +38,14 @@ _RECORDED = {
 
 _EXAMINED: Mapping[str, Mapping[str, type]] = {
     "diagnose": {
-        "effects": list, "without": list, "nuisance": list, "channels": list, "hold_out": list,
+        "effects": list, "without": list, "nuisance": list, "hold_out": list,
     },
     "calibrate": {
         "free": list, "bounds": dict, "prior": bool, "channels": list, "hold_out": list,
         "starts": int,
     },
 }  # fmt: skip
-"""Options of `pamsim.diagnosis.diagnose.diagnose` and `pamsim.calibration.calibrate.calibrate`."""
+"""Options of `pamsim.diagnosis.options.Options` and `pamsim.calibration.calibrate.calibrate`."""
 
 _TEXTS = {"diagnose": ("verdict", "named"), "calibrate": ("status",)}
 _INPUTS = {"seed": "1", "repeats": "1", "duration": "s", "noise": "1", "variation": "1"}
@@ -142,14 +144,15 @@ class Examine:
 
 
 def _diagnosed(places: Sequence[Path], **options: Any) -> _Found:
-    result = diagnose(places, **options)
-    estimates = {
-        name: (one.value_si, one.interval95_si)
-        for effect in result.effects
-        for name, one in effect.parameters.items()
+    data = read_calibration_data(places)
+    found = diagnose_recordings(data, options.pop("rig"), Options(**options))
+    estimates: dict[str, tuple[float, _Interval]] = {
+        name: (size.value_si, size.interval95_si)
+        for effect in found.effects
+        for name, size in effect.sizes.items()
     }
-    named = " + ".join(name for effect in result.effects for name in effect.members)
-    return {"verdict": result.verdict.value, "named": named}, estimates
+    named = " + ".join(e.name for e in found.effects if e.certain["name"])
+    return {"verdict": found.verdict.value, "named": named}, estimates
 
 
 def _calibrated(places: Sequence[Path], **options: Any) -> _Found:

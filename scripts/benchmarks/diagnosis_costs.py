@@ -9,9 +9,6 @@ each: it is minutes for the largest. Rigs are planar arms from the templates of 
 - joints: 1 to 3, with two muscles at each, 18 trials;
 - muscles: 2 to 6 at one joint, 18 trials;
 - trials: 18 to 72 of one joint and two muscles, by more repeats of the same inputs.
-
-Beside the time stands the number of parameter sets that were simulated, each for all trials: what
-grows in a diagnosis is how many effects are tried, and what one set costs.
 """
 
 from __future__ import annotations
@@ -101,7 +98,6 @@ def run(joints: int, muscles: int, repeats: int) -> dict[str, Any]:
     return {
         "trials": len(made.trials),
         "processor_seconds": round(seconds, 1),
-        "parameter_sets": found["parameter_sets"],
         "verdict": found["verdict"],
         "named": [one["name"] for one in found["effects"]],
     }
@@ -124,10 +120,9 @@ def main() -> None:
     for work in ("joints", "muscles", "trials"):
         own = [row for row in rows if row["work"] == work]
         sizes, seconds = [row["size"] for row in own], [row["processor_seconds"] for row in own]
-        each = [row["processor_seconds"] / row["parameter_sets"] for row in own]
-        (slope, error), (of_a_set, _) = exponent(sizes, seconds), exponent(sizes, each)
-        exponents[work] = {"exponent": slope, "standard_error": error, "of_a_set": of_a_set}
-        print(f"{work:8s} {slope:.2f} +- {error:.2f}; of a parameter set {of_a_set:.2f}")
+        slope, error = exponent(sizes, seconds)
+        exponents[work] = {"exponent": slope, "standard_error": error}
+        print(f"{work:8s} {slope:.2f} +- {error:.2f}")
     result = {
         "command": "python scripts/benchmarks/diagnosis_costs.py",
         "seconds_of_a_trial": DURATION,

@@ -113,7 +113,6 @@ COMMANDS = {
         share=0.8,
         args=("diagnose", f"{IN}/recording", "--effects", "coulomb_friction", "--out",
               "out", "--json", "found.json"),
-        checkpoint="out/fits.json",
     ),
     "hide": Command(
         share=2.0,

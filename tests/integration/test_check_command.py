@@ -12,7 +12,7 @@ import pytest
 
 import pamsim
 from pamsim.cli.main import main
-from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
+from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.twins.hide import hide
 
@@ -178,21 +178,17 @@ def test_geoms_that_may_touch_are_reported(recorded, tmp_path):
 
 def test_a_signal_that_jumps_when_a_parameter_hardly_changes_is_not_smooth(monkeypatch, recorded):
     """Friction that holds or lets go by the last digits of the force, planted in the simulation."""
-    residuals = DiagnosedRig.residuals
+    blocks = TrialPredictor.blocks
+    nudged = iter([False] * 6 + [True])  # after the rig, three sensitivities, two effects and a run
 
-    def jumpy(self, sets, *, held_out, fine):
-        for values, blocks in zip(
-            sets, residuals(self, sets, held_out=held_out, fine=fine), strict=True
-        ):
-            nudged = abs(values.get("force.scale", 1.0) - 1.0) in (0.0, 1e-3)
-            yield [
-                replace(b, residual=b.residual + (0.0 if nudged else np.radians(0.1)))
-                if b.channel == "angle"
-                else b
-                for b in blocks
-            ]
+    def jumpy(self, prediction):
+        shift = np.radians(0.1) if next(nudged) else 0.0
+        return [
+            replace(b, residual=b.residual + shift) if b.channel == "angle" else b
+            for b in blocks(self, prediction)
+        ]
 
-    monkeypatch.setattr(DiagnosedRig, "residuals", jumpy)
+    monkeypatch.setattr(TrialPredictor, "blocks", jumpy)
     dry = pamsim.load_rig("mas20_arm").with_parameters({"joint.shaft.frictionloss": 0.1})
     found = pamsim.check(recorded, rig=dry, effects=["viscous_friction"])
     (note,) = (note for note in found.notes if note.startswith("angle moves by 0.1 deg where"))

@@ -8,11 +8,8 @@ import subprocess
 
 import pytest
 
-import pamsim
-from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.report.diagnose_page import write_diagnosis
-from pamsim.report.numbers import significant
-from tests.unit.diagnosis.diagnosed import VERDICTS, following, report
+from pamsim.report.link_page import headline, write_link_diagnosis
+from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 PHONE = """<iframe src="page/index.html" width="390" height="844" onload="
@@ -37,14 +34,8 @@ PHONE = """<iframe src="page/index.html" width="390" height="844" onload="
 
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium")
 def test_the_story_on_a_phone(tmp_path):
-    one = report(
-        pamsim.load_rig("mas20_arm"),
-        Verdict.AMBIGUOUS,
-        **VERDICTS[Verdict.AMBIGUOUS],
-        following=following(),
-    )
-    result = one.to_dict()
-    write_diagnosis(result, one.comparisons, tmp_path / "page")
+    one = VERDICTS["ambiguous"]
+    write_link_diagnosis(one.to_dict(), one.comparisons, tmp_path / "page")
     for picture in (tmp_path / "page").glob("*.png"):
         picture.unlink()  # as after mailing the page alone
     (tmp_path / "phone.html").write_text(PHONE, encoding="utf-8")
@@ -53,10 +44,9 @@ def test_the_story_on_a_phone(tmp_path):
                "--dump-dom", str(tmp_path / "phone.html")]  # fmt: skip
     shown = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
     seen = dict(re.findall(r'data-(\w+)="(.*?)"', shown))
-    levels = [significant(level, 3) for level in result["gap_over_floor"].values()]
-    assert seen["headline"] == " → ".join(levels)
+    assert seen["headline"] == headline(one.to_dict())
     assert int(seen["wide"]) <= 390
     assert int(seen["drawn"]) == 1440
     assert seen["large"] == "large"
-    label, value = re.fullmatch(r"(common pressure) (\S+) \[kPa\], .*", seen["read"]).groups()
+    label, value = re.fullmatch(r"(time) (\S+) \[s\], .*", seen["read"]).groups()
     assert float(value) == pytest.approx(float(seen["middle"]), rel=0.01), label

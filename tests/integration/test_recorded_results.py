@@ -77,61 +77,6 @@ def test_calibrate_study_meets_what_is_promised():
     }
 
 
-def test_the_table_of_the_independent_plant_is_that_of_its_record():
-    study = recorded("results/blind_study_plant.json")
-    _, table = table_after("diagnose.md", "quantity, independent plant")
-    assert len(table) == len(study["must_show"])
-    for row in study["must_show"]:
-        found, count, interval, _ = table[row["quantity"]]
-        if not row["count"]:
-            assert (found, count) == ("-", "0")
-        elif "share" in row:
-            low, high = row["interval95"]
-            assert found == f"{100 * row['share']:.1f} %", row["quantity"]
-            assert count == f"{row['hits']} of {row['count']}", row["quantity"]
-            assert interval == f"{100 * low:.1f} to {100 * high:.1f} %", row["quantity"]
-        else:
-            assert found == f"{row['median']:.4g} {row['unit']}"
-    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
-    names = [case["name"] for case in recorded("blind_study_cases.json")["cases"]]
-    before = int(study["command"].rpartition(" ")[2]) - 1
-    end = before + len(study["rows"])
-    assert f"Cases {before + 1} to {end} of the {study['planned']}" in text
-    assert [row["name"] for row in study["rows"]] == names[before:end], "not all in their order"
-
-
-def test_the_table_of_twins_is_that_of_its_record():
-    study = recorded("results/rig_twins.json")
-    _, table = table_after("diagnose.md", "rig and drive")
-    assert len(table) == len(study["groups"])
-    for group in study["groups"]:
-        placed = f"{group['place_right']} of {group['placed']}" if group["placed"] else "-"
-        assert table[f"{group['rig']}, {group['drive']}"] == [
-            str(group["joints"]),
-            str(group["muscles"]),
-            f"{group['trials']} of {group['seconds_of_a_trial']:g} s",
-            str(group["runs"]),
-            str(group["name_right"]),
-            placed,
-            str(group["tied"]),
-            str(group["spurious"]),
-            f"{group['median_processor_seconds']:.0f}",
-        ]
-    text = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
-    section = text.partition("### On the shipped rigs")[2].partition("\n## ")[0]
-    missed = [row["hidden"] for row in study["rows"] if not row["name_right"]]
-    assert sorted(re.findall(r"^- `([^`]+)`", section, re.MULTILINE)) == sorted(missed)
-    for groups, words in (
-        (("arm", "bench", "measured"), "loss is {} to {} above"),
-        (("measured_larger",), "{} to {} for those twice as large"),
-        (("measured_common",), "{} to {} with the common pressure varied"),
-        (("log",), "in the log {} to {} and"),
-    ):
-        excess = [row["excess"] for row in study["rows"] if row["group"] in groups]
-        assert words.format(f"{min(excess):.1f}", f"{max(excess):.1f}") in section
-    assert f"None of the {len(study['rows'])} runs claims a wrong effect" in section
-
-
 def table_after(document, first_cell):
     """Rows of the table of a document whose head begins with a cell: first cell -> others."""
     text = (ROOT / "docs" / document).read_text(encoding="utf-8")

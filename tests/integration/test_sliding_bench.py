@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.diagnosed_rig import DiagnosedRig
 from pamsim.engine.parameters import rig_parameter
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.rig_file import shipped_rigs
@@ -107,15 +105,3 @@ def test_its_recording_is_identified_without_naming_columns(folder, tmp_path):
     dataclasses.replace(rising, positions=rising.positions + noise).save(tmp_path / "log", folder)
     found = pamsim.identify(tmp_path / "log")
     assert (found.inputs[0].text, found.output.text) == ("lifter_set_kpa", "rail_mm")
-
-
-def test_a_step_too_coarse_for_a_rig_is_refined_and_not_the_end(folder, tmp_path):
-    """The weight on one muscle breaks down in the coarse steps that diagnoses start with."""
-    rig = pamsim.load_rig(folder)
-    lift(rig).save(tmp_path / "log", folder)
-    data = read_calibration_data([tmp_path / "log"]).of_rig(rig)
-    (blocks,) = DiagnosedRig(rig, data, ()).residuals([{}], held_out=True, fine=False)
-    assert blocks is not None
-    assert {block.channel for block in blocks} == {
-        "lifter.pressure", "rail.position", "lifter.force"
-    }  # fmt: skip

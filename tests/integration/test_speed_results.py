@@ -70,18 +70,3 @@ def test_what_compiling_costs_is_that_of_the_record():
     result = json.loads((RESULTS / "compile_times.json").read_text(encoding="utf-8"))
     assert f"first command of an installation takes {result['command']['cold_s']:.0f} s" in TEXT
     assert result["command"]["warm_s"] < result["command"]["cold_s"]
-
-
-def test_the_cost_of_a_diagnosis_is_that_of_its_record():
-    result = json.loads((RESULTS / "diagnosis_costs.json").read_text(encoding="utf-8"))
-    page = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
-    for work, found in result["exponents"].items():
-        rows = [row for row in result["rows"] if row["work"] == work]
-        assert len(rows) >= 3
-        sizes = ", ".join(str(row["size"]) for row in rows)
-        seconds = ", ".join(f"{row['processor_seconds']:.0f}" for row in rows)
-        sets = ", ".join(str(row["parameter_sets"]) for row in rows)
-        slope = f"{found['exponent']:.2f} ± {found['standard_error']:.2f}"
-        line = f"| {work} | {sizes} | {seconds} | {sets} | {slope} | {found['of_a_set']:.2f} |"
-        assert line in page, line
-        assert found["of_a_set"] <= HIGHEST

@@ -19,7 +19,7 @@ from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.log_variation import log_variation
-from pamsim.diagnosis.by_link.remainder import Remainder, remainders
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
@@ -43,6 +43,7 @@ class LinkDiagnosis:
         effects: that are there, the largest gain first.
         sizes: parameter of an effect -> value and interval.
         remainders: what is left in every link.
+        base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
         notes: what it rests on, if that is not repeats and whole trials.
     """
@@ -53,6 +54,7 @@ class LinkDiagnosis:
     effects: tuple[Judged, ...]
     sizes: Mapping[str, Size]
     remainders: Mapping[Link, Remainder]
+    base: LinkModel
     model: LinkModel
     notes: tuple[str, ...] = ()
 
@@ -109,8 +111,8 @@ def diagnose_links(
     units = _units(simulator, trials, judged, alpha)
     fitter = LinkFitter(simulator, nuisance, units)
     searched = search(fitter, candidates, material=material, steps=steps)
-    unseen = HeldOut(fitter)
-    model, effects = judge(fitter, searched, unseen, alpha=alpha, seed=seed, steps=steps)
+    unseen = HeldOut(fitter, seed=seed)
+    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
     before, after = unseen.losses(searched.base), unseen.losses(model)
     return LinkDiagnosis(
         links=simulator.links,
@@ -118,7 +120,8 @@ def diagnose_links(
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
         sizes=sizes(fitter, model),
-        remainders=remainders(unseen, model, seed=seed),
+        remainders=unseen.remainders(model),
+        base=searched.base,
         model=model,
         notes=evidence_notes(simulator.noise, units),
     )

@@ -1,4 +1,8 @@
-"""Units that no fit has seen: what models leave of them."""
+"""Units that no fit has seen: what models leave of them.
+
+Which of two models predicts them better is decided by flips of the signs of whole units
+(`pamsim.inference.model_comparison`).
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,11 @@ import numpy as np
 from pamsim.comparison.chain_simulator import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.judge import Difference
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.units import Rows
+from pamsim.inference.model_comparison import compare_with_reference
 
 
 class HeldOut:
@@ -18,11 +25,12 @@ class HeldOut:
 
     Args:
         fitter: that fitted the others.
+        seed: random seed of the sign flips, where they are drawn.
     """
 
-    def __init__(self, fitter: LinkFitter) -> None:
+    def __init__(self, fitter: LinkFitter, *, seed: int = 0) -> None:
         self._simulator, self._units = fitter.simulator, fitter.units
-        self.links = fitter.simulator.links
+        self._seed, self.links = seed, fitter.simulator.links
         self._known: dict[tuple[tuple[str, float], ...], FloatArray | None] = {}
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
@@ -42,6 +50,29 @@ class HeldOut:
                 found[link] = sums[there] / np.bincount(units, minlength=count)[there]
         return found
 
+    def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
+        """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
+        return {link: one.excess for link, one in self.remainders(model).items()}
+
+    def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
+        """How much better a model predicts some links than another."""
+        own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
+        found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
+        return Difference(
+            gain=float(found.gain[0]), p_value=float(found.p_value[0]), by_unit=other - own
+        )
+
+    def worse(
+        self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
+    ) -> Difference:
+        """How much worse a rival predicts some links; ``rest`` is without meaning here."""
+        del rest
+        return self.better(model, rival, links)
+
+    def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
+        """What a model leaves in every link that repeats share."""
+        return remainders(self.rows(model), self.losses(model), seed=self._seed)
+
     def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
         """Whitened rows of every link: for each input and channel, trial that repeats it -> (n,).
 
@@ -50,7 +81,7 @@ class HeldOut:
         Parts of trials repeat nothing.
         """
         residual = self._residual(model)
-        found: dict[Link, list[dict[str, FloatArray]]] = {}
+        found: dict[Link, list[dict[str, FloatArray]]] = {link: [] for link in self.links}
         if residual is None or self._units.in_parts:
             return found
         grouped = self._by_input(self._units.judged, self._units.whiten_judged(residual))
@@ -89,6 +120,6 @@ class HeldOut:
         return self._known[key]
 
 
-def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
+def _mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
     """Loss of each unit over some links, (u,)."""
     return np.mean([losses[link] for link in losses if link in links], axis=0)

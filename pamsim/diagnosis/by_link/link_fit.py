@@ -129,7 +129,8 @@ class LinkFitter:
 
     def by_link(self, rows: FloatArray) -> FloatArray:
         """Sums of values of the whitened rows (f,) over each link, (links,)."""
-        return np.bincount(self.link_of, weights=rows, minlength=len(self.simulator.links))
+        count = len(self.simulator.links)
+        return np.bincount(self.link_of, weights=rows, minlength=count).astype(float)
 
     def scale(self, name: str, effects: Sequence[Candidate]) -> float:
         """Typical change of a parameter [SI]: of its effect; of a nuisance parameter, its value."""
@@ -257,12 +258,15 @@ class LinkFitter:
             return None
         own_columns = fit.jacobian[: self.link_of.size]
         known = {name: own_columns[:, i] for i, name in enumerate(free)}
-        about = self._in_short_steps(model, wanted)
-        if about is None:
+        short = self._in_short_steps(model, wanted)
+        if short is None:
             return None
+        about = short
         again = descended(fit.x, known)
         model = model_at(fit.x if again is None else again.x)
-        return None if model is None else replace(model, sensitivities=model.sensitivities | known)
+        if model is None:
+            return None
+        return replace(model, sensitivities={**model.sensitivities, **known})
 
     def _in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
         """A model whose residual is that of shorter time steps; None if it breaks down in them."""

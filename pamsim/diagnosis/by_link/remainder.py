@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
-from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.core.units import FloatArray
 
 LEAST = 0.05
 """Mean square from which a remainder counts, in variances of the noise. Measured pressures and
@@ -43,21 +43,25 @@ class Remainder:
         return self.known and not self.counts(alpha)
 
 
-def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:
+def remainders(
+    rows: Mapping[Link, Sequence[Mapping[str, FloatArray]]],
+    losses: Mapping[Link, FloatArray],
+    *,
+    seed: int = 0,
+) -> dict[Link, Remainder]:
     """What a model leaves in the held-out units of every link.
 
     Args:
-        held_out: units.
-        model: fitted to the others.
+        rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
+        losses: mean square of the rows of every link in every unit, (u,).
         seed: random seed of the sign flips.
     """
     repeated: dict[Link, list[RepeatedMisfit]] = {}
-    for link, groups in held_out.rows(model).items():
+    for link, groups in rows.items():
         own = [repeated_misfit(rows) for rows in groups if len(rows) > 1]
         if own:
             repeated[link] = own
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
-    losses = held_out.losses(model)
     found = {
         link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False)
         for link, loss in losses.items()

@@ -47,5 +47,9 @@ class RestFitter(LinkFitter):
             if len(own.parameters) > 1:
                 sizes = [own.moved(own.probes[0], factor) for factor in _FACTORS]
                 starts += [{**start, **size} for size in sizes]
-        fits = (super(RestFitter, self).fit(begin, effects, one, links) for one in starts)
+        fits = [super(RestFitter, self).fit(begin, effects, one, links) for one in starts]
+        if all(fit is None for fit in fits):
+            # Nuisance parameters fitted with an effect may have no prediction without it.
+            stated = {**self.nuisance, **start}
+            fits = [super().fit(begin, effects, stated, links)]
         return min((fit for fit in fits if fit is not None), key=lambda f: f.cost, default=None)

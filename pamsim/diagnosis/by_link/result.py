@@ -1,41 +1,54 @@
-"""Result of a diagnosis link by link: JSON-safe, and as lines for a screen."""
+"""The result of a diagnosis link by link: what is written, and as lines for a screen."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
-from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
-from pamsim.core.encoding import json_property
-from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judge import ALPHA, Judged
-from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.effects.effect import LINKS
-from pamsim.engine.parameters import rig_parameter
-from pamsim.engine.rig import Rig
+from pamsim.comparison.compared_signal import Comparison
+from pamsim.core.computation import versions
+from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
+from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
+from pamsim.diagnosis.by_link.search import MATERIAL
+from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
+from pamsim.diagnosis.by_link.verdict import Verdict
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.physical_size import PhysicalSize
+from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 
-SCHEMA = "pamsim-link-diagnosis/1"
+SCHEMA = "pamsim-diagnosis/3"
+FILE = "diagnosis.json"
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEntry:
-    """One link, in the trials, or parts of trials, that no fit has seen.
+    """One link, in the trials, or parts of trials, that no fit has seen, in variances of the noise.
 
     Attributes:
         link: its name.
-        before: mean square of what the rig leaves, in the variance of the noise.
+        signals: kinds of signal before and behind it.
+        before: mean square of what the rig leaves, its nuisance parameters refitted.
         after: the same with the effects that were found.
-        left: part of it that repeats share.
+        left: part of it that repeats share; noise is none of it, and chance may make it negative.
         p_value: of a link in which nothing is left; 1 where no repeats show it.
         more_left: whether what is left is certain and material.
     """
 
     link: str
+    signals: tuple[str, str]
     before: float
     after: float
     left: float
     p_value: float
     more_left: bool
+
+    @json_property
+    def floor(self) -> float:
+        """Mean square of the noise."""
+        return 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,13 +56,18 @@ class SizeEntry:
     """A parameter of an effect.
 
     Attributes:
-        value, interval95: in ``unit``.
-        unit: of the numbers.
+        value, interval95: in ``unit``, that of the rig's file; infinite ends where it is not known.
+        unit: of both.
+        value_si, interval95_si: the same in ``unit_si``.
+        unit_si: SI unit.
     """
 
     value: float
     interval95: tuple[float, float]
     unit: str
+    value_si: float
+    interval95_si: tuple[float, float]
+    unit_si: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,14 +77,18 @@ class RivalEntry:
     Attributes:
         effect: with its form.
         family: its own.
+        missing: what a model without it is missing, as the end of a sentence.
         worse: by how much it predicts worse, in the variance of the noise.
         p_value: of one that predicts as well.
+        ties: whether it may be the cause.
     """
 
     effect: str
     family: str
+    missing: str
     worse: float
     p_value: float
+    ties: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,154 +96,241 @@ class EffectEntry:
     """An effect that was found.
 
     Attributes:
-        effect: with its form.
-        place: link of the chain, or joint or muscle.
+        effect: with its form and place.
+        name: of the effect, without either.
+        form: the formula, where there are several; else empty.
+        place: joint or muscle, or part of the chain, as the end of a sentence.
         family: its cause.
         level: deepest level of its name that is certain; empty if not even the place is.
         certain: each level -> whether it is.
         exact: whether repeats show that nothing but noise is left in its links.
+        left: share of the gap in its links that is left there.
         links: in which it is seen.
         share: of what the rig leaves in them.
         p_value: of an effect that is not there.
         missing: what a model without it is missing, as the end of a sentence.
-        sizes: parameter -> value.
+        sizes: parameter -> value; the one that measures the effect first.
+        physical: its size in terms that do not depend on the form, as quantity -> size.
         rivals: the nearest first.
     """
 
     effect: str
+    name: str
+    form: str
     place: str
     family: str
     level: str
     certain: Mapping[str, bool]
     exact: bool
+    left: float
     links: tuple[str, ...]
     share: float
     p_value: float
     missing: str
     sizes: Mapping[str, SizeEntry]
+    physical: Mapping[str, PhysicalSize] = field(default_factory=dict[str, PhysicalSize])
     rivals: tuple[RivalEntry, ...]
 
-    def line(self) -> str:
-        """The effect as a line for a screen."""
-        where = f"{100.0 * self.share:.0f} % of the gap in {' and '.join(self.links)}"
-        values = "; ".join(
-            f"{name} = {one.value:.4g} [{one.interval95[0]:.4g}, {one.interval95[1]:.4g}]"
-            f" {one.unit}".rstrip()
-            for name, one in self.sizes.items()
-        )
-        nearest = f"nearest formula {self.effect}"
-        heads = {
-            "form": f"certain: {self.missing} ({self.effect})",
-            "name": f"certain: {self.missing} ({nearest})",
-            "family": f"certain: {self.family.replace('_', ' ')} ({nearest})",
-            "place": f"certain: something at {self.place} ({nearest})",
-            "": f"something is there, its place is not certain ({nearest})",
-        }
-        return f"{heads[self.level]}, {where}; {values}"
+    @json_property
+    def certain_words(self) -> str:
+        """What is certain of it, in a few words."""
+        return certain_words(self)
+
+    @json_property
+    def sentence(self) -> str:
+        """What is certain of it, its size, and the nearest formula."""
+        return effect_sentence(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NuisanceEntry:
+    """A parameter that was refitted with every effect, in ``unit``.
+
+    Attributes:
+        parameter: of the rig.
+        unit: of the values.
+        stated: value of the rig.
+        by_link: link -> value there.
+        whole: value of the repaired rig, see `pamsim.diagnosis.by_link.chain_values`.
+    """
+
+    parameter: str
+    unit: str
+    stated: float
+    by_link: Mapping[str, float]
+    whole: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class NextExperiment:
+    """What to measure next.
+
+    Attributes:
+        advice: in words.
+        protocol: experiment on the menu; None where only advice can be given.
+        shows: what it shows.
+        between: the two effects that it separates.
+        before: mean square distance of the two in the data at hand [variance of the noise].
+        after: the same in a trial of that experiment.
+        menu: experiment -> the latter.
+    """
+
+    advice: str
+    protocol: str | None = None
+    shows: str = ""
+    between: tuple[str, ...] = ()
+    before: float | None = None
+    after: float | None = None
+    menu: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """What was diagnosed, how, and how long it took.
+
+    Attributes:
+        data: where the measurements are from.
+        held_out: names of the trials that no fit has seen.
+        effects_tried: number of effects.
+        skipped: effect -> why it was not tried.
+        seed: random seed.
+        seconds: wall time.
+    """
+
+    data: tuple[str, ...]
+    held_out: tuple[str, ...]
+    effects_tried: int
+    skipped: Mapping[str, str]
+    seed: int
+    seconds: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class LinkReport:
-    """What a diagnosis link by link has found.
+    """Where simulation and data disagree link by link, and the effects that are missing.
 
     Attributes:
         rig: its name.
         links: from the command on.
         effects: that are there, the largest first.
-        notes: what it rests on, if that is not repeats and whole trials.
+        gap: channel -> what the whole chain misses, from the command on.
+        nuisance: parameters that were refitted.
+        next_experiment: None if the question is settled.
+        warnings: what a reader should know, one sentence each.
         alpha: level of all tests.
+        material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
+        run: what was diagnosed, and how; None where it is not stated.
+        repaired_rig: folder of the repaired rig once it is saved.
+        rows: of a table at rest.
+        branches: of a loop; None of other data.
+        comparisons: measured and simulated signals for the page.
+        repair: what the repaired rig is written from; None without effects.
     """
 
     rig: str
     links: tuple[LinkEntry, ...]
     effects: tuple[EffectEntry, ...]
-    notes: tuple[str, ...] = ()
+    gap: Mapping[str, ChannelGap] = field(default_factory=dict[str, ChannelGap])
+    nuisance: tuple[NuisanceEntry, ...] = ()
+    next_experiment: NextExperiment | None = None
+    warnings: tuple[str, ...] = ()
     alpha: float = ALPHA
+    material: float = MATERIAL
+    run: Run | None = None
+    repaired_rig: Path | None = None
+    rows: tuple[RowEntry, ...] = ()
+    branches: Branches | None = None
+    comparisons: tuple[Comparison, ...] = field(default=(), repr=False, metadata=NOT_IN_JSON)
+    repair: Repair | None = field(default=None, repr=False, metadata=NOT_IN_JSON)
 
-    @json_property
-    def schema(self) -> str:
-        """Schema of the JSON."""
-        return SCHEMA
+    @property
+    def at_rest(self) -> bool:
+        """Whether the data are a table at rest or a loop."""
+        return bool(self.rows) or self.branches is not None
 
     @json_property
     def verdict(self) -> Verdict:
         """The result in one word."""
-        left = any(one.more_left for one in self.links)
+        left = bool(self.remainder)
         levels = {one.level for one in self.effects}
         if not levels:
             return Verdict.UNEXPLAINED if left else Verdict.NO_GAP
-        if "" in levels:
+        if levels == {""}:
             return Verdict.UNEXPLAINED
-        if left and "place" not in levels:
+        if left and not levels & {"place", ""}:
             return Verdict.NAMED_WITH_REMAINDER
         return Verdict.NAMED if levels <= {"name", "form"} else Verdict.AMBIGUOUS
 
+    @json_property
+    def sentence(self) -> str:
+        """The result in words."""
+        return verdict_sentence(self)
+
+    @json_property
+    def alternatives(self) -> dict[str, tuple[str, ...]]:
+        """Effect -> its rivals that may be the cause instead."""
+        tied = {e.effect: tuple(r.effect for r in e.rivals if r.ties) for e in self.effects}
+        return {effect: rivals for effect, rivals in tied.items() if rivals}
+
+    @json_property
+    def remainder(self) -> dict[str, float]:
+        """Link -> what is certainly left in it [variance of the noise]."""
+        return {one.link: one.left for one in self.links if one.more_left}
+
+    def summary(self) -> str:
+        """The result in words."""
+        return self.sentence
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of ``diagnosis.json``, schema ``pamsim-diagnosis/3``."""
+        return {"schema": SCHEMA, **fields_to_dict(self), "versions": versions("scipy")}
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``diagnosis.json`` and, where effects were found, the repaired rig.
+
+        Args:
+            folder: created if need be.
+
+        Returns:
+            The paths written.
+
+        Raises:
+            InputError: if the folder cannot be written.
+        """
+        folder = Path(folder)
+        rig = None
+        if self.repair is not None:
+            rig = write_repaired_rig(self.repair, folder / RIG_FOLDER, self.sentence)
+        write_json(folder / FILE, replace(self, repaired_rig=rig).to_dict())
+        return [folder / FILE, *([] if rig is None else [rig])]
+
     def lines(self) -> list[str]:
-        """The result as lines for a screen."""
-        lines = [f"{'link':28s}{'before':>10s}{'after':>10s}   [variance of the noise]"]
+        """The result as lines for a screen, without its sentence."""
+        skipped = {} if self.run is None else self.run.skipped
+        lines = [f"not tried: {name}: {why}" for name, why in skipped.items()]
+        lines.append(f"{'link':28s}{'before':>10s}{'after':>10s}   [variance of the noise]")
         for one in self.links:
             left = "   more than noise is left" if one.more_left else ""
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")
-        lines += [one.line() for one in self.effects]
-        if not self.effects:
-            lines.append("no effect predicts what no fit has seen better")
-        return lines + [f"note: {text}" for text in self.notes]
-
-
-def report(rig: Rig, found: LinkDiagnosis) -> LinkReport:
-    """The result of `pamsim.diagnosis.by_link.diagnose_links.diagnose_links`.
-
-    Args:
-        rig: that was diagnosed.
-        found: what was found.
-    """
-    return LinkReport(
-        rig=rig.name,
-        links=tuple(
-            LinkEntry(
-                link=link.name,
-                before=found.before[link],
-                after=found.after[link],
-                left=found.remainders[link].excess,
-                p_value=found.remainders[link].p_value,
-                more_left=found.remainders[link].counts(ALPHA),
-            )
-            for link in found.links
-        ),
-        effects=tuple(_effect(rig, found, one) for one in found.effects),
-        notes=found.notes,
-    )
-
-
-def _effect(rig: Rig, found: LinkDiagnosis, one: Judged) -> EffectEntry:
-    effect = one.effect.effect
-    sizes: dict[str, SizeEntry] = {}
-    for parameter in one.effect.parameters:
-        own, known = rig_parameter(rig, parameter.name), found.sizes[parameter.name]
-        interval = readable_interval(own, known.interval95)
-        assert interval is not None
-        sizes[own.name] = SizeEntry(
-            value=readable(own, known.value), interval95=interval, unit=readable_unit(own)
-        )
-    return EffectEntry(
-        effect=effect.label,
-        place=effect.place or LINKS[effect.link],
-        family=effect.family,
-        level=one.level(),
-        certain=one.certain(),
-        exact=one.exact,
-        links=tuple(link.name for link in found.links if link in one.links),
-        share=one.share,
-        p_value=one.p_value,
-        missing=effect.missing,
-        sizes=sizes,
-        rivals=tuple(
-            RivalEntry(
-                effect=rival.effect.label,
-                family=rival.effect.family,
-                worse=rival.excess,
-                p_value=rival.p_value,
-            )
-            for rival in one.rivals
-        ),
-    )
+        if self.gap:
+            what = "readings left out, RMS" if self.at_rest else "whole chain, RMS"
+            lines.append(f"{what:28s}{'before':>10s}{'after':>10s}{'noise':>10s}")
+        for channel, gap in self.gap.items():
+            numbers = (gap.before, gap.after, gap.floor)
+            cells = "".join(f"{'-' if v is None else f'{v:.4g}':>10s}" for v in numbers)
+            lines.append(f"{f'{channel} [{gap.unit}]':28s}{cells}")
+        for one in self.effects:
+            share = f"{100.0 * one.share:.0f} % of the gap in {' and '.join(one.links)}"
+            lines.append(f"{one.effect}: {share}")
+            for name, size in one.sizes.items():
+                low, high = size.interval95
+                unit = "" if size.unit == "1" else f" {size.unit}"
+                lines.append(f"  {name:38s}{size.value:10.4g}  [{low:.4g}, {high:.4g}]{unit}")
+            tied = [rival.effect for rival in one.rivals if rival.ties]
+            if tied:
+                lines.append(f"  may be instead: {', '.join(tied)}")
+        if self.next_experiment is not None:
+            following = self.next_experiment
+            named = "" if following.protocol is None else f"{following.protocol}; "
+            lines.append(f"next experiment: {named}{following.advice}")
+        return lines

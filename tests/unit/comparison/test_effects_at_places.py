@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidates, rig_effect
 from pamsim.comparison.free_parameters import default_names
-from pamsim.comparison.trial_regressors import regressors
 from pamsim.core.errors import InputError
 from pamsim.diagnosis import physical_size
 from pamsim.diagnosis.virtual_tests import TESTS, bench
-from pamsim.recordings.trial import Trial
 
 
 @pytest.fixture(scope="module")
@@ -127,34 +124,3 @@ def test_inertia_and_moment_arms_are_those_of_the_tested_joint(rig):
 def test_calibrate_frees_the_damping_of_every_joint(rig):
     names = default_names(rig, moving=True)
     assert {"joint.shoulder.damping", "joint.elbow.damping"} <= set(names)
-
-
-def test_residuals_are_mapped_over_the_quantities_of_each_joint():
-    time = np.linspace(0.0, 2.0, 200)
-    signals = {
-        "knee.angle": np.sin(4.0 * time),
-        "rail.position": 0.1 * np.cos(2.0 * time),
-        "front.pressure": 2e5 + 1e4 * time,
-        "back.pressure": 3e5 - 1e4 * time,
-        "calf.pressure": 1e5 + 0.0 * time,
-    }
-    trial = Trial(
-        name="walk",
-        protocol="walk",
-        drive="valve",
-        load=0.0,
-        time=time,
-        command=np.sin(np.outer(time, [1.0, 2.0, 3.0])),
-        measured={},
-        muscle_names=("front", "back", "calf"),
-    )
-    found = regressors(trial, signals)
-    assert set(found) == {
-        "elapsed", "common_pressure", "knee.angle", "knee.speed", "knee.direction",
-        "knee.since_reversal", "rail.position", "rail.sliding_speed", "rail.direction",
-        "rail.since_reversal",
-    }  # fmt: skip
-    np.testing.assert_allclose(found["common_pressure"], 2e5)
-    np.testing.assert_allclose(
-        found["knee.speed"][20:-20], 4.0 * np.cos(4.0 * time)[20:-20], atol=0.1
-    )

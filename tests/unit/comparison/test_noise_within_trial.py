@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.comparison.noise_floor import floor_beside, noise_floor
 from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial, settled_holds
-from pamsim.comparison.trial_residuals import TrialLayout
-from pamsim.inference.residual_block import ResidualBlock, layout
 
 INTERVAL, COUNT = 0.01, 6000
 TIME = INTERVAL * np.arange(COUNT)
@@ -61,18 +58,3 @@ def test_otherwise_noise_is_what_changes_from_sample_to_sample(command):
     assert noise.variance == pytest.approx(0.09, rel=0.1)
     _, half = noise_within_trial(drifting(rng), INTERVAL, command)
     assert half.variance == pytest.approx(0.5, rel=0.15)  # the drift goes unseen
-
-
-def test_drift_is_noise_once_a_model_has_closed_the_gap():
-    rng = np.random.default_rng(3)
-    noise = drifting(rng)
-    block = ResidualBlock(
-        trial="log", protocol="log", channel="angle", residual=noise, sample_interval=INTERVAL
-    )
-    places = TrialLayout(places=layout([block]), held_out=frozenset())
-    floor = noise_floor(places, noise)
-    assert floor.route is FloorRoute.WITHIN_TRIALS
-    judged = floor_beside(floor, places, noise)
-    assert judged.sd == floor.sd  # losses keep their unit
-    assert floor.variance_in("angle", "log") == pytest.approx(0.5, rel=0.15)
-    assert judged.variance_in("angle", "log") == pytest.approx(0.88, rel=0.15)

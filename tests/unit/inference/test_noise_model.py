@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
-from pamsim.comparison.trial_residuals import TrialLayout
 from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import ResidualBlock, layout
 
@@ -42,7 +41,7 @@ def test_calibrate_and_diagnose_take_the_same_noise_from_the_same_repeats():
     trials += [("b", wave[:60] + 0.4 * rng.standard_normal(60)) for _ in range(2)]
     places, residual = stack(blocks(*trials))
     fitted = NoiseModel(places, residual).estimate(residual)["angle"]
-    floor = noise_floor(TrialLayout(places=places, held_out=frozenset()), residual)
+    floor = noise_floor(places, residual)
     assert floor.sd["angle"] == pytest.approx(fitted, rel=1e-12)
     parts = list(repeat_scatter(places, residual).values())
     assert fitted == pytest.approx(pooled_deviation(parts), rel=1e-12)
@@ -57,6 +56,6 @@ def test_single_trials_count_model_error_in_a_fit_and_not_in_the_floor():
     wave = 3.0 * np.sin(np.arange(400) / 40.0)
     places, residual = stack(blocks(("a", wave + 0.1 * rng.standard_normal(400))))
     assert NoiseModel(places, residual).estimate(residual)["angle"] > 1.5
-    floor = noise_floor(TrialLayout(places=places, held_out=frozenset()), residual)
+    floor = noise_floor(places, residual)
     assert floor.sd["angle"] == pytest.approx(0.1, rel=0.2)
     assert floor.assumed

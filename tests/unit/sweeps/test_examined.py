@@ -22,9 +22,11 @@ CALIBRATE = {
 DIAGNOSE = {
     "schema": "pamsim-sweep/1",
     "job": "diagnose",
-    "experiment": {**RECORDED, "duration": 2.0, "effects": ["air_leak", "coulomb_friction"]},
+    "experiment": {
+        **RECORDED, "repeats": 5, "forces": False, "effects": ["air_leak", "coulomb_friction"],
+    },
     "vary": {"air_leak": {"values": [0, 3]}},
-}
+}  # fmt: skip
 
 
 def test_a_calibration_finds_the_damping_that_each_run_plants(tmp_path):

@@ -59,6 +59,14 @@ def test_an_error_of_the_formula_does_not_hide_the_name():
     assert found["passive_stiffness"].share < 0.99
 
 
+def test_the_family_is_open_where_its_nearest_formula_leaves_much():
+    chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=1.0)
+    _, _, found = diagnosed(chain, EFFECTS)
+    one = found["passive_stiffness"]
+    assert one.level() == "place"
+    assert 0.5 < one.share < 0.9
+
+
 def test_long_time_steps_of_the_search_do_not_end_in_the_size():
     class InLongSteps(ToyChain):
         def residuals(self, sets, links, others, *, only=None, steps=COARSE):

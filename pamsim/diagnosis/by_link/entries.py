@@ -1,0 +1,181 @@
+"""What a diagnosis by link has found, in the units of the rig's file."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from pamsim.comparison.chain_simulator import in_link
+from pamsim.comparison.links import Link
+from pamsim.comparison.readable_unit import readable, readable_unit
+from pamsim.core.units import COMMON, FloatArray, to_si
+from pamsim.diagnosis.by_link.chain_values import chain_values
+from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
+from pamsim.diagnosis.by_link.judge import ALPHA, Judged
+from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.result import (
+    EffectEntry,
+    LinkEntry,
+    NuisanceEntry,
+    RivalEntry,
+    SizeEntry,
+)
+from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.physical_size import physical_sizes
+from pamsim.diagnosis.pulley_radius import stated
+from pamsim.effects.effect import LINKS
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.rig import Rig
+from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.projected_effect import orthonormal
+
+
+def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
+    """The gap of every link, before and after."""
+    return tuple(
+        LinkEntry(
+            link=link.name,
+            signals=link.ends,
+            before=found.before[link],
+            after=found.after[link],
+            left=found.remainders[link].excess,
+            p_value=found.remainders[link].p_value,
+            more_left=found.remainders[link].counts(ALPHA),
+        )
+        for link in found.links
+    )
+
+
+def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, ...]:
+    """Every effect with its size and rivals, the largest gain first.
+
+    Args:
+        rig: that was diagnosed; None where a signal stands for it.
+        found: what was found.
+    """
+    fitted = _Fitted.of(found)
+    return tuple(_effect(rig, found, fitted, one) for one in found.effects)
+
+
+def nuisance_entries(
+    rig: Rig, found: LinkDiagnosis, names: Collection[str]
+) -> tuple[NuisanceEntry, ...]:
+    """Parameters that were refitted, in each link and for the whole rig."""
+    whole = chain_values(found, found.model)
+    entries: list[NuisanceEntry] = []
+    for name in names:
+        own = stated(rig, name)
+        entries.append(
+            NuisanceEntry(
+                parameter=name,
+                unit=readable_unit(own),
+                stated=readable(own, own.value),
+                by_link={
+                    link.name: readable(own, found.model.values[in_link(name, link)])
+                    for link in found.links
+                    if in_link(name, link) in found.model.values
+                },
+                whole=readable(own, whole.get(name, own.value)),
+            )
+        )
+    return tuple(entries)
+
+
+def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:
+    effect = one.effect.effect
+    sizes = {p.name: _size(rig, p, found.sizes[p.name]) for p in one.effect.parameters}
+    return EffectEntry(
+        effect=effect.label,
+        name=effect.name,
+        form=effect.form,
+        place=effect.place or LINKS[effect.link],
+        family=effect.family,
+        level=one.level(),
+        certain=one.certain(),
+        exact=one.exact,
+        left=_left(found, one.links),
+        links=tuple(link.name for link in found.links if link in one.links),
+        share=one.share,
+        p_value=one.p_value,
+        missing=effect.missing,
+        sizes=sizes,
+        physical={} if rig is None else physical_sizes(rig, fitted, [one.effect]),
+        rivals=tuple(
+            RivalEntry(
+                effect=rival.effect.label,
+                family=rival.effect.family,
+                missing=rival.effect.effect.missing,
+                worse=rival.excess,
+                p_value=rival.p_value,
+                ties=rival.ties(ALPHA),
+            )
+            for rival in one.rivals
+        ),
+    )
+
+
+def _size(rig: Rig | None, parameter: FreeParameter, known: Size) -> SizeEntry:
+    """In the unit of the rig's file; without a rig, in one that people use."""
+    if rig is not None:
+        own = rig_parameter(rig, parameter.name)
+        unit, ends = readable_unit(own), [readable(own, end) for end in known.interval95]
+        value = readable(own, known.value)
+    else:
+        unit = COMMON.get(parameter.unit, parameter.unit)
+        value, *ends = (
+            to_si(number, parameter.unit, unit, where=parameter.name)
+            for number in (known.value, *known.interval95)
+        )
+    return SizeEntry(
+        value=value,
+        interval95=(ends[0], ends[1]),
+        unit=unit,
+        value_si=known.value,
+        interval95_si=known.interval95,
+        unit_si=parameter.unit,
+    )
+
+
+def _left(found: LinkDiagnosis, links: Collection[Link]) -> float:
+    """Share of the gap in some links that is left there."""
+    gap = sum(found.before[link] - 1.0 for link in links)
+    left = sum(max(found.remainders[link].excess, 0.0) for link in links)
+    return min(left / gap, 1.0) if gap > 0.0 else 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fit:
+    """The effects' parameters as `pamsim.diagnosis.physical_size` asks for a fit."""
+
+    parameters: tuple[FreeParameter, ...]
+    values: dict[str, float]
+    jacobian: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fitted:
+    fit: _Fit
+    intervals: dict[str, tuple[float, float]]
+
+    @classmethod
+    def of(cls, found: LinkDiagnosis) -> _Fitted:
+        model = found.model
+        parameters = tuple(p for effect in model.effects for p in effect.parameters)
+        fit = _Fit(
+            parameters=parameters,
+            values=chain_values(found, model),
+            jacobian=_beside_nuisance(model, [p.name for p in parameters]),
+        )
+        return cls(fit=fit, intervals={n: s.interval95 for n, s in found.sizes.items()})
+
+
+def _beside_nuisance(model: LinkModel, names: Collection[str]) -> FloatArray:
+    """Sensitivities to some parameters, (n, p), less what the others can do."""
+    rows = len(model.rows)
+    none = np.zeros(rows)
+    others = [column for name, column in model.sensitivities.items() if name not in names]
+    basis = orthonormal(np.column_stack([np.empty((rows, 0)), *others]))
+    own = np.column_stack([np.empty((rows, 0)), *(model.sensitivities.get(n, none) for n in names)])
+    return own - basis @ (basis.T @ own)

@@ -1,0 +1,86 @@
+"""What a diagnosis by link has found, in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from pamsim.core.units import common_unit, to_si
+from pamsim.diagnosis.physical_size import PhysicalSize
+from pamsim.diagnosis.sized import sized
+from pamsim.effects.effect import FAMILIES
+
+if TYPE_CHECKING:
+    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport
+
+
+def verdict_sentence(result: LinkReport) -> str:
+    """What is missing and how certain that is, effect by effect, and what is left."""
+    sentences = [effect_sentence(one) for one in result.effects]
+    left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
+    if not sentences and not left:
+        if result.at_rest:
+            return (
+                "No gap: no effect predicts readings better that are left out, and what is left of"
+                " near ones is not the same."
+            )
+        return (
+            "No gap: on trials that no fit has seen every link is as near to the measurements as"
+            " their noise allows, and no effect predicts them better."
+        )
+    if left and sentences:
+        sentences.append(f"Something more is missing in {' and '.join(left)}.")
+    elif left:
+        sentences.append(
+            f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
+            " explains."
+        )
+    return " ".join(sentences)
+
+
+def certain_words(one: EffectEntry) -> str:
+    """What is certain of an effect, in a few words: as deep as its name holds."""
+    match one.level:
+        case "form":
+            return one.missing
+        case "name":
+            return one.name.replace("_", " ")
+        case "family":
+            return FAMILIES.get(one.family, one.family.replace("_", " "))
+        case "place":
+            return f"something at {one.place}"
+        case _:
+            return f"something in {' and '.join(one.links)}"
+
+
+def effect_sentence(one: EffectEntry) -> str:
+    """What is certain of an effect, its size, and the nearest formula."""
+    parameters = [sized(name, size) for name, size in one.sizes.items()]
+    certain = f"Certain: {certain_words(one)}"
+    if one.level == "form":
+        return f"{certain} ({one.effect}), {', '.join(parameters)}."
+    exact = "" if one.exact else f", not exact: {100.0 * max(one.left, 0.0):.2g} % left"
+    nearest = f"Nearest formula: {one.effect}, {parameters[0]}{exact}."
+    match one.level:
+        case "name" | "family":
+            return f"{certain}{_physical(one.physical)}. {nearest}"
+        case "place":
+            return f"{certain}. {nearest}"
+        case _:
+            return f"Not certain in its place: {certain_words(one)}. {nearest}"
+
+
+def _physical(sizes: Mapping[str, PhysicalSize]) -> str:
+    """The first quantity of an effect's size, which its formula does not matter for."""
+    for name, size in sizes.items():
+        if size.interval95 is None or size.interval95[0] == size.interval95[1]:
+            continue
+        unit = common_unit(size.unit)
+        ends = [to_si(end, size.unit, unit, where=name) for end in size.interval95]
+        shown = PhysicalSize(
+            value=to_si(size.value, size.unit, unit, where=name),
+            unit=unit,
+            interval95=(ends[0], ends[1]),
+        )
+        return f", {sized(name, shown)}"
+    return ""

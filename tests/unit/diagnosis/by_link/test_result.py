@@ -1,0 +1,98 @@
+"""The result of a diagnosis by link: no more than is certain, in words and in one word."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.diagnosis.by_link.chain_values import chain_values
+from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
+
+
+@pytest.mark.parametrize("verdict", list(VERDICTS))
+def test_effects_and_what_is_left_come_to_a_verdict(verdict):
+    assert VERDICTS[verdict].verdict.value == verdict
+
+
+def test_an_effect_whose_place_is_open_leaves_the_others_certain():
+    assert report(effect("")).verdict.value == "unexplained"
+    assert report(effect("form"), effect("")).verdict.value == "ambiguous"
+    assert report(effect("form"), effect(""), more_left=True).verdict.value == "ambiguous"
+
+
+@pytest.mark.parametrize(
+    ("level", "exact", "expected"),
+    [
+        (
+            "form",
+            True,
+            "Certain: a leak of air from the muscles (air_leak),"
+            " leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa).",
+        ),
+        ("name", True, "Certain: air leak, mass flow 0.5 [0.45, 0.55] mg/s. Nearest formula: "),
+        ("family", False, "Certain: leak, mass flow 0.5 [0.45, 0.55] mg/s. Nearest formula: "),
+        ("place", True, "Certain: something at the valves and the air. Nearest formula: air_leak"),
+        ("", True, "Not certain in its place: something in valves and air. Nearest formula: "),
+    ],
+)
+def test_a_sentence_goes_as_deep_as_the_name_holds(level, exact, expected):
+    sentence = effect(level, exact=exact).sentence
+    assert sentence.startswith(expected)
+    assert ("not exact: 6 % left" in sentence) is not exact
+
+
+def test_what_is_left_is_stated_beside_what_was_found():
+    sentence = VERDICTS["named_with_remainder"].sentence
+    assert sentence.endswith(
+        "Something more is missing in muscle and joint (0.4 of the noise variance)."
+    )
+    assert "Unexplained: something is missing in muscle" in VERDICTS["unexplained"].sentence
+
+
+def test_json_has_the_rivals_that_tie_and_what_is_left():
+    result = json.loads(json.dumps(report(effect("place", ties=True)).to_dict(), allow_nan=False))
+    assert result["schema"] == "pamsim-diagnosis/3"
+    assert result["alternatives"] == {"air_leak": ["supply_sag"]}
+    assert result["remainder"] == {}
+    assert result["links"][0]["floor"] == 1.0
+    assert VERDICTS["named_with_remainder"].to_dict()["remainder"] == {"muscle and joint": 0.4}
+    assert VERDICTS["named"].to_dict()["alternatives"] == {}
+
+
+def test_a_rig_is_written_where_effects_were_found(tmp_path):
+    for verdict, one in VERDICTS.items():
+        paths = one.save(tmp_path / verdict)
+        assert (tmp_path / verdict / "rig" in paths) is bool(one.effects)
+    rig = pamsim.load_rig(tmp_path / "ambiguous" / "rig")
+    leaks = [muscle.chamber.leak_conductance for muscle in rig.muscles.values()]
+    assert leaks == pytest.approx([2e-12, 2e-12])
+
+
+def test_a_rig_has_the_nuisance_values_of_the_links_that_its_parts_lie_in():
+    air, muscle, whole = Link((VALVES,)), Link((MUSCLE,)), Link((MUSCLE, JOINT))
+    local = {"valves and air": 1.2, "muscle": 1.01, "muscle and joint": 1.04}
+
+    def model(factor):
+        values = {f"force.scale in {name}": factor * value for name, value in local.items()}
+        return SimpleNamespace(
+            values={**values, "chamber.dead_volume in valves and air": factor * 1e-5, LEAK: 2e-12},
+            sensitivities={
+                "force.scale in valves and air": np.full(9, 100.0),
+                "force.scale in muscle": np.array([1.0, 1.0]),
+                "force.scale in muscle and joint": np.array([2.0]),
+            },
+        )
+
+    fitted, base = model(1.0), model(1.1)
+    found = SimpleNamespace(
+        links=(air, muscle, whole), base=base, effects=[SimpleNamespace(links={muscle, whole})]
+    )
+    values = chain_values(found, fitted)
+    assert values["force.scale"] == pytest.approx((2.0 * 1.01 + 4.0 * 1.04) / 6.0)
+    assert values["chamber.dead_volume"] == pytest.approx(1.1e-5)  # no effect there: the base's
+    assert values[LEAK] == 2e-12
