@@ -93,9 +93,10 @@ def test_rows_are_independent_whatever_a_log_shares(judged):
                 own[block.rows] = block.unit == name and number == link
             covariance += (varying * own[:, np.newaxis]) @ (varying * own[:, np.newaxis]).T
     basis = np.eye(chain.size)
-    both = np.stack([np.append(units.whiten(b), units.whiten_judged(b)) for b in basis], axis=1)
-    white = both @ covariance @ both.T
-    np.testing.assert_allclose(white, np.eye(len(white)), atol=1e-9)
+    for whiten in (units.whiten, units.whiten_judged):
+        rows = np.stack([whiten(one) for one in basis], axis=1)
+        white = rows @ covariance @ rows.T
+        np.testing.assert_allclose(white, np.eye(len(white)), atol=1e-9)
 
 
 def test_without_variation_rows_are_those_of_their_blocks():
