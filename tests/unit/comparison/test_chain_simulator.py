@@ -126,14 +126,16 @@ def test_forces_separate_the_joint(tmp_path):
     assert [link.name for link in chain.links] == [
         "valves and air",
         "muscle",
+        "muscle and joint",
         "joint and transmission",
     ]
     of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
     moved = np.abs(run(chain, {"passive.stiffness": 4e3}) - chain.stated)
-    size = [float(np.abs(chain.stated[of == i]).std()) for i in range(3)]
+    size = [float(np.abs(chain.stated[of == i]).std()) for i in range(4)]
     assert moved[of == 1].max() > 5.0 * size[1]
+    assert moved[of == 2].max() > 5.0 * size[2]
     # Given the measured forces, the joint hardly depends on what the muscles would exert.
-    assert moved[of == 2].max() < 5.0 * size[2]
+    assert moved[of == 3].max() < 5.0 * size[3]
 
 
 def test_the_noise_of_inputs_recorded_once_is_that_of_their_samples_inputs_included(trials):
