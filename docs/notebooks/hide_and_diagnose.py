@@ -16,7 +16,7 @@ from pamsim.comparison.experiments import at_times, experiment_of
 
 INPUTS = ("triangle", "loaded_steps")  # in a test: ("triangle",)
 DURATION = 2.0  # in a test: 0.5
-REPEATS = 5  # in a test: 2
+REPEATS = 5
 TRIED = ["coulomb_friction", "stribeck_friction", "viscous_friction"]  # in a test: ["angle_bias"]
 
 hidden = pamsim.hide(
@@ -51,9 +51,9 @@ checked = pamsim.check("recording")
 print(checked.summary())
 
 # %% [markdown]
-# `diagnose` fits each effect that it is to try, with parameters that may stand in for it, and
-# judges by trials that no fit has seen. Without `effects` all are tried that are usual, in some
-# minutes.
+# `diagnose` simulates each link of the chain with its measured inputs, adds effects as long as they
+# explain what is left there, and judges by trials that no fit has seen. Without `effects` all are
+# tried, in some minutes.
 
 # %%
 found = pamsim.diagnose("recording", effects=TRIED)
@@ -64,14 +64,14 @@ print(found.summary())
 pamsim.plot(found)
 
 # %% [markdown]
-# The name comes with its size in physical terms; 0.3 N·m was hidden. A size without an interval is
-# a condition of the test. If the verdict is not `named`, the result states what to record next:
+# The name is as deep as it holds, and comes with its size in physical terms; 0.3 N·m was hidden. A
+# size without an interval is a condition of the test. Where something is open, the result states
+# what to record next:
 # [how to read it](../diagnose.md#how-to-read-the-result).
 
 # %%
 for effect in found.effects:
+    print(f"{effect.certain_words}: certain to its {effect.level}")
     for name, size in effect.physical.items():
         print(f"{name}: {size.value:.4g} {size.unit}, 95 % interval {size.interval95}")
-found.save(
-    "diagnosed"
-)  # the result, and the repaired rig in diagnosed/rig where one cause is named
+found.save("diagnosed")  # the result, and the rig with what was found in diagnosed/rig

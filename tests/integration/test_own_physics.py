@@ -77,7 +77,7 @@ def test_an_effect_of_ones_own_is_hidden_named_and_sized(bench):
     assert found["verdict"] == "named"
     assert effect["name"] == "seam_stiffness"
     assert effect["family"] == "seam"
-    low, high = effect["parameters"]["force.seam"]["interval95_si"]
+    low, high = effect["sizes"]["force.seam"]["interval95_si"]
     assert low <= 120.0 <= high
     assert high - low < 30.0
     repaired = pamsim.load_rig(bench / "found" / "rig")

@@ -63,7 +63,7 @@ def test_every_block_runs_and_the_numbers_of_the_page_come_out(walked):
     assert f"It finds {scale['value']:.3f} and lowers the error {held_out}" in words
     found = json.loads((folder / "diagnosed" / "diagnosis.json").read_text())
     (effect,) = found["effects"]
-    friction = effect["parameters"]["joint.elbow.frictionloss"]
+    friction = effect["sizes"]["joint.elbow.frictionloss"]
     low, high = friction["interval95"]
     size = f"{friction['value']:.3f} [{low:.3f}, {high:.3f}] N·m"
     assert f"`{effect['name']}`, {size}" in words

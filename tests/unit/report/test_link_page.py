@@ -41,7 +41,7 @@ def test_every_verdict_makes_a_page_that_begins_with_where(verdict, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("one", "said"),
+    ("one", "expected"),
     [
         (report(), "No gap: nothing is missing that these data can show"),
         (report(effect("form")), "Missing: a leak of air from the muscles"),
@@ -49,8 +49,8 @@ def test_every_verdict_makes_a_page_that_begins_with_where(verdict, tmp_path):
         (report(more_left=True), "No effect tried explains the gap in muscle and joint"),
     ],
 )
-def test_the_headline_claims_no_more_than_is_certain(one, said):
-    assert headline(one.to_dict()) == said
+def test_the_headline_claims_no_more_than_is_certain(one, expected):
+    assert headline(one.to_dict()) == expected
 
 
 def test_bars_are_the_misfits_of_the_links_from_the_command_on():

@@ -1,4 +1,4 @@
-"""The result of a diagnosis by link: it says no more than is certain, in words and in one word."""
+"""The result of a diagnosis by link: no more than is certain, in words and in one word."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_an_effect_whose_place_is_open_leaves_the_others_certain():
 
 
 @pytest.mark.parametrize(
-    ("level", "exact", "said"),
+    ("level", "exact", "expected"),
     [
         (
             "form",
@@ -40,15 +40,15 @@ def test_an_effect_whose_place_is_open_leaves_the_others_certain():
         ("", True, "Not certain in its place: something in valves and air. Nearest formula: "),
     ],
 )
-def test_a_sentence_goes_as_deep_as_the_name_holds(level, exact, said):
+def test_a_sentence_goes_as_deep_as_the_name_holds(level, exact, expected):
     sentence = effect(level, exact=exact).sentence
-    assert sentence.startswith(said)
+    assert sentence.startswith(expected)
     assert ("not exact: 6 % left" in sentence) is not exact
 
 
-def test_what_is_left_is_said_beside_what_was_found():
-    said = VERDICTS["named_with_remainder"].sentence
-    assert said.endswith(
+def test_what_is_left_is_stated_beside_what_was_found():
+    sentence = VERDICTS["named_with_remainder"].sentence
+    assert sentence.endswith(
         "Something more is missing in muscle and joint (0.4 of the noise variance)."
     )
     assert "Unexplained: something is missing in muscle" in VERDICTS["unexplained"].sentence
