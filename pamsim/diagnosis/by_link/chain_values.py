@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.comparison.chain_simulator import in_link, plain
-from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES
+from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.link_fit import LinkModel
 from pamsim.engine.parameter_names import ParameterName
@@ -34,19 +34,36 @@ def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
         found: the diagnosis.
         model: with its effects, with a rival in the place of one, or without any.
     """
-    fitted = {link for one in found.effects for link in one.links}
     values = {name: value for name, value in model.values.items() if plain(name) == name}
     nuisance = dict.fromkeys(plain(name) for name in model.values if plain(name) != name)
     for name in nuisance:
         parts = _PARTS.get(ParameterName.parse(name).group, (MUSCLE,))
-        known = [link for link in found.links if in_link(name, link) in model.values]
-        own = [link for link in known if set(parts) & set(link.parts)] or known
-        # The model has left links without an effect as the rig states them.
-        states = [(model if link in fitted else found.base, in_link(name, link)) for link in own]
-        each = [one.values[local] for one, local in states]
-        weights = [_shown(one, local) for one, local in states]
+        known = link_values(found, model, name)
+        own = [link for link in known if set(parts) & set(link.parts)] or list(known)
+        weights = [_shown(_fitted_in(found, model, link), in_link(name, link)) for link in own]
+        each = [known[link] for link in own]
         values[name] = float(np.average(each, weights=weights if any(weights) else None))
     return values
+
+
+def link_values(found: LinkDiagnosis, model: LinkModel, name: str) -> dict[Link, float]:
+    """Values of a nuisance parameter in the links of a model that it acts in [SI].
+
+    Args:
+        found: the diagnosis.
+        model: see `chain_values`.
+        name: of the parameter.
+    """
+    return {
+        link: _fitted_in(found, model, link).values[in_link(name, link)]
+        for link in found.links
+        if in_link(name, link) in model.values
+    }
+
+
+def _fitted_in(found: LinkDiagnosis, model: LinkModel, link: Link) -> LinkModel:
+    """The model, or the one without effects where that has left a link as the rig states it."""
+    return model if any(link in one.links for one in found.effects) else found.base
 
 
 def _shown(model: LinkModel, name: str) -> float:

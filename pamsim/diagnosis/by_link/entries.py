@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import in_link
 from pamsim.comparison.links import Link
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
-from pamsim.diagnosis.by_link.chain_values import chain_values
+from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import ALPHA, Judged
 from pamsim.diagnosis.by_link.link_fit import LinkModel
@@ -73,9 +72,8 @@ def nuisance_entries(
                 unit=readable_unit(own),
                 stated=readable(own, own.value),
                 by_link={
-                    link.name: readable(own, found.model.values[in_link(name, link)])
-                    for link in found.links
-                    if in_link(name, link) in found.model.values
+                    link.name: readable(own, value)
+                    for link, value in link_values(found, found.model, name).items()
                 },
                 whole=readable(own, whole.get(name, own.value)),
             )
