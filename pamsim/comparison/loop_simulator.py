@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.chain_simulator import Values
-from pamsim.comparison.links import MUSCLE, Link
 from pamsim.comparison.loop_effects import LoopEffect
 from pamsim.comparison.rest_simulator import RestSimulator, row_blocks
 from pamsim.core.errors import InputError
@@ -116,7 +115,6 @@ class LoopRows:
             row_blocks(names, CHANNEL, noise),
             self.level[:, np.newaxis],
             {},
-            link=Link((MUSCLE,)),
         )
 
     def _opening(self, label: str, at: float) -> FloatArray:

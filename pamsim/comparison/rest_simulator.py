@@ -50,11 +50,10 @@ class RestSimulator:
         blocks: of the rows, in their order.
         inputs: (n, k) of the rows [SI]: what near ones miss together is no noise.
         own_values: of nuisance parameters, as the rig states them [SI].
-        link: the one that the rows show.
 
     Attributes:
         inputs: of the rows, (n, k) [SI].
-        links: the one that the rows show.
+        links: the one that rows at rest show.
         blocks: of the rows.
         link_of: number of the link of each block, 0.
         repeats: the units.
@@ -70,12 +69,10 @@ class RestSimulator:
         blocks: Sequence[Block],
         inputs: FloatArray,
         own_values: Mapping[str, float],
-        *,
-        link: Link = AT_REST_LINK,
     ) -> None:
         self._predict, self._own_values = predict, dict(own_values)
         self.blocks, self.inputs = tuple(blocks), inputs
-        self.links = (link,)
+        self.links = (AT_REST_LINK,)
         self.link_of = (0,) * len(self.blocks)
         self.repeats = tuple(Unit(name=name) for name in unit_names(self.blocks))
         (stated,) = self._predicted([{}])

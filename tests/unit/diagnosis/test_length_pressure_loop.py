@@ -28,7 +28,7 @@ def test_printed_branches_are_opened_by_hysteresis_or_creep(reports):
     assert "drift" not in tied
     gap = found["gap"]["length"]
     assert gap["after"] < 0.5 * gap["before"]
-    assert list(found["remainder"]) == ["muscle"]
+    assert list(found["remainder"]) == ["muscle and joint"]
     assert "rate" in found["next_experiment"]["advice"]
 
 

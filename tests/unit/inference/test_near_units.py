@@ -52,6 +52,8 @@ def test_neighbours_that_are_equally_near_share_a_weight_and_each_input_counts_b
     assert near[1].tolist() == [0.5, 0.0, 0.5, 0.0]
     assert near[0].tolist() == [0.0, 1.0, 0.0, 0.0]
     assert near[3].tolist() == [1.0, 0.0, 0.0, 0.0]
+    apart = nearest_units(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 2e5], [2.0, 1e6]]))
+    assert apart[0].tolist() == [0.0, 0.0, 1.0, 0.0]
     assert nearest_units(np.ones((3, 1))).tolist() == [[0, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 0.5, 0]]
 
 

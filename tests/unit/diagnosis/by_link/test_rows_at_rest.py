@@ -157,6 +157,18 @@ def test_a_formula_is_certain_only_if_near_rows_miss_nothing_together():
     assert left.p_value < 0.01
 
 
+def test_a_parameter_at_the_end_of_its_range_is_not_free_to_follow_the_other_rows():
+    short = candidate("soften", 0.01, 0.0, 0.05)
+    fitter = RestFitter(simulator(TABLE, measured(TABLE, {"soften": 0.1})), ["gain"])
+    model = fitter.fit(fitter.stated, (short,), {"soften": 0.04}, fitter.simulator.links)
+    assert model.values["soften"] == pytest.approx(0.05, rel=0.01)
+    (gain,) = (column for name, column in model.sensitivities.items() if name != "soften")
+    left = model.rows - gain * (gain @ model.rows) / (gain @ gain)
+    unseen = LeftOut(fitter, (), nearest_units(fitter.simulator.inputs))
+    alone = 1e-2 * left / (1.0 - gain**2 / (gain @ gain))
+    assert unseen.errors(model) == pytest.approx(alone, rel=1e-6)
+
+
 def test_too_few_rows_are_refused():
     few = TABLE.taken(np.arange(4))
     with pytest.raises(InputError, match="4 rows: 5 or more are needed"):
