@@ -42,7 +42,7 @@ from tqdm import tqdm
 import pamsim
 from pamsim.core.errors import SimulationError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.diagnosis.options import NUISANCE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.twins.noise import ANGLE_NOISE, FORCE_NOISE, PRESSURE_NOISE

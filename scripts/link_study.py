@@ -38,7 +38,7 @@ from pamsim.core.errors import InputError, SimulationError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.judge import ALPHA
 from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.recordings import NUISANCE
+from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.twins.synthetic_recording import SyntheticRecording

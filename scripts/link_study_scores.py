@@ -214,9 +214,9 @@ def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
             plain_share([error <= SIZE_ERROR for _, error, _ in stated])
         ),
         Bar(
-            quantity="intervals that hold the truth, library's formula", low=0.92, high=0.98
+            quantity="intervals that hold what was hidden, library's formula", low=0.92, high=0.98
         ).judged(plain_share(own)),
-        Bar(quantity="intervals that hold the truth, another formula", low=0.0).judged(
+        Bar(quantity="intervals that hold what was hidden, another formula", low=0.0).judged(
             plain_share(other)
         ),
         Bar(quantity="median seconds per diagnosis", high=25.0, aim=15.0, unit="s").judged(

@@ -87,13 +87,11 @@ PARTS: dict[str, tuple[Room, ...]] = {
     "verdict": (
         Room(
             tuple(
-                f"diagnosis/method/{name}.py"
-                for name in ("evidence", "loop_diagnosis", "row_diagnosis", "verdict",
-                             "verdict_thresholds")
+                f"diagnosis/by_link/{name}.py"
+                for name in ("judge", "held_out", "left_out", "remainder", "diagnose_rest")
             ),
-            ("unit/diagnosis/test_verdict.py unit/diagnosis/test_evidence.py"
-             " unit/diagnosis/test_row_diagnosis.py"
-             " unit/diagnosis/test_loop_diagnosis.py",
+            ("unit/diagnosis/by_link/test_rows_at_rest.py unit/diagnosis/by_link/test_loops.py"
+             " unit/diagnosis/by_link/test_link_diagnosis.py",
              "unit/diagnosis unit/comparison"),
         ),
     ),

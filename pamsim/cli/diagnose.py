@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from pamsim.cli.command import Command, answer, verbose, warn
+from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
     RIG,
@@ -24,10 +24,8 @@ from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
-    from pamsim.diagnosis.result import Diagnosis
 
 _FINE = ("no_gap", "named")
-_ROWS = 6  # of a table on the screen; the page has them all, and so has --verbose
 
 
 @click.command(name="diagnose", cls=Command)
@@ -90,7 +88,7 @@ def command(
 
 
 def show(
-    report: LinkReport | Diagnosis,
+    report: LinkReport,
     out: Path | None,
     json_file: Path | None,
     *,
@@ -110,34 +108,23 @@ def show(
         The exit code.
     """
     from pamsim.core.encoding import read_json
-    from pamsim.diagnosis.by_link.result import FILE, SCHEMA, LinkReport
-    from pamsim.diagnosis.result import SCHEMA as SCHEMA_AT_REST
+    from pamsim.diagnosis.by_link.result import FILE, SCHEMA
 
-    by_link = isinstance(report, LinkReport)
-    if out is None:
-        result = report.to_dict()
-    else:
-        report.save(out)
-        result = read_json(out / FILE, SCHEMA if by_link else SCHEMA_AT_REST)
-        if by_link:
-            from pamsim.report.link_page import write_link_diagnosis
-
-            filmed = None if film is None else _filmed(report, out, film, rig)
-            write_link_diagnosis(result, report.comparisons, out, film=filmed)
-        else:
-            from pamsim.report.diagnose_page import write_diagnosis
-
-            write_diagnosis(result, out)
-    save_json(json_file, result)
-    if by_link:
-        for warning in report.warnings:
-            warn(warning)
-        for line in report.lines():
-            click.echo(line)
-    else:
-        _print(result)
+    result = report.to_dict()
     if out is not None:
-        if by_link:
+        from pamsim.report.link_page import write_link_diagnosis
+
+        report.save(out)
+        result = read_json(out / FILE, SCHEMA)
+        filmed = None if film is None else _filmed(report, out, film, rig)
+        write_link_diagnosis(result, report.comparisons, out, film=filmed)
+    save_json(json_file, result)
+    for warning in report.warnings:
+        warn(warning)
+    for line in report.lines():
+        click.echo(line)
+    if out is not None:
+        if not report.at_rest:
             click.echo(f"rig:  {result['repaired_rig'] or 'none written: no effect was found'}")
         show_page(out / "index.html")
     answer(result["sentence"], f"verdict: {result['verdict']}")
@@ -163,48 +150,3 @@ def _filmed(report: LinkReport, out: Path, recording: Path | str, rig: str | Non
         warn(f"no film: {error}")
         return None
     return path
-
-
-def _print(result: dict[str, Any]) -> None:
-    from pamsim.report.physical_words import physical_words
-
-    for warning in result["warnings"]:
-        warn(warning)
-    for name, why in result["skipped"].items():
-        click.echo(f"not tried: {name}: {why}")
-    rows = {f"{channel} [{gap['unit']}]": gap for channel, gap in result["gap"].items()}
-    width = max(28, *map(len, rows))
-    click.echo(f"{'held-out RMS':{width}s}  noise floor      before       after")
-    for row, gap in rows.items():
-        cells = [gap[key] for key in ("floor", "before", "after")]
-        numbers = ["none" if cell is None else f"{cell['value']:.4g}" for cell in cells]
-        click.echo(f"{row:{width}s}{numbers[0]:>13s}{numbers[1]:>12s}{numbers[2]:>12s}")
-    _print_models("effect", result["effects"])
-    _print_models("alternative", result["alternatives"][: None if verbose() else _ROWS])
-    for family, sizes in result["certain_families"].items():
-        size = physical_words(sizes)
-        click.echo(f"certain: {family.replace('_', ' ')}{': ' if size else ''}{size}")
-    following = result["next_experiment"]
-    if following is not None:
-        protocol = "" if following["protocol"] is None else f"{following['protocol']}; "
-        click.echo(f"next experiment: {protocol}{following['advice']}")
-
-
-def _print_models(title: str, models: list[dict[str, Any]]) -> None:
-    if not models:
-        return
-    rows = [(m, name, p) for m in models for name, p in m["parameters"].items()]
-    width = max(len(title), *(len(m["name"]) for m in models))
-    wide = max(len(name) for _, name, _ in rows)
-    click.echo(f"{title:{width}s} explains  {'parameter':{wide}s}       value  95 % interval")
-    previous = None
-    for model, name, p in rows:
-        share, first, ends = model["explained"], model is not previous, p["interval95"]
-        interval = "none" if ends is None else f"[{ends[0]:.4g}, {ends[1]:.4g}]"
-        unit = "" if p["unit"] == "1" else f" {p['unit']}"
-        click.echo(
-            f"{model['name'] if first else '':{width}s}"
-            f"{'' if not first else 'none' if share is None else f'{100 * share:.0f} %':>9s}"
-            f"  {name:{wide}s}{p['value']:12.5g}  {interval}{unit}"
-        )
-        previous = model

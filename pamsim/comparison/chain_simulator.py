@@ -18,6 +18,7 @@ import numpy as np
 
 from pamsim.comparison.experiments import grid_rate
 from pamsim.comparison.link_inputs import link_inputs
+from pamsim.comparison.link_noise import OutputNoise, link_noise
 from pamsim.comparison.link_simulation import (
     LinkExperiment,
     Signals,
@@ -38,7 +39,7 @@ from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.inference.blocks import Block, Noise, noise_from_repeats
+from pamsim.inference.blocks import Block
 from pamsim.recordings.trial import Trial
 
 Values = Mapping[str, float]
@@ -97,10 +98,11 @@ class ChainSimulator:
         link_of: number of the link of each block.
         repeats: the groups.
         stated: residual of the rig as it is, (n,) [SI].
+        noise: of every output of every link.
 
     Raises:
-        InputError: for a trial that does not fit the rig or does not give its start pressures, no
-            channel to compare, or an output of which no input was repeated.
+        InputError: for a trial that does not fit the rig or does not give its start pressures, or
+            no channel to compare.
     """
 
     def __init__(
@@ -139,8 +141,8 @@ class ChainSimulator:
         self._pulls: dict[str, tuple[FloatArray, FloatArray]] = {}  # forces and arms of each mean
         self._driven: dict[tuple[object, ...], LinkExperiment] = {}  # of each run, with the inputs
         self._possible = self._possible_steps()
-        noise = _noise(groups, exact)
-        self.blocks, self.link_of = self._blocks(noise)
+        self.noise = link_noise(rig, trials, exact, threads=threads, simulated=simulated)
+        self.blocks, self.link_of = self._blocks(self.noise)
         rows = {
             (link, b.unit, b.channel): b.rows
             for link, b in zip((self.links[i] for i in self.link_of), self.blocks, strict=True)
@@ -353,7 +355,7 @@ class ChainSimulator:
         return None
 
     def _blocks(
-        self, noise: Mapping[tuple[Link, str], Noise]
+        self, noise: Mapping[tuple[Link, str], OutputNoise]
     ) -> tuple[tuple[Block, ...], tuple[int, ...]]:
         blocks: list[Block] = []
         link_of: list[int] = []
@@ -370,30 +372,9 @@ class ChainSimulator:
                             unit=trial.name,
                             channel=channel,
                             rows=rows,
-                            noise=noise[run.link, channel],
+                            noise=noise[run.link, channel].noise,
                             source=trial.name,
                         )
                     )
                     link_of.append(self.links.index(run.link))
         return tuple(blocks), tuple(link_of)
-
-
-def _noise(
-    groups: Sequence[Repeats], exact: Mapping[tuple[Link, str, str], FloatArray]
-) -> dict[tuple[Link, str], Noise]:
-    """Noise of every output of every link, as repeats with their own inputs differ."""
-    found: dict[tuple[Link, str], Noise] = {}
-    for link, channel in dict.fromkeys((link, channel) for link, _, channel in exact):
-        protocols = [
-            np.stack([exact[link, trial.name, channel] for trial in group.trials])
-            for group in groups
-            if all((link, trial.name, channel) in exact for trial in group.trials)
-        ]
-        try:
-            found[link, channel] = noise_from_repeats(protocols)
-        except InputError:
-            raise InputError(
-                f"{channel}: no input was recorded twice, so that repeats do not show its noise;"
-                " record every input three times or more"
-            ) from None
-    return found

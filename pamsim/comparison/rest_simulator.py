@@ -48,10 +48,12 @@ class RestSimulator:
     Args:
         predict: see `PredictRest`.
         blocks: of the rows, in their order.
+        inputs: (n, k) of the rows [SI]: what near ones miss together is no noise.
         own_values: of nuisance parameters, as the rig states them [SI].
 
     Attributes:
-        links: the one link that rows at rest show.
+        inputs: of the rows, (n, k) [SI].
+        links: the one that rows at rest show.
         blocks: of the rows.
         link_of: number of the link of each block, 0.
         repeats: the units.
@@ -62,10 +64,14 @@ class RestSimulator:
     """
 
     def __init__(
-        self, predict: PredictRest, blocks: Sequence[Block], own_values: Mapping[str, float]
+        self,
+        predict: PredictRest,
+        blocks: Sequence[Block],
+        inputs: FloatArray,
+        own_values: Mapping[str, float],
     ) -> None:
         self._predict, self._own_values = predict, dict(own_values)
-        self.blocks = tuple(blocks)
+        self.blocks, self.inputs = tuple(blocks), inputs
         self.links = (AT_REST_LINK,)
         self.link_of = (0,) * len(self.blocks)
         self.repeats = tuple(Unit(name=name) for name in unit_names(self.blocks))
@@ -140,13 +146,27 @@ def table_blocks(table: StaticTable, variance: float) -> tuple[Block, ...]:
         table: of angles at rest.
         variance: of their noise [rad^2].
     """
+    return row_blocks(table.rows, AT_REST, np.full(len(table.rows), variance), source=table.name)
+
+
+def row_blocks(
+    names: Sequence[str], channel: str, variances: FloatArray, *, source: str = ""
+) -> tuple[Block, ...]:
+    """Rows, each a unit of its own.
+
+    Args:
+        names: of the rows.
+        channel: what was measured.
+        variances: of the noise of each row, (n,) [SI^2].
+        source: where they come from.
+    """
     return tuple(
         Block(
             unit=row,
-            channel=AT_REST,
+            channel=channel,
             rows=slice(i, i + 1),
-            noise=ArNoise((), variance),
-            source=table.name,
+            noise=ArNoise((), float(variances[i])),
+            source=source,
         )
-        for i, row in enumerate(table.rows)
+        for i, row in enumerate(names)
     )

@@ -10,14 +10,18 @@ from pathlib import Path
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.diagnosis import length_pressure_loop, table_at_rest
 from pamsim.diagnosis.by_link.result import LinkReport
-from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS
+from pamsim.diagnosis.length_pressure_loop import (
+    PRINTED_LOOPS,
+    diagnose_length_loop,
+    measured_loop,
+    printed_loop,
+)
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
-from pamsim.diagnosis.result import Diagnosis
+from pamsim.diagnosis.table_at_rest import diagnose_table
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
@@ -56,7 +60,7 @@ def diagnose(
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
-) -> LinkReport | Diagnosis:
+) -> LinkReport:
     """Diagnose recordings of a rig, a table of angles at rest, or a length-pressure loop.
 
     Args:
@@ -75,9 +79,6 @@ def diagnose(
         threads: simulations at a time; None for one per processor.
         progress: called as each model is fitted; how many there will be is an estimate.
 
-    Returns:
-        What was found link by link in recordings; in a table or loop, by the older method.
-
     Raises:
         InputError: for data that cannot be read, an argument that does not apply to them, or a name
             that is not known.
@@ -94,21 +95,6 @@ def diagnose(
     for name, one in given.items():
         if one and kind not in APPLIES[name]:
             raise InputError(f"`{name}` does not apply to {kind}; leave it out")
-    if kind is Kind.LOOP:
-        return _diagnose_loop(str(sources[0]), effects, seed)
-    if kind is Kind.TABLE:
-        return table_at_rest.diagnose_table(
-            read_static_table(sources[0]),
-            published_rig() if rig in (None, PUBLISHED) else _loaded(rig),
-            effects=effects,
-            nuisance=nuisance or table_at_rest.NUISANCE,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-        )
-    measured = read_calibration_data(sources)
-    if measured.tables:
-        raise InputError("give recordings alone, or one table of angles at rest alone")
     options = Options(
         effects=tuple(effects),
         without=tuple(without),
@@ -118,6 +104,14 @@ def diagnose(
         threads=threads,
         progress=progress,
     )
+    if kind is Kind.LOOP:
+        return _diagnose_loop(str(sources[0]), options)
+    if kind is Kind.TABLE:
+        own = published_rig() if rig in (None, PUBLISHED) else _loaded(rig)
+        return diagnose_table(read_static_table(sources[0]), own, options)
+    measured = read_calibration_data(sources)
+    if measured.tables:
+        raise InputError("give recordings alone, or one table of angles at rest alone")
     return diagnose_recordings(measured, _loaded(rig or measured.rig), options)
 
 
@@ -149,22 +143,16 @@ def _has_length(path: Path) -> bool:
     return any(cell.strip().startswith("length") for cell in header.split(","))
 
 
-def _diagnose_loop(source: str, effects: Sequence[str], seed: int) -> Diagnosis:
+def _diagnose_loop(source: str, options: Options) -> LinkReport:
     if source in PRINTED_LOOPS and not Path(source).exists():
-        loop, stated = length_pressure_loop.printed_loop(source), PRINTED_LOOPS[source]
-        return length_pressure_loop.diagnose_length_loop(loop, stated, effects=effects, seed=seed)
+        return diagnose_length_loop(printed_loop(source), PRINTED_LOOPS[source], options)
     table = read_measured(Path(source))
     if not isinstance(table, LengthLoop):
         raise InputError(
             f"{source} is not a length-pressure loop: it needs a pressure and a length"
         )
-    return length_pressure_loop.diagnose_length_loop(
-        length_pressure_loop.measured_loop(table),
-        Path(source).name,
-        effects=effects,
-        warnings=table.notes,
-        seed=seed,
-    )
+    loop = measured_loop(table)
+    return diagnose_length_loop(loop, Path(source).name, options, warnings=table.notes)
 
 
 def _loaded(rig: Source | Rig | None) -> Rig:

@@ -4,33 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from pamsim.comparison.loop_effects import LOOP_EFFECTS
+from pamsim.comparison.loop_simulator import CHANNEL, Loop, LoopRows
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import PA_PER_KPA, FloatArray
-from pamsim.diagnosis.method.loop_diagnosis import LoopDiagnosis, diagnose_loop
-from pamsim.diagnosis.method.loop_effects import LOOP_EFFECTS
-from pamsim.diagnosis.method.loop_fit import Loop, LoopModel
-from pamsim.diagnosis.method.verdict import Verdict
-from pamsim.diagnosis.result import (
-    Details,
-    Diagnosis,
-    Estimate,
-    FoundEffect,
-    GapEntry,
-    NextStep,
-    Place,
-    Region,
-    Resemblance,
-    RmsLevel,
-    TriedModel,
-)
-from pamsim.effects.catalog import EFFECTS
-from pamsim.inference.permutation import rms_interval95
+from pamsim.core.units import MM_PER_M, PA_PER_KPA, FloatArray
+from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.diagnosis.by_link.entries import effect_entries, link_entries
+from pamsim.diagnosis.by_link.next_experiment import next_reading
+from pamsim.diagnosis.by_link.rest_entries import Branches
+from pamsim.diagnosis.by_link.result import LinkReport, NextExperiment, Run
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.options import Options
 from pamsim.recordings.measured_table import LengthLoop
 from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
+
+BASE = "the best reversible curve"
+"""What stands in the place of a rig."""
 
 RUNS = 3
 """Runs behind each printed mean (Alraouf 2025)."""
@@ -43,10 +35,9 @@ PRINTED_LOOPS = {
 }
 """Name -> form in which Alraouf 2025 prints its loop."""
 
-CHANNEL = "length"
-
+_MORE = "more runs of the same loop, with each reading recorded and not their mean alone"
 _M_PER_CM = 1e-2
-_MM_PER_M = 1e3
+_AS_USUAL = Options()
 
 
 def printed_loop(name: str) -> Loop:
@@ -79,8 +70,8 @@ def printed_loop(name: str) -> Loop:
         }
     up, down = (np.array([row.pressure_kpa for row in rows[b]]) * PA_PER_KPA for b in BRANCHES)
     return Loop(
-        input=_there_and_back(up, down),
-        output=_there_and_back(lengths["up"], lengths["down"]) * _M_PER_CM,
+        pressure=_there_and_back(up, down),
+        length=_there_and_back(lengths["up"], lengths["down"]) * _M_PER_CM,
         rising=np.arange(up.size + down.size) < up.size,
         error=error,
     )
@@ -88,223 +79,88 @@ def printed_loop(name: str) -> Loop:
 
 def measured_loop(table: LengthLoop) -> Loop:
     """A measured length-pressure loop, its rows in the order in which they were taken."""
-    return Loop(input=table.pressure, output=table.length, rising=table.rising)
+    return Loop(pressure=table.pressure, length=table.length, rising=table.rising)
 
 
 def diagnose_length_loop(
-    loop: Loop,
-    source: str,
-    *,
-    effects: Sequence[str] = (),
-    warnings: Sequence[str] = (),
-    seed: int = 0,
-) -> Diagnosis:
+    loop: Loop, source: str, options: Options = _AS_USUAL, *, warnings: Sequence[str] = ()
+) -> LinkReport:
     """Diagnose a length-pressure loop.
 
     Args:
         loop: readings, see `printed_loop` and `measured_loop`.
         source: what they are, in words.
-        effects: names of those that may open it; if left out, all that readings at rest can show.
+        options: of the diagnosis; of the effects, those that vanish at rest are tried if named.
         warnings: what a reader should know of the readings.
-        seed: random seed of exchanges and sign flips.
 
     Raises:
-        InputError: for an effect that opens no loop, or fewer than five pressures that were read on
-            both branches.
+        InputError: for an effect that opens no loop, or too few pressures that were read on both
+            branches.
     """
     began = time.perf_counter()
-    known = dict.fromkeys(effect.name for effect in LOOP_EFFECTS)
-    for name in effects:
+    known = dict.fromkeys(own.effect.name for own in LOOP_EFFECTS)
+    for name in options.effects:
         if name not in known:
             raise InputError(f"no effect {name!r} that opens a loop; {nearest(name, known)}")
-    tried = [e for e in LOOP_EFFECTS if (e.name in effects if effects else not e.moving)]
-    skipped = {
-        e.name: "vanishes at rest; name it if the readings were taken in motion"
-        for e in LOOP_EFFECTS
-        if not effects and e.moving
-    }
-    method = diagnose_loop(loop, tried, seed=seed)
-    notes = [*warnings, "one loop at one rate cannot separate hysteresis from creep"]
-    if not effects:
+    named = options.effects or [own.effect.name for own in LOOP_EFFECTS if not own.moving]
+    rows = LoopRows(loop, [own for own in LOOP_EFFECTS if own.effect.name in named])
+    found = diagnose_rest(
+        lambda variance, _: rows.simulator(variance),
+        rows.candidates,
+        (),
+        seed=options.seed,
+        progress=options.progress,
+    )
+    notes = [*warnings, "one loop at one rate cannot separate hysteresis from every kind of creep"]
+    if not options.effects:
         notes.append("readings are assumed to be taken at rest, so viscous friction is not tried")
     if loop.error is None:
-        notes.append("the readings' errors are not known: no noise floor")
-    best, verdict = method.best, method.verdict
-    claimed = best if verdict.claims else None
-    repairs = best if verdict.repairs else None
-    models = [] if repairs is None else [repairs, *method.tied]
-    variance = float(np.mean(method.base.unseen**2))
-    return Diagnosis(
-        kind="loop",
-        rig=None,
-        data=(source,),
-        verdict=verdict,
-        effects=() if claimed is None else (_found(claimed, method.explained.value),),
-        certain=() if claimed is None or claimed.effect is None else (claimed.effect.name,),
-        resembles=_resemblance(method),
-        alternatives=tuple(
-            _found(model, 1.0 - model.unseen_rms**2 / variance)
-            for model in models
-            if model is not claimed
-        ),
-        where=(_place(method),),
-        maps=(),
-        gap={
-            CHANNEL: GapEntry(
-                unit="mm",
-                floor=None if method.floor is None else RmsLevel.scaled(method.floor, _MM_PER_M),
-                before=_unseen_level(method.base, seed),
-                after=None if repairs is None else _unseen_level(repairs, seed),
-            )
-        },
-        absent={},
+        notes.append(
+            "the readings' errors are not known: their noise is what the best model leaves"
+        )
+    return LinkReport(
+        rig=BASE,
+        links=link_entries(found),
+        effects=effect_entries(None, found),
+        gap={CHANNEL: _gap(loop, rows, found)},
+        next_experiment=next_reading(found) if found.effects else NextExperiment(advice=_MORE),
         warnings=tuple(notes),
-        next_experiment=_next_step(verdict),
-        explained=method.explained.value,
-        explained_interval95=method.explained.interval95,
-        effects_tried=len({e.name for e in tried}),
-        tried=tuple(_tried(model) for model in method.attempts),
-        nuisance=(),
-        held_out=tuple(f"{pressure / PA_PER_KPA:g} kPa" for pressure in method.level),
-        held_out_method="each reading is predicted from the other at its pressure and all others",
-        skipped=skipped,
-        details=Details(
-            branches=_branches(method),
-            forms_as_good=tuple(m.effect.form for m in method.forms if m.effect is not None),
-            in_sample={
-                "before": RmsLevel.scaled(method.base.rms, _MM_PER_M),
-                "after": None if best is None else RmsLevel.scaled(best.rms, _MM_PER_M),
+        run=Run(
+            data=(source,),
+            held_out=tuple(f"{pressure / PA_PER_KPA:g} kPa" for pressure in rows.level),
+            effects_tried=len(set(named)),
+            skipped={}
+            if options.effects
+            else {
+                own.effect.name: "vanishes at rest; name it if the readings were taken in motion"
+                for own in LOOP_EFFECTS
+                if own.moving
             },
+            seed=options.seed,
+            seconds=time.perf_counter() - began,
         ),
-        seed=seed,
-        rollouts=0,
-        parameter_sets=0,
-        seconds=time.perf_counter() - began,
-        method=method,
-    )
-
-
-def _found(model: LoopModel, explained: float) -> FoundEffect:
-    assert model.effect is not None
-    return FoundEffect(
-        members={model.effect.name: model.effect.missing},
-        family=_family(model.effect.name),
-        form=model.effect.form,
-        parameters=_estimates(model),
-        explained=explained,
-        p_value=model.p_value,
-    )
-
-
-def _estimates(model: LoopModel) -> dict[str, Estimate]:
-    """How far the effect opens the loop, and the number of its shape."""
-    low, high = model.interval95
-    estimates = {
-        "opening": Estimate(
-            value=model.opening * _MM_PER_M,
-            unit="mm",
-            interval95=(low * _MM_PER_M, high * _MM_PER_M),
-            value_si=model.opening,
-            unit_si="m",
-            interval95_si=model.interval95,
-        )
-    }
-    if model.effect is not None and model.effect.shape:
-        estimates[model.effect.shape] = Estimate(
-            value=model.shape, unit="1", value_si=model.shape, unit_si="1"
-        )
-    return estimates
-
-
-def _family(name: str) -> str:
-    """Family in the catalogue; an effect that is not in it is its own."""
-    return EFFECTS[name].family if name in EFFECTS else name
-
-
-def _branches(method: LoopDiagnosis) -> dict[str, Any]:
-    """Lengths on both branches at every pressure: measured, reversible, and of the nearest model.
-
-    The nearest model is drawn, whether or not it may be claimed.
-    """
-    nearest = None
-    if method.nearest is not None and method.nearest.effect is not None:
-        assert method.fitted is not None
-        nearest = {
-            "effect": method.nearest.effect.name,
-            "form": method.nearest.effect.form,
-            "rising_mm": method.fitted[0] * _MM_PER_M,
-            "falling_mm": method.fitted[1] * _MM_PER_M,
-        }
-    return {
-        "pressure_kpa": method.level / PA_PER_KPA,
-        "rising_mm": method.measured[0] * _MM_PER_M,
-        "falling_mm": method.measured[1] * _MM_PER_M,
-        "reversible_mm": method.reversible * _MM_PER_M,
-        "nearest": nearest,
-        "rising_minus_falling_mm": method.difference * _MM_PER_M,
-        "error_mm": None if method.error is None else method.error * _MM_PER_M,
-        "mean_mm": np.mean(method.difference) * _MM_PER_M,
-    }
-
-
-def _resemblance(method: LoopDiagnosis) -> Resemblance | None:
-    """The model that predicts unseen readings best."""
-    near = method.nearest
-    if method.verdict is Verdict.NO_GAP or near is None:
-        return None
-    assert near.effect is not None
-    share = 1.0 - (near.unseen_rms / method.base.unseen_rms) ** 2
-    return Resemblance(
-        name=near.effect.name,
-        family=_family(near.effect.name),
-        explained=method.explained.value if near is method.best else max(share, 0.0),
-        p_value=near.p_value,
-    )
-
-
-def _place(method: LoopDiagnosis) -> Place:
-    """The pressure at which the branches differ most."""
-    pressure = float(method.level[int(np.argmax(np.abs(method.difference)))]) / PA_PER_KPA
-    return Place(
-        channel=CHANNEL,
-        protocol="loop",
-        excess=None,
-        p_value=method.p_value,
-        region=Region(
-            quantity="pressure", low=pressure, high=pressure, unit="kPa", p_value=method.p_value
+        branches=Branches(
+            pressure_kpa=rows.level / PA_PER_KPA,
+            rising_mm=rows.branches[0] * MM_PER_M,
+            falling_mm=rows.branches[1] * MM_PER_M,
+            error_mm=None if loop.error is None else rows.error * MM_PER_M,
+            opened_mm=rows.opened(found.model.values) * MM_PER_M if found.effects else None,
         ),
     )
 
 
-def _unseen_level(model: LoopModel, seed: int) -> RmsLevel:
-    return RmsLevel.scaled(model.unseen_rms, _MM_PER_M, rms_interval95(model.unseen, seed=seed))
-
-
-def _next_step(verdict: Verdict) -> NextStep | None:
-    """What to measure next; None if the question is settled."""
-    if verdict is Verdict.NO_GAP:
-        advice = "more runs of the same loop, with each reading recorded and not their mean alone"
-        return NextStep(protocol=None, advice=advice)
-    if verdict is Verdict.AMBIGUOUS:
-        advice = "the same loop at a tenth of the rate: creep closes it, hysteresis does not"
-        return NextStep(protocol=None, advice=advice)
-    return None
-
-
-def _tried(model: LoopModel) -> TriedModel:
-    effect, improvement = model.effect, model.improvement
-    assert effect is not None
-    return TriedModel(
-        effects=(effect.name,),
-        form=effect.form,
-        held_out=model.unseen_rms * _MM_PER_M,
+def _gap(loop: Loop, rows: LoopRows, found: RestDiagnosis) -> ChannelGap:
+    """How far a reading lies off where its counterpart on the other branch predicts it."""
+    return ChannelGap(
         unit="mm",
-        in_sample=model.rms * _MM_PER_M,
-        p_value=model.p_value,
-        p_value_unseen=None if improvement is None else improvement.p_value,
-        accepted=model.accepted,
-        parameters=_estimates(model),
+        floor=None if loop.error is None else _rms(rows.error) * MM_PER_M,
+        before=_rms(found.errors_before) * MM_PER_M,
+        after=_rms(found.errors_after) * MM_PER_M if found.effects else None,
     )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _there_and_back(up: FloatArray, down: FloatArray) -> FloatArray:

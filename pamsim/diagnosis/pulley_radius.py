@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from pamsim.engine.parameters import RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
 
 PULLEY = "pulley radius"
@@ -13,6 +14,15 @@ PULLEY = "pulley radius"
 def pulleys(rig: Rig) -> list[str]:
     """Names of the parameters that hold the radii of the tendons' pulleys."""
     return [n for n in rig.file.native if n.startswith("tendon.") and n.endswith(".coef")]
+
+
+def stated(rig: Rig, name: str) -> RigParameter:
+    """A parameter as a rig states it; of ``pulley radius``, the radius of its first pulley.
+
+    Raises:
+        InputError: for a name that the rig does not have.
+    """
+    return rig_parameter(rig, pulleys(rig)[0] if name == PULLEY else name)
 
 
 def with_fitted(rig: Rig, values: Mapping[str, float]) -> Rig:

@@ -65,7 +65,11 @@ def diagnose_recordings(
         held_out=split.trials,
         threads=options.threads,
     )
-    noise = {channel: gap.floor / shown_unit(channel)[1] for channel, gap in chain.gap.items()}
+    noise = {
+        channel: gap.floor / shown_unit(channel)[1]
+        for channel, gap in chain.gap.items()
+        if gap.floor is not None
+    }
     return LinkReport(
         rig=rig.name,
         links=link_entries(found),
@@ -77,6 +81,7 @@ def diagnose_recordings(
             *likely_mistakes(rig, data.trials, chain.as_it_is, threads=options.threads),
             *data.notes,
             *split.warnings,
+            *found.notes,
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
         ),

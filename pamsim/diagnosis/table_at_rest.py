@@ -4,55 +4,49 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.rest_prediction import RestPredictor, Values
+from pamsim.comparison.rest_simulator import RestSimulator, table_blocks
 from pamsim.comparison.trial_prediction import AT_REST
-from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.units import FloatArray
-from pamsim.diagnosis.effects_at_rest import effects_at_rest
-from pamsim.diagnosis.method.row_diagnosis import diagnose_rows
-from pamsim.diagnosis.method.row_fit import RowSimulator
-from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, with_fitted
-from pamsim.diagnosis.result import Diagnosis
-from pamsim.diagnosis.table_at_rest_result import result_of
-from pamsim.engine.parameters import rig_parameter
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
+from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
+from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
+from pamsim.diagnosis.by_link.next_experiment import next_reading
+from pamsim.diagnosis.by_link.rest_entries import RowEntry
+from pamsim.diagnosis.by_link.result import LinkReport, Run
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.engine.rig import Rig
-from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.static_table import StaticTable
 
 NUISANCE = (PULLEY,)
 """What a table of angles leaves open of any arm whose pulley was not measured: it is refitted with
 every effect, so that none is named for what another pulley would do."""
 
-_PULLEY_RANGE = (0.64, 1.6)  # of the rig's own: 8 to 19 mm of the MAS-20 arm's 12.13
-_NUISANCE_RANGE = (0.7, 1.4)  # of the rig's own value
+_PRINTED = 1e-2 / DEG_PER_RAD / math.sqrt(12.0)
+"""Standard deviation [rad] of an angle that is printed to a hundredth of a degree: no table is
+known better, and a model that fits it exactly leaves noise all the same."""
+
+_INVISIBLE = 1e-7  # rad, change of a row that counts as none
+
+_AS_USUAL = Options()
 
 
-def diagnose_table(
-    table: StaticTable,
-    rig: Rig,
-    *,
-    effects: Sequence[str] = (),
-    nuisance: Sequence[str] = NUISANCE,
-    seed: int = 0,
-    threads: int | None = None,
-    progress: Progress | None = None,
-) -> Diagnosis:
+def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -> LinkReport:
     """Diagnose a rig by the angles at which the arm came to rest.
 
     Args:
         table: see `pamsim.recordings.static_table.read_static_table`.
-        rig: without effects.
-        effects: names of those that may be missing; all that act at rest if left out.
-        nuisance: rig parameters that are refitted with every effect; ``pulley radius`` is the
-            radius of all tendons' pulleys.
-        seed: random seed of sign flips and exchanges.
-        threads: simulations at a time; None for one per processor.
-        progress: called as each round of fits begins; how many there will be is an upper estimate.
+        rig: as it is.
+        options: of the diagnosis; of the nuisance parameters, ``pulley radius`` is the radius of
+            all tendons' pulleys.
 
     Raises:
         InputError: for an unknown effect or parameter, rows that the rig does not fit, too few
@@ -65,48 +59,55 @@ def diagnose_table(
             f" {len(rig.muscles)}"
         )
     _ = rig.only_joint
-    radii = pulleys(rig)
-    freed = [_nuisance(rig, name, radii) for name in nuisance if name != PULLEY or radii]
-    predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=threads)
-    simulator = RowSimulator(predict=predictor.predict, anchor=predictor.anchor)
-    tried, skipped = effects_at_rest(rig, effects, {p.name for p in freed})
-    start = {p.name: p.start for p in freed}
-    predictor.anchor(start)
-    (as_it_stands,) = simulator.many([start])
-    if as_it_stands is None:
-        raise InputError(f"{table.name}: the rig has no angle at rest for some row")
-    method = diagnose_rows(
-        simulator,
-        freed,
-        tried,
-        _quantities(table),
-        table.rows,
-        channel=AT_REST,
-        along=np.where(table.angle < 0.0, -1.0, 1.0),
-        seed=seed,
-        progress=progress,
+    nuisance = [n for n in options.nuisance or NUISANCE if n != PULLEY or pulleys(rig)]
+    own = {name: stated(rig, name).value for name in nuisance}
+    predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=options.threads)
+    inputs = np.column_stack([table.pressure, table.load])
+    least = max(_resolution(rig), _PRINTED) ** 2
+
+    def simulator_at(variance: float, exact_at: Values) -> RestSimulator:
+        predictor.anchor(exact_at)
+        blocks = table_blocks(table, max(variance, least))
+        return RestSimulator(predictor.predict, blocks, inputs, own)
+
+    tried, skipped = candidates_at_rest(rig, options.effects, set(nuisance))
+    still = _still(predictor, tried)
+    found = diagnose_rest(
+        simulator_at,
+        [one for one in tried if one.name not in still],
+        nuisance,
+        seed=options.seed,
+        progress=options.progress,
     )
-    still = {e.name: "moves no angle at rest" for e in tried if e.name not in method.moving}
-    increments = rig.sensor.encoder_increments if rig.sensor else 0.0
-    return result_of(
-        rig,
-        table,
-        method,
-        as_it_stands=float(np.sqrt(np.mean(as_it_stands**2))),
-        resolution=2.0 * math.pi / increments / math.sqrt(12.0) if increments else 0.0,
-        skipped={**skipped, **still},
-        seed=seed,
-        rollouts=predictor.simulations,
-        balances=predictor.balances,
-        seconds=time.perf_counter() - began,
+    return LinkReport(
+        rig=rig.name,
+        links=link_entries(found),
+        effects=effect_entries(rig, found),
+        gap={AT_REST: _gap(rig, found)},
+        nuisance=nuisance_entries(rig, found, nuisance),
+        next_experiment=next_reading(found),
+        warnings=(
+            *table.notes,
+            "the rows have no repeats: their noise is what the best model leaves, and the floor in"
+            " degrees is the resolution of the angle",
+        ),
+        run=Run(
+            data=(table.name,),
+            held_out=table.rows,
+            effects_tried=len(tried) - len(still),
+            skipped={**skipped, **dict.fromkeys(still, "moves no angle at rest")},
+            seed=options.seed,
+            seconds=time.perf_counter() - began,
+        ),
+        rows=_rows(table, found),
     )
 
 
-def rig_with(rig: Rig, values: Values) -> Rig | None:
+def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
     """The rig with fitted parameters.
 
     Args:
-        rig: without effects.
+        rig: as it is.
         values: name -> value [SI], ``pulley radius`` among them.
 
     Returns:
@@ -118,23 +119,48 @@ def rig_with(rig: Rig, values: Values) -> Rig | None:
         return None
 
 
-def _quantities(table: StaticTable) -> dict[str, FloatArray]:
-    # What all muscles share is what stiffens the arm; the mean would mix it with the difference.
-    quantities = {"common_pressure": table.pressure.min(axis=1), "load": table.load}
-    if table.pressure.shape[1] == 2:
-        quantities["pressure_difference"] = np.abs(table.pressure[:, 0] - table.pressure[:, 1])
-    quantities["direction"] = np.where(table.angle < 0.0, -1.0, 1.0)
-    return quantities
+def _still(predictor: RestPredictor, tried: Sequence[Candidate]) -> list[str]:
+    """Effects that move no row at any size at which they are tried."""
+    (as_it_is,) = predictor.predict([{}])
+    if as_it_is is None:
+        return []
+    still: list[str] = []
+    for one in tried:
+        moved = predictor.predict([probe.values for probe in one.probes])
+        changes = [0.0 if r is None else np.max(np.abs(r - as_it_is)) for r in moved]
+        if all(r is not None for r in moved) and max(changes) < _INVISIBLE:
+            still.append(one.name)
+    return still
 
 
-def _nuisance(rig: Rig, name: str, radii: Sequence[str]) -> FreeParameter:
-    if name == PULLEY:
-        own = rig_parameter(rig, radii[0]).value
-        low, high = (factor * own for factor in _PULLEY_RANGE)
-        return FreeParameter(name=PULLEY, unit="m", start=own, low=low, high=high)
-    parameter = rig_parameter(rig, name)
-    low, high = sorted(factor * parameter.value for factor in _NUISANCE_RANGE)
-    low, high = max(low, parameter.spec.low), min(high, parameter.spec.high)
-    return FreeParameter(
-        name=name, unit=parameter.spec.unit, start=parameter.value, low=low, high=high
+def _resolution(rig: Rig) -> float:
+    """Standard deviation of an angle by the steps of the rig's encoder [rad]; 0 without one."""
+    increments = rig.sensor.encoder_increments if rig.sensor else 0.0
+    return 2.0 * math.pi / increments / math.sqrt(12.0) if increments else 0.0
+
+
+def _gap(rig: Rig, found: RestDiagnosis) -> ChannelGap:
+    return ChannelGap(
+        unit="deg",
+        floor=_resolution(rig) * DEG_PER_RAD or None,
+        before=_rms(found.errors_before) * DEG_PER_RAD,
+        after=_rms(found.errors_after) * DEG_PER_RAD if found.effects else None,
+    )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _rows(table: StaticTable, found: RestDiagnosis) -> tuple[RowEntry, ...]:
+    return tuple(
+        RowEntry(
+            row=row,
+            pressure_kpa=tuple((table.pressure[i] / PA_PER_KPA).tolist()),
+            load_kg=float(table.load[i]),
+            angle_deg=float(table.angle[i]) * DEG_PER_RAD,
+            before_deg=float(found.errors_before[i]) * DEG_PER_RAD,
+            after_deg=float(found.errors_after[i]) * DEG_PER_RAD if found.effects else None,
+        )
+        for i, row in enumerate(table.rows)
     )

@@ -11,7 +11,8 @@ test.
 Units must be independent of each other. Neighbouring parts of one log are so only if a gap as long
 as the noise's correlation separates them (`correlation_length`, `cut`, `fitted_runs`), and if
 nothing varies from log to log: all parts of one log share such a variation. Its directions belong
-into the model with sizes of their own for every log (`columns_per_source`).
+into the model with sizes of their own for every log (`columns_per_source`), or into the noise that
+the rows of a log share.
 
 Whitened rows have independent noise of variance 1, so that their sum of squares is -2 log
 likelihood up to a constant, however densely a channel is sampled.

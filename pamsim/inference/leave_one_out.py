@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import t as student
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -193,20 +192,6 @@ def _without_pairs(form: FittedForm) -> FloatArray:
     )
     np.fill_diagonal(errors, 0.0)
     return errors
-
-
-def jackknife_reach95(values: FloatArray) -> FloatArray:
-    """Half widths of the parameters' jackknife intervals (Tukey 1958), (p,) [parameter units].
-
-    They hold for rows whose errors differ in size, as where an effect is missing from the model.
-
-    Args:
-        values: of the refits without each row, (n, p) [parameter units].
-    """
-    count, free = values.shape
-    scatter = np.sum((values - values.mean(axis=0)) ** 2, axis=0)
-    quantile = float(student.ppf(0.975, max(count - free, 1)))
-    return quantile * np.sqrt((count - 1) / count * scatter)
 
 
 class _Priors:

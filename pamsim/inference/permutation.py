@@ -1,4 +1,4 @@
-"""Permutation, sign-flip and bootstrap tests: one helper for each, with seeds that fix the draws.
+"""Permutation and sign-flip tests: one helper for each, with seeds that fix the draws.
 
 A p-value counts the observed arrangement among the drawn ones (Phipson and Smyth 2010), so that it
 is never 0.
@@ -6,16 +6,12 @@ is never 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 import numpy as np
-import scipy.stats
 from scipy.stats import f as f_distribution
 
 from pamsim.core.units import FloatArray
-
-_bootstrap: Any = scipy.stats.bootstrap
 
 _ROUNDING = 1e-12
 """Relative difference of two statistics that counts as none."""
@@ -23,7 +19,6 @@ _ROUNDING = 1e-12
 _BLOCK = 500
 """Draws at a time, so that large tables fit into memory."""
 
-_RESAMPLES = 4_000
 _ORDERS = 2_999
 _RANK = 1e-8
 """Share of the largest singular value below which a direction of a Jacobian counts as none."""
@@ -45,76 +40,6 @@ def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[Floa
     """Random signs in blocks of shape (b, size), ``count`` rows in all."""
     for begin in range(0, count, _BLOCK):
         yield rng.choice([-1.0, 1.0], (min(_BLOCK, count - begin), size))
-
-
-def sign_arrangements(size: int) -> FloatArray:
-    """All signs of ``size`` units, shape (2^(size - 1), size), those observed first.
-
-    The first unit keeps its sign: products of two units do not depend on a sign common to all.
-    """
-    numbers = np.arange(2 ** (size - 1))[:, np.newaxis]
-    return 1.0 - 2.0 * ((numbers << 1 >> np.arange(size)) & 1)
-
-
-def sign_flip_p_value(
-    statistic: Callable[[FloatArray], FloatArray],
-    size: int,
-    flips: int,
-    rng: np.random.Generator,
-    *,
-    scale: float | None = None,
-) -> float:
-    """P-value of a statistic whose units may as well have the other sign.
-
-    Args:
-        statistic: signs (b, size) to the statistic with units so flipped, (b,).
-        size: number of units.
-        flips: number of draws.
-        rng: source of the draws.
-        scale: see `upper_p_value`.
-    """
-    drawn = np.concatenate([statistic(signs) for signs in sign_flips(flips, size, rng)])
-    observed = float(statistic(np.ones((1, size)))[0])
-    return upper_p_value(drawn, observed, scale=scale)
-
-
-def exchange_p_value(
-    statistic: Callable[[FloatArray], FloatArray],
-    values: FloatArray,
-    exchanges: int,
-    rng: np.random.Generator,
-) -> float:
-    """P-value of a statistic whose values may as well stand in any other order.
-
-    Args:
-        statistic: values in some orders (b, n) to the statistic of each order, (b,).
-        values: (n,) in the order observed.
-        exchanges: number of draws.
-        rng: source of the draws.
-    """
-    drawn = [
-        statistic(rng.permuted(np.tile(values, (min(_BLOCK, exchanges - begin), 1)), axis=1))
-        for begin in range(0, exchanges, _BLOCK)
-    ]
-    return upper_p_value(np.concatenate(drawn), float(statistic(values[np.newaxis])[0]))
-
-
-def rms_interval95(errors: FloatArray, *, seed: int = 0) -> tuple[float, float]:
-    """Bootstrap percentile interval of a root mean square over independent errors.
-
-    Args:
-        errors: (n,).
-        seed: random seed.
-    """
-    # Sorted, so that the order of a table's rows changes nothing.
-    result = _bootstrap(
-        (np.sort(errors**2),),
-        lambda squares, axis: np.sqrt(np.mean(squares, axis=axis)),
-        n_resamples=_RESAMPLES,
-        method="percentile",
-        rng=np.random.default_rng(seed),
-    )
-    return float(result.confidence_interval.low), float(result.confidence_interval.high)
 
 
 def best_of_many_p_values(

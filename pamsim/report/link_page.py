@@ -11,6 +11,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.report.diagnose_rows import loop_branches, row_errors
 from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import link_bars
 from pamsim.report.numbers import fixed, percent, plain
@@ -87,15 +88,34 @@ def headline(result: Mapping[str, Any]) -> str:
     return "No gap: nothing is missing that these data can show"
 
 
+def first_figure(result: Mapping[str, Any]) -> tuple[str, Figure]:
+    """Name and figure of where the gap is: of links, of a table's rows, or of a loop.
+
+    Args:
+        result: of schema ``pamsim-diagnosis/3``.
+    """
+    if result["rows"]:
+        return "rows", row_errors(result)
+    if result["branches"]:
+        return "branches", loop_branches(result)
+    return "links", link_bars(result["links"], repaired=bool(result["effects"]))
+
+
 def _noise(result: Mapping[str, Any]) -> dict[str, float]:
-    """Channel -> noise [SI]."""
-    return {name: gap["floor"] / shown_unit(name)[1] for name, gap in result["gap"].items()}
+    """Channel of recordings -> noise [SI]."""
+    if result["rows"] or result["branches"]:
+        return {}
+    return {
+        name: gap["floor"] / shown_unit(name)[1]
+        for name, gap in result["gap"].items()
+        if gap["floor"] is not None
+    }
 
 
 def _figures(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], shown: Sequence[str]
 ) -> Iterator[tuple[str, Figure]]:
-    yield "links", link_bars(result["links"], repaired=bool(result["effects"]))
+    yield first_figure(result)
     noise = _noise(result)
     for number, trial in enumerate(shown, 1):
         parts = [part for part in comparisons if part.trial == trial]

@@ -17,7 +17,7 @@ def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
 
     Args:
         physical: quantity -> ``value``, ``unit`` and ``interval95``, of a result of schema
-            ``pamsim-diagnosis/2``.
+            ``pamsim-diagnosis/3``.
 
     Returns:
         Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J

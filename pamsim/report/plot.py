@@ -10,11 +10,10 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Recording
 from pamsim.report.calibrate_numbers import parameter_ranges
 from pamsim.report.calibrate_signals import trial_signals
-from pamsim.report.diagnose_page import first_figure
 from pamsim.report.fit_figure import fit_figure
 from pamsim.report.frequency_figure import measured_and_fitted_response
 from pamsim.report.identify_figures import measured_and_model
-from pamsim.report.link_figure import link_bars
+from pamsim.report.link_page import first_figure
 from pamsim.report.reproduce_figures import static_characteristic
 from pamsim.report.step_figure import step_figure
 
@@ -50,10 +49,8 @@ def plot(result: Any) -> Figure:
         case "pamsim-calibrate":
             trials = [c for c in result.comparisons if c.table is None]
             return trial_signals(trials) if trials else parameter_ranges(content["parameters"])
-        case "pamsim-diagnosis" if "links" in content:
-            return link_bars(content["links"], repaired=bool(content["effects"]))
         case "pamsim-diagnosis":
-            return first_figure(content)
+            return first_figure(content)[1]
         case "pamsim-reproduce":
             distinct = [row for row in content["rows"] if row["repeats"] is None]
             return static_characteristic(distinct, content["figure6"])

@@ -73,6 +73,23 @@ def test_two_causes_are_named_in_their_links_repaired_and_no_longer_missing(
     assert printed.strip().splitlines()[-1] == "verdict: no_gap"
 
 
+def test_one_log_shows_a_cause_to_the_family_and_says_how_its_noise_is_known(
+    tmp_path, monkeypatch, capsys
+):
+    once = SHORT | {"repeats": 1, "duration": 5.0, "seed": 3}
+    hide("mas20_arm", {"valve_delay": 1.0}, **once).save(tmp_path / "log")
+    code, _, err = run(
+        monkeypatch, capsys, "diagnose", tmp_path / "log", "--effects", "valve_delay,air_leak",
+        "--json", tmp_path / "r.json",
+    )  # fmt: skip
+    assert code == 1, err
+    result = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))
+    (effect,) = result["effects"]
+    assert (effect["name"], effect["level"]) == ("valve_delay", "family")
+    known = "without repeats the noise of pressure_1, pressure_2, angle is known from sample"
+    assert sum(text.startswith(known) for text in result["warnings"]) == 1
+
+
 @pytest.mark.parametrize("verdict", list(VERDICTS))
 def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monkeypatch, capsys):
     asked = {}
@@ -148,7 +165,7 @@ def test_a_length_pressure_loop_is_diagnosed(
         (["--nuisance", "force.scal"], "did you mean 'force.scale'"),
         (["--hold-out", "burst"], "did you mean 'bursts'"),
         (["--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
-        (["--hold-out", "bursts_1"], "held out"),
+        (["--hold-out", "bursts_1"], "parts to judge by"),
         (["--film"], "--film needs recordings, and --out"),
         (["--threads", "0"], "0 threads"),
     ],

@@ -11,12 +11,12 @@ import pytest
 import pamsim
 from pamsim.comparison.rest_prediction import RestPredictor
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.pulley_radius import PULLEY
 from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
-from pamsim.diagnosis.table_at_rest_result import repaired_rows
 from pamsim.recordings.static_table import read_static_table
-from pamsim.report.diagnose_page import write_diagnosis
+from pamsim.report.link_page import write_link_diagnosis
 
 TRIED = ("load_torque", "muscle_hysteresis", "viscous_friction", "passive_stiffness")
 TILT = -0.12
@@ -51,7 +51,7 @@ def table(rig):
 
 @pytest.fixture(scope="module")
 def report(rig, table):
-    return diagnose_table(table, rig, effects=TRIED)
+    return diagnose_table(table, rig, Options(effects=TRIED))
 
 
 def test_what_is_hidden_is_named_with_its_size(report):
@@ -59,31 +59,32 @@ def test_what_is_hidden_is_named_with_its_size(report):
     assert found["verdict"] == "named"
     (effect,) = found["effects"]
     assert effect["name"] == "load_torque"
-    low, high = effect["parameters"]["body.rig.tilt"]["interval95_si"]
+    low, high = effect["sizes"]["body.rig.tilt"]["interval95_si"]
     assert low < TILT < high
     gap = found["gap"]["angle_at_rest"]
-    assert gap["after"]["value"] < 0.3 < gap["before"]["value"]
-    repaired = [row["row"] for row in found["rows"] if row["repaired"]]
-    assert repaired == list(repaired_rows(report.held_out, report.method))
-    assert repaired
+    assert gap["after"] < 0.3 < gap["before"]
+    off = np.array([[row["before_deg"], row["after_deg"]] for row in found["rows"]])
+    assert np.sqrt(np.mean(off**2, axis=0)) == pytest.approx([gap["before"], gap["after"]])
     assert "no repeats" in " ".join(found["warnings"])
-    assert report.summary().startswith("Missing: ")
+    assert report.summary().startswith("Certain: ")
 
 
 def test_the_repaired_rig_simulates_what_was_fitted(rig, table, report):
-    best = report.method.best
-    repaired = rig_with(rig, best.fit.values)
+    (effect,), (pulley,) = report.effects, report.nuisance
+    values = {name: size.value_si for name, size in effect.sizes.items()}
+    radius = pulley.whole * 1e-3
+    repaired = rig_with(rig, values | {PULLEY: radius})
     rows = RestPredictor(lambda _: repaired, table)
-    residual = rows.simulated(repaired) - table.angle
-    assert residual == pytest.approx(best.fit.residual, abs=np.radians(0.02))
-    radius = best.fit.values[PULLEY]
+    residual = np.degrees(rows.simulated(repaired) - table.angle)
+    # In the fit itself each row is off by less than where a fit to the others leaves it.
+    assert np.sqrt(np.mean(residual**2)) < report.gap["angle_at_rest"].after
     for tendon in ("chain_1", "chain_2"):
         pulley = pamsim.engine.parameters.rig_parameter(repaired, f"tendon.{tendon}.coef")
         assert pulley.value == pytest.approx(radius)
 
 
 def test_the_reason_why_an_effect_was_not_tried_is_stated(report):
-    skipped = report.to_dict()["skipped"]
+    skipped = report.run.skipped
     assert "path" in skipped["muscle_hysteresis"]
     assert skipped["viscous_friction"] == "moves no angle at rest"
     assert "empty" in skipped["passive_stiffness"]
@@ -91,8 +92,8 @@ def test_the_reason_why_an_effect_was_not_tried_is_stated(report):
 
 def test_it_fits_into_json_and_makes_a_page(report, tmp_path):
     result = json.loads(json.dumps(report.to_dict(), allow_nan=False))
-    assert result["schema"] == "pamsim-diagnosis/2"
-    page, *figures = write_diagnosis(result, report.comparisons, tmp_path)
+    assert result["schema"] == "pamsim-diagnosis/3"
+    page, *figures = write_link_diagnosis(result, report.comparisons, tmp_path)
     assert report.summary() in page.read_text(encoding="utf-8")
     assert (tmp_path / "rows.png") in figures
 
@@ -111,4 +112,4 @@ def test_a_table_of_another_rig_and_an_unknown_effect_are_refused(rig):
     with pytest.raises(InputError, match="is of 1 muscles"):
         diagnose_table(one, rig)
     with pytest.raises(InputError, match="did you mean 'load_torque'"):
-        diagnose_table(table, rig, effects=("load_torq",))
+        diagnose_table(table, rig, Options(effects=("load_torq",)))

@@ -10,16 +10,21 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.links import Link
-from pamsim.comparison.repeats import Repeats, repeats
+from pamsim.comparison.noise_within_trial import LAG, FloorRoute
+from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder, remainders
+from pamsim.diagnosis.by_link.log_variation import log_variation
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
+from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.engine.rig import Rig
+from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
@@ -32,7 +37,7 @@ class LinkDiagnosis:
 
     Attributes:
         links: from the command on.
-        before: mean square of the whitened rows of each link in the held-out trials, nuisance
+        before: mean square of the whitened rows of each link in the judged units, nuisance
             parameters refitted; 1 is noise.
         after: the same with all effects that were found.
         effects: that are there, the largest gain first.
@@ -40,6 +45,7 @@ class LinkDiagnosis:
         remainders: what is left in every link.
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
+        notes: what it rests on, if that is not repeats and whole trials.
     """
 
     links: tuple[Link, ...]
@@ -50,6 +56,7 @@ class LinkDiagnosis:
     remainders: Mapping[Link, Remainder]
     base: LinkModel
     model: LinkModel
+    notes: tuple[str, ...] = ()
 
 
 @one_blas_thread()
@@ -72,13 +79,19 @@ def diagnose_links(
        residual, in units of what repeats differ by, is white noise where nothing is missing.
     2. Effects are added one at a time, the nuisance parameters of each link refitted, as long as
        one promises more than the other forms of those already found.
-    3. On the held-out trials each effect is compared with none and with its rivals.
+    3. On units that no fit has seen each effect is compared with none and with its rivals.
+
+    Units are trials, where enough of them are held out. Of inputs that were recorded once every
+    second trial is, if there are many, or else every second part of each; parts of a few held-out
+    trials are units, too. Noise is then what periods, holds or samples show. Slow noise, and what
+    differs from log to log, are not seen in it, so that what is left cannot be decided: names are
+    certain to the family at most.
 
     Args:
         rig: as it is.
-        trials: of it, with channels as it names them; every input recorded twice or more.
+        trials: of it, with channels as it names them.
         candidates: effects to try, in all of their forms.
-        held_out: names of the trials to judge by.
+        held_out: names of the trials to judge by; none where every input was recorded once.
         nuisance: rig parameters that are refitted with every effect, in each link by itself.
         material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
         alpha: see `pamsim.diagnosis.by_link.judge.ALPHA`.
@@ -87,16 +100,19 @@ def diagnose_links(
         progress: called as each fit begins.
 
     Raises:
-        InputError: for trials that do not fit the rig, inputs that were not repeated, nothing to
-            fit, or too few trials to judge by.
+        InputError: for trials that do not fit the rig, nothing to fit, or trials that are too short
+            to judge by.
     """
     steps = Steps(progress, _FITS)
     steps.begin("the links of the rig as it is")
-    simulator = ChainSimulator(rig, _groups(trials, held_out, alpha), threads=threads)
-    fitter = LinkFitter(simulator, nuisance, held_out)
+    judged = _judged(trials, held_out, alpha)
+    groups = (*repeats([t for t in trials if t.name not in judged]), *repeats([*judged.values()]))
+    simulator = ChainSimulator(rig, groups, threads=threads)
+    units = _units(simulator, trials, judged, alpha)
+    fitter = LinkFitter(simulator, nuisance, units)
     searched = search(fitter, candidates, material=material, steps=steps)
-    unseen = HeldOut(fitter, held_out)
-    model, effects = judge(fitter, searched, unseen, alpha=alpha, seed=seed, steps=steps)
+    unseen = HeldOut(fitter, seed=seed)
+    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
     before, after = unseen.losses(searched.base), unseen.losses(model)
     return LinkDiagnosis(
         links=simulator.links,
@@ -104,23 +120,47 @@ def diagnose_links(
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
         sizes=sizes(fitter, model),
-        remainders=remainders(unseen, model, seed=seed),
+        remainders=unseen.remainders(model),
         base=searched.base,
         model=model,
+        notes=evidence_notes(simulator.noise, units),
     )
 
 
-def _groups(
-    trials: Sequence[Trial], held_out: Collection[str], alpha: float
-) -> tuple[Repeats, ...]:
-    """Repeats among the fitted trials, and among those held out."""
-    fitted = [trial for trial in trials if trial.name not in held_out]
-    judged = [trial for trial in trials if trial.name in held_out]
+def _judged(trials: Sequence[Trial], held_out: Collection[str], alpha: float) -> dict[str, Trial]:
+    """Trials that are held out; every second one if none is named and there are enough."""
+    found = {trial.name: trial for trial in trials if trial.name in held_out}
+    if len(found) == len(trials):
+        raise InputError("all trials are held out, none is left to fit; name fewer in `hold_out`")
+    if not found and len(trials) >= 2 * fewest_units(alpha, two_sided=False):
+        return {trial.name: trial for k, trial in enumerate(trials) if second_half(k)}
+    return found
+
+
+def _units(
+    simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str], alpha: float
+) -> Units:
+    """Trials, or parts of them if fewer are held out than decide anything."""
     fewest = fewest_units(alpha, two_sided=False)
-    if not fitted or len(judged) < fewest:
-        raise InputError(
-            f"{len(fitted)} trials to fit and {len(judged)} to judge by: {fewest} trials or more"
-            f" have to be held out, since fewer decide nothing at a level of {100.0 * alpha:g} %;"
-            " record every input more often, or name trials with `hold_out`"
-        )
-    return (*repeats(fitted), *repeats(judged))
+    if len(judged) >= fewest:
+        inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
+        repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())
+        varying = None if repeated else log_variation(simulator)
+        return whole_trials(simulator, judged, input_of=inputs, varying=varying)
+    return parts_of_trials(
+        simulator,
+        judged,
+        gap=_memory(simulator, trials),
+        varying=log_variation(simulator),
+        fewest=fewest,
+    )
+
+
+def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
+    """Samples over which noise may be correlated; what samples show of it is no measure of that."""
+    shown = [
+        correlation_length(one.noise, max(trial.time.size for trial in trials))
+        for one in simulator.noise.values()
+        if one.source is not FloorRoute.WITHIN_TRIALS
+    ]
+    return max(*(round(LAG / trial.sample_interval) for trial in trials), *shown)

@@ -3,27 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import plain
-from pamsim.comparison.link_simulator import LinkSimulator
+from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judge import ALPHA
-from pamsim.diagnosis.by_link.judge_left_out import judge_left_out, losses_left_out
+from pamsim.diagnosis.by_link.judge import ALPHA, judge
+from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkModel
-from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes
+from pamsim.inference.model_comparison import fewest_units
+from pamsim.inference.near_units import nearest_units
 
-SimulatorAt = Callable[[float, Mapping[str, float]], LinkSimulator]
+SimulatorAt = Callable[[float, Mapping[str, float]], RestSimulator]
 """Variance of the noise of every row [SI], and parameters [SI] near which predictions have to be
 exact, to a simulator of the rows."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RestDiagnosis(LinkDiagnosis):
+    """What was found in rows at rest.
+
+    Attributes:
+        errors_before: simulated minus measured of each row by a fit to the others, without effects,
+            (n,) [SI].
+        errors_after: the same with those that were found.
+    """
+
+    errors_before: FloatArray
+    errors_after: FloatArray
+
 
 _PASSES = 4  # searches, each with the noise that the one before leaves
 _FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
@@ -38,7 +56,7 @@ def diagnose_rest(
     alpha: float = ALPHA,
     seed: int = 0,
     progress: Progress | None = None,
-) -> LinkDiagnosis:
+) -> RestDiagnosis:
     """Find the effects that a model of rows at rest is missing.
 
     Rows have no repeats, so that their noise is not known. The search takes for it what its model
@@ -55,21 +73,26 @@ def diagnose_rest(
         progress: called as each fit begins.
 
     Raises:
-        InputError: if the rig has no position at rest for some row, or the rows are no more than
-            the parameters that are refitted with every effect.
+        InputError: if the rig has no position at rest for some row, or the rows are too few to
+            decide anything, or no more than the parameters that are refitted with every effect.
     """
     steps = Steps(progress, _FITS)
     steps.begin("the rows, with the rig as it is")
-    stated = simulator_at(1.0, {}).stated
+    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha, two_sided=False)
+    if stated.size < fewest:
+        raise InputError(
+            f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at"
+            f" {100.0 * alpha:g} %; give more rows at rest, or levels of both branches of a loop"
+        )
     variance = float(np.mean(stated**2))
     fitter = RestFitter(simulator_at(variance, {}), nuisance)
     base = fitter.fit(fitter.stated, (), {}, fitter.simulator.links) or fitter.stated
     variance *= _left(base)
-    near: dict[str, float] = {}
+    exact_at: dict[str, float] = {}
     names: frozenset[str] | None = None
     searched: Searched | None = None
     for _ in range(_PASSES):
-        fitter = RestFitter(simulator_at(variance, near), nuisance)
+        fitter = RestFitter(simulator_at(variance, exact_at), nuisance)
         material = float(chi2.isf(alpha, 1)) / base.rows.size
         searched = search(fitter, candidates, material=material, steps=steps)
         if searched.model.names == names:
@@ -77,22 +100,23 @@ def diagnose_rest(
         names = searched.model.names
         best = searched.model if searched.model.effects else searched.base
         variance *= _left(best)
-        near = {plain(name): value for name, value in best.values.items()}
+        exact_at = {plain(name): value for name, value in best.values.items()}
     assert searched is not None
-    model, effects = judge_left_out(fitter, searched, alpha=alpha, seed=seed, steps=steps)
-    if not effects:
-        model = searched.base
-    before, after = (losses_left_out(fitter, one) for one in (searched.base, model))
-    return LinkDiagnosis(
+    near = nearest_units(fitter.simulator.inputs)
+    unseen = LeftOut(fitter, searched.known, near, alpha=alpha, seed=seed)
+    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
+    before, after = unseen.losses(searched.base), unseen.losses(model)
+    return RestDiagnosis(
         links=fitter.simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
         sizes=sizes(fitter, model),
-        # Without repeats it is not known what a perfect model would leave.
-        remainders={link: Remainder(excess=0.0, p_value=1.0) for link in before},
+        remainders=unseen.remainders(model),
         base=searched.base,
         model=model,
+        errors_before=unseen.errors(searched.base),
+        errors_after=unseen.errors(model),
     )
 
 

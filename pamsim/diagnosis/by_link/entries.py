@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.links import Link
-from pamsim.comparison.readable_unit import readable, readable_interval, readable_unit
-from pamsim.core.units import FloatArray
+from pamsim.comparison.readable_unit import readable, readable_unit
+from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import ALPHA, Judged
@@ -21,7 +21,9 @@ from pamsim.diagnosis.by_link.result import (
     RivalEntry,
     SizeEntry,
 )
+from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.physical_size import physical_sizes
+from pamsim.diagnosis.pulley_radius import stated
 from pamsim.effects.effect import LINKS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -45,8 +47,13 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
     )
 
 
-def effect_entries(rig: Rig, found: LinkDiagnosis) -> tuple[EffectEntry, ...]:
-    """Every effect with its size and rivals, the largest gain first."""
+def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, ...]:
+    """Every effect with its size and rivals, the largest gain first.
+
+    Args:
+        rig: that was diagnosed; None where a signal stands for it.
+        found: what was found.
+    """
     fitted = _Fitted.of(found)
     return tuple(_effect(rig, found, fitted, one) for one in found.effects)
 
@@ -58,7 +65,7 @@ def nuisance_entries(
     whole = chain_values(found, found.model)
     entries: list[NuisanceEntry] = []
     for name in names:
-        own = rig_parameter(rig, name)
+        own = stated(rig, name)
         entries.append(
             NuisanceEntry(
                 parameter=name,
@@ -74,21 +81,9 @@ def nuisance_entries(
     return tuple(entries)
 
 
-def _effect(rig: Rig, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:
+def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:
     effect = one.effect.effect
-    sizes: dict[str, SizeEntry] = {}
-    for parameter in one.effect.parameters:
-        own, known = rig_parameter(rig, parameter.name), found.sizes[parameter.name]
-        interval = readable_interval(own, known.interval95)
-        assert interval is not None
-        sizes[own.name] = SizeEntry(
-            value=readable(own, known.value),
-            interval95=interval,
-            unit=readable_unit(own),
-            value_si=known.value,
-            interval95_si=known.interval95,
-            unit_si=own.spec.unit,
-        )
+    sizes = {p.name: _size(rig, p, found.sizes[p.name]) for p in one.effect.parameters}
     return EffectEntry(
         effect=effect.label,
         name=effect.name,
@@ -104,7 +99,7 @@ def _effect(rig: Rig, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> Eff
         p_value=one.p_value,
         missing=effect.missing,
         sizes=sizes,
-        physical=physical_sizes(rig, fitted, [one.effect]),
+        physical={} if rig is None else physical_sizes(rig, fitted, [one.effect]),
         rivals=tuple(
             RivalEntry(
                 effect=rival.effect.label,
@@ -116,6 +111,28 @@ def _effect(rig: Rig, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> Eff
             )
             for rival in one.rivals
         ),
+    )
+
+
+def _size(rig: Rig | None, parameter: FreeParameter, known: Size) -> SizeEntry:
+    """In the unit of the rig's file; without a rig, in one that people use."""
+    if rig is not None:
+        own = rig_parameter(rig, parameter.name)
+        unit, ends = readable_unit(own), [readable(own, end) for end in known.interval95]
+        value = readable(own, known.value)
+    else:
+        unit = COMMON.get(parameter.unit, parameter.unit)
+        value, *ends = (
+            to_si(number, parameter.unit, unit, where=parameter.name)
+            for number in (known.value, *known.interval95)
+        )
+    return SizeEntry(
+        value=value,
+        interval95=(ends[0], ends[1]),
+        unit=unit,
+        value_si=known.value,
+        interval95_si=known.interval95,
+        unit_si=parameter.unit,
     )
 
 

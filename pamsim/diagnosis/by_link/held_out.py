@@ -1,4 +1,8 @@
-"""Trials that no fit has seen: what models leave of them."""
+"""Units that no fit has seen: what models leave of them.
+
+Which of two models predicts them better is decided by flips of the signs of whole units
+(`pamsim.inference.model_comparison`).
+"""
 
 from __future__ import annotations
 
@@ -9,68 +13,113 @@ import numpy as np
 from pamsim.comparison.chain_simulator import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.judge import Difference
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.inference.blocks import Block, unit_losses, unit_names
+from pamsim.diagnosis.by_link.remainder import Remainder, remainders
+from pamsim.diagnosis.by_link.units import Rows
+from pamsim.inference.model_comparison import compare_with_reference
 
 
 class HeldOut:
-    """Losses on the trials that no fit has seen.
+    """Losses on the units that no fit has seen.
 
     Args:
         fitter: that fitted the others.
-        names: of these trials.
+        seed: random seed of the sign flips, where they are drawn.
     """
 
-    def __init__(self, fitter: LinkFitter, names: Collection[str]) -> None:
-        self._fitter = fitter
-        simulator = fitter.simulator
-        self._groups = frozenset(g.name for g in simulator.repeats if g.name in names)
-        self._group_of = {t.name: g.name for g in simulator.repeats for t in g.trials}
-        self._blocks: dict[Link, list[Block]] = {link: [] for link in simulator.links}
-        for block, number in zip(simulator.blocks, simulator.link_of, strict=True):
-            if block.unit in names:
-                self._blocks[simulator.links[number]].append(block)
-        self.trials = unit_names([b for blocks in self._blocks.values() for b in blocks])
-        self.links = simulator.links
+    def __init__(self, fitter: LinkFitter, *, seed: int = 0) -> None:
+        self._simulator, self._units = fitter.simulator, fitter.units
+        self._seed, self.links = seed, fitter.simulator.links
         self._known: dict[tuple[tuple[str, float], ...], FloatArray | None] = {}
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
-        """Mean square of the whitened rows of every link in every trial, (u,); 1 is noise."""
-        residual = self._residual(model)
+        """Mean square of the whitened rows of every link in every unit, (u,); 1 is noise."""
+        residual, judged = self._residual(model), self._units.judged
+        count = len(judged.units)
         if residual is None:  # a model that cannot be simulated predicts nothing
-            return {link: np.full(len(self.trials), np.inf) for link in self.links}
-        return {
-            link: unit_losses(blocks, residual) for link, blocks in self._blocks.items() if blocks
-        }
+            return {link: np.full(count, np.inf) for link in self.links}
+        squares = self._units.whiten_judged(residual) ** 2
+        found: dict[Link, FloatArray] = {}
+        for number, link in enumerate(self.links):
+            own = judged.link_of == number
+            units = judged.unit_of[own]
+            sums = np.bincount(units, weights=squares[own], minlength=count)
+            there = np.unique(units)
+            if there.size:
+                found[link] = sums[there] / np.bincount(units, minlength=count)[there]
+        return found
+
+    def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
+        """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
+        return {link: one.excess for link, one in self.remainders(model).items()}
+
+    def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
+        """How much better a model predicts some links than another."""
+        own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
+        found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
+        return Difference(
+            gain=float(found.gain[0]), p_value=float(found.p_value[0]), by_unit=other - own
+        )
+
+    def worse(
+        self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
+    ) -> Difference:
+        """How much worse a rival predicts some links; ``rest`` is without meaning here."""
+        del rest
+        return self.better(model, rival, links)
+
+    def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
+        """What a model leaves in every link that repeats share."""
+        return remainders(self.rows(model), self.losses(model), seed=self._seed)
 
     def rows(self, model: LinkModel) -> dict[Link, list[dict[str, FloatArray]]]:
-        """Whitened rows of every link: for each group of repeats and channel, trial -> (n,)."""
+        """Whitened rows of every link: for each input and channel, trial that repeats it -> (n,).
+
+        Where no two judged trials repeat each other, a fitted one stands beside each. What a fit
+        takes from that one's noise it adds to the other, so that their mean product is free of it.
+        Parts of trials repeat nothing.
+        """
         residual = self._residual(model)
-        found: dict[Link, list[dict[str, FloatArray]]] = {}
-        if residual is None:
+        found: dict[Link, list[dict[str, FloatArray]]] = {link: [] for link in self.links}
+        if residual is None or self._units.in_parts:
             return found
-        for link, blocks in self._blocks.items():
-            grouped: dict[tuple[str, str], dict[str, FloatArray]] = {}
-            for block in blocks:
-                key = self._group_of[block.unit], block.channel
-                grouped.setdefault(key, {})[block.unit] = block.whiten(residual)
-            found[link] = list(grouped.values())
+        grouped = self._by_input(self._units.judged, self._units.whiten_judged(residual))
+        if all(len(rows) == 1 for rows in grouped.values()):
+            fitted = self._by_input(self._units.fitted, model.rows)
+            for key in grouped.keys() & fitted.keys():
+                name, rows = next(iter(fitted[key].items()))
+                grouped[key] = {**grouped[key], name: rows}
+        for (link, _, _), rows in grouped.items():
+            found.setdefault(link, []).append(rows)
         return found
+
+    def _by_input(
+        self, side: Rows, whitened: FloatArray
+    ) -> dict[tuple[Link, str, str], dict[str, FloatArray]]:
+        """Link, input and channel -> trial -> its rows."""
+        grouped: dict[tuple[Link, str, str], dict[str, FloatArray]] = {}
+        at = 0
+        for block in side.blocks:
+            link = self.links[int(side.link_of[at])]
+            key = link, self._units.input(block.unit), block.channel
+            grouped.setdefault(key, {})[block.unit] = whitened[at : at + block.size]
+            at += block.size
+        return grouped
 
     def _residual(self, model: LinkModel) -> FloatArray | None:
         key = tuple(sorted(model.values.items()))
         if key not in self._known:
-            simulator = self._fitter.simulator
-            (self._known[key],) = simulator.residuals(
+            (self._known[key],) = self._simulator.residuals(
                 [model.values],
                 [frozenset(self.links)],
-                simulator.stated,
-                only=self._groups,
+                self._simulator.stated,
+                only=self._units.judged.groups,
                 steps=MIDDLE,
             )
         return self._known[key]
 
 
-def mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
-    """Loss of each trial over some links, (u,)."""
+def _mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
+    """Loss of each unit over some links, (u,)."""
     return np.mean([losses[link] for link in losses if link in links], axis=0)

@@ -1,4 +1,4 @@
-"""Fits of effects to the residuals of links, in whitened rows of the trials that are fitted."""
+"""Fits of effects to the residuals of links, in whitened rows of the units that are fitted."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pamsim.comparison.chain_simulator import MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.inference.blocks import Block, unit_names, whitened
+from pamsim.diagnosis.by_link.units import Units
 from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
 from pamsim.inference.difference_jacobian import secant_updated
 
@@ -39,12 +39,12 @@ class LinkModel:
     Attributes:
         effects: that it has.
         values: of nuisance parameters in each link, and of the effects' parameters [SI].
-        residual: of all links and trials, (n,) [SI]; of trials that are held out it is that of the
+        residual: of all links and trials, (n,) [SI]; of trials that no fit needs it is that of the
             rig as it is.
         offset: of the residual, by which it is that of shorter time steps, (n,) [SI]. Simulations
             about this model have the same added: long steps get right what parameters change, not
             what a large effect does.
-        rows: of the fitted trials, whitened, (f,).
+        rows: of the fitted units, whitened, (f,).
         sensitivities: change of the rows with each parameter, in units of its `LinkFitter.scale`,
             (f,).
     """
@@ -77,42 +77,29 @@ class LinkModel:
 
 
 class LinkFitter:
-    """Fits to the trials that are not held out.
+    """Fits to the units that are not judged.
 
     Args:
         simulator: of the links.
         nuisance: rig parameters that have a value of their own in every link.
-        held_out: names of trials.
+        units: rows that are fitted.
         finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
         link_of: number of the link of each whitened row, (f,).
-        group_of, trial_of: number of the group of repeats, and of the trial, of each, (f,).
     """
 
     def __init__(
         self,
         simulator: LinkSimulator,
         nuisance: Sequence[str],
-        held_out: Collection[str],
+        units: Units,
         *,
         finer: float = 1.0,
     ) -> None:
-        self.simulator, self._finer = simulator, finer
-        self.groups = frozenset(g.name for g in simulator.repeats if g.name not in held_out)
-        pairs = zip(simulator.blocks, simulator.link_of, strict=True)
-        kept = [(block, link) for block, link in pairs if block.unit not in held_out]
-        self.blocks: tuple[Block, ...] = tuple(block for block, _ in kept)
-        self.link_of = np.repeat([link for _, link in kept], [block.size for block, _ in kept])
-        number = {t.name: i for i, g in enumerate(simulator.repeats) for t in g.trials}
-        self.group_of = np.repeat(
-            [number[block.unit] for block in self.blocks], [block.size for block in self.blocks]
-        )
-        trial = {name: i for i, name in enumerate(unit_names(self.blocks))}
-        self.trial_of = np.repeat(
-            [trial[block.unit] for block in self.blocks], [block.size for block in self.blocks]
-        )
+        self.simulator, self.units, self._finer = simulator, units, finer
+        self.link_of = units.fitted.link_of
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
             for name in nuisance
@@ -132,8 +119,8 @@ class LinkFitter:
         self.stated = replace(start, sensitivities=own)
 
     def whiten(self, residual: FloatArray) -> FloatArray:
-        """Whitened rows (f,) of the fitted trials out of a residual (n,) [SI]."""
-        return whitened(self.blocks, residual)
+        """Whitened rows (f,) of the fitted units out of a residual (n,) [SI]."""
+        return self.units.whiten(residual)
 
     def in_links(self, links: Collection[Link]) -> NDArray[np.bool_]:
         """Mask (f,) of the whitened rows of some links."""
@@ -142,7 +129,8 @@ class LinkFitter:
 
     def by_link(self, rows: FloatArray) -> FloatArray:
         """Sums of values of the whitened rows (f,) over each link, (links,)."""
-        return np.bincount(self.link_of, weights=rows, minlength=len(self.simulator.links))
+        count = len(self.simulator.links)
+        return np.bincount(self.link_of, weights=rows, minlength=count).astype(float)
 
     def scale(self, name: str, effects: Sequence[Candidate]) -> float:
         """Typical change of a parameter [SI]: of its effect; of a nuisance parameter, its value."""
@@ -158,12 +146,12 @@ class LinkFitter:
     def simulate(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]], about: LinkModel
     ) -> list[FloatArray | None]:
-        """Residuals (n,) [SI] of parameter sets in the fitted trials, about a model.
+        """Residuals (n,) [SI] of parameter sets in the trials that fits need, about a model.
 
         The links of each set are simulated; the rows of the others are the model's.
         """
         others = about.residual - about.offset
-        found = self.simulator.residuals(sets, links, others, only=self.groups)
+        found = self.simulator.residuals(sets, links, others, only=self.units.fitted.groups)
         return [None if residual is None else residual + about.offset for residual in found]
 
     def fit(
@@ -270,17 +258,24 @@ class LinkFitter:
             return None
         own_columns = fit.jacobian[: self.link_of.size]
         known = {name: own_columns[:, i] for i, name in enumerate(free)}
-        about = self._in_short_steps(model, wanted)
-        if about is None:
+        short = self._in_short_steps(model, wanted)
+        if short is None:
             return None
+        about = short
         again = descended(fit.x, known)
         model = model_at(fit.x if again is None else again.x)
-        return None if model is None else replace(model, sensitivities=model.sensitivities | known)
+        if model is None:
+            return None
+        return replace(model, sensitivities={**model.sensitivities, **known})
 
     def _in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
         """A model whose residual is that of shorter time steps; None if it breaks down in them."""
         (residual,) = self.simulator.residuals(
-            [model.values], [links], model.residual, only=self.groups, steps=MIDDLE
+            [model.values],
+            [links],
+            model.residual,
+            only=self.units.fitted.groups,
+            steps=MIDDLE,
         )
         if residual is None:
             return None

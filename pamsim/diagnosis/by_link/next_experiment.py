@@ -49,6 +49,23 @@ def next_experiment(
     return NextExperiment(advice=_divided(left[0])) if left else None
 
 
+def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
+    """What to measure next of a rig at rest, in words.
+
+    Args:
+        found: what was found in rows at rest.
+
+    Returns:
+        What separates the first effect from a rival; None if nothing is open.
+    """
+    for one in found.effects:
+        if any(r.ties(ALPHA) and r.effect.name != one.effect.name for r in one.rivals):
+            return NextExperiment(advice=one.effect.effect.separating)
+    if any(found.remainders[link].counts(ALPHA) for link in found.links):
+        return NextExperiment(advice="more readings in between: near ones miss the same together")
+    return None
+
+
 def _divided(link: Link) -> str:
     """How a link in which something is left is divided further, or shown better."""
     if MUSCLE in link.parts and JOINT in link.parts:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
-from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.core.units import FloatArray
 
 LEAST = 0.05
 """Mean square from which a remainder counts, in variances of the noise. Measured pressures and
@@ -25,33 +25,45 @@ class Remainder:
         excess: mean square of what repeats miss together, in the noise's variance; may be below 0.
             Without repeats it is the mean square less that of the noise.
         p_value: of nothing being left, corrected for the number of links; 1 without repeats.
+        known: whether repeats show it. Without them slow noise, and what differs from log to log,
+            look like something that is left, and a fit that has followed them looks like nothing:
+            neither is evidence.
     """
 
     excess: float
     p_value: float
+    known: bool = True
 
     def counts(self, alpha: float) -> bool:
         """Whether it is certain at a level, and material."""
         return self.p_value <= alpha and self.excess >= LEAST
 
+    def excluded(self, alpha: float) -> bool:
+        """Whether repeats show nothing material."""
+        return self.known and not self.counts(alpha)
 
-def remainders(held_out: HeldOut, model: LinkModel, *, seed: int = 0) -> dict[Link, Remainder]:
-    """What a model leaves in the held-out trials of every link.
+
+def remainders(
+    rows: Mapping[Link, Sequence[Mapping[str, FloatArray]]],
+    losses: Mapping[Link, FloatArray],
+    *,
+    seed: int = 0,
+) -> dict[Link, Remainder]:
+    """What a model leaves in the held-out units of every link.
 
     Args:
-        held_out: trials.
-        model: fitted to the others.
+        rows: whitened rows of every link: for each group of repeats and channel, trial -> (n,).
+        losses: mean square of the rows of every link in every unit, (u,).
         seed: random seed of the sign flips.
     """
     repeated: dict[Link, list[RepeatedMisfit]] = {}
-    for link, groups in held_out.rows(model).items():
+    for link, groups in rows.items():
         own = [repeated_misfit(rows) for rows in groups if len(rows) > 1]
         if own:
             repeated[link] = own
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
-    losses = held_out.losses(model)
     found = {
-        link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0)
+        link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False)
         for link, loss in losses.items()
     }
     for (link, own), p_value in zip(repeated.items(), p_values, strict=True):

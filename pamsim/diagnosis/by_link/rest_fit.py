@@ -13,6 +13,7 @@ from pamsim.comparison.chain_simulator import Values
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.units import whole_trials
 
 _FINER = 0.01
 """Steps of finite differences beside those of recordings: balances are solved to 1e-9 rad."""
@@ -31,7 +32,7 @@ class RestFitter(LinkFitter):
     """
 
     def __init__(self, simulator: LinkSimulator, nuisance: Sequence[str]) -> None:
-        super().__init__(simulator, nuisance, (), finer=_FINER)
+        super().__init__(simulator, nuisance, whole_trials(simulator, ()), finer=_FINER)
 
     def fit(
         self,
@@ -46,5 +47,9 @@ class RestFitter(LinkFitter):
             if len(own.parameters) > 1:
                 sizes = [own.moved(own.probes[0], factor) for factor in _FACTORS]
                 starts += [{**start, **size} for size in sizes]
-        fits = (super(RestFitter, self).fit(begin, effects, one, links) for one in starts)
+        fits = [super(RestFitter, self).fit(begin, effects, one, links) for one in starts]
+        if all(fit is None for fit in fits):
+            # Nuisance parameters fitted with an effect may have no prediction without it.
+            stated = {**self.nuisance, **start}
+            fits = [super().fit(begin, effects, stated, links)]
         return min((fit for fit in fits if fit is not None), key=lambda f: f.cost, default=None)

@@ -11,10 +11,11 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
+from pamsim.diagnosis.by_link.verdict import Verdict
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from pamsim.diagnosis.method.verdict import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 
@@ -24,7 +25,7 @@ FILE = "diagnosis.json"
 
 @dataclass(frozen=True, kw_only=True)
 class LinkEntry:
-    """One link, in the trials that no fit has seen, in variances of the noise.
+    """One link, in the trials, or parts of trials, that no fit has seen, in variances of the noise.
 
     Attributes:
         link: its name.
@@ -32,7 +33,7 @@ class LinkEntry:
         before: mean square of what the rig leaves, its nuisance parameters refitted.
         after: the same with the effects that were found.
         left: part of it that repeats share; noise is none of it, and chance may make it negative.
-        p_value: of a link in which nothing is left.
+        p_value: of a link in which nothing is left; 1 where no repeats show it.
         more_left: whether what is left is certain and material.
     """
 
@@ -102,7 +103,7 @@ class EffectEntry:
         family: its cause.
         level: deepest level of its name that is certain; empty if not even the place is.
         certain: each level -> whether it is.
-        exact: whether nothing but noise is left in its links.
+        exact: whether repeats show that nothing but noise is left in its links.
         left: share of the gap in its links that is left there.
         links: in which it is seen.
         share: of what the rig leaves in them.
@@ -220,6 +221,8 @@ class LinkReport:
         material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
         run: what was diagnosed, and how; None where it is not stated.
         repaired_rig: folder of the repaired rig once it is saved.
+        rows: of a table at rest.
+        branches: of a loop; None of other data.
         comparisons: measured and simulated signals for the page.
         repair: what the repaired rig is written from; None without effects.
     """
@@ -235,8 +238,15 @@ class LinkReport:
     material: float = MATERIAL
     run: Run | None = None
     repaired_rig: Path | None = None
+    rows: tuple[RowEntry, ...] = ()
+    branches: Branches | None = None
     comparisons: tuple[Comparison, ...] = field(default=(), repr=False, metadata=NOT_IN_JSON)
     repair: Repair | None = field(default=None, repr=False, metadata=NOT_IN_JSON)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the data are a table at rest or a loop."""
+        return bool(self.rows) or self.branches is not None
 
     @json_property
     def verdict(self) -> Verdict:
@@ -245,9 +255,9 @@ class LinkReport:
         levels = {one.level for one in self.effects}
         if not levels:
             return Verdict.UNEXPLAINED if left else Verdict.NO_GAP
-        if "" in levels:
+        if levels == {""}:
             return Verdict.UNEXPLAINED
-        if left and "place" not in levels:
+        if left and not levels & {"place", ""}:
             return Verdict.NAMED_WITH_REMAINDER
         return Verdict.NAMED if levels <= {"name", "form"} else Verdict.AMBIGUOUS
 
@@ -303,7 +313,8 @@ class LinkReport:
             left = "   more than noise is left" if one.more_left else ""
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")
         if self.gap:
-            lines.append(f"{'whole chain, RMS':28s}{'before':>10s}{'after':>10s}{'noise':>10s}")
+            what = "readings left out, RMS" if self.at_rest else "whole chain, RMS"
+            lines.append(f"{what:28s}{'before':>10s}{'after':>10s}{'noise':>10s}")
         for channel, gap in self.gap.items():
             numbers = (gap.before, gap.after, gap.floor)
             cells = "".join(f"{'-' if v is None else f'{v:.4g}':>10s}" for v in numbers)

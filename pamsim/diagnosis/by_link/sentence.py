@@ -19,6 +19,11 @@ def verdict_sentence(result: LinkReport) -> str:
     sentences = [effect_sentence(one) for one in result.effects]
     left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
     if not sentences and not left:
+        if result.at_rest:
+            return (
+                "No gap: no effect predicts readings better that are left out, and what is left of"
+                " near ones is not the same."
+            )
         return (
             "No gap: on trials that no fit has seen every link is as near to the measurements as"
             " their noise allows, and no effect predicts them better."

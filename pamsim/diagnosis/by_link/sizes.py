@@ -2,9 +2,9 @@
 
 Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
 the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
-from input to input, so that it holds where the formula is not exact. Of one input or two, trials
-are left out instead, which shows what differs from trial to trial and nothing of the formula. Both
-are linear about the fit.
+from input to input, so that it holds where the formula is not exact. Of one input or two, units are
+left out instead: trials, which show what differs from trial to trial and nothing of the formula, or
+parts of trials, which show what differs along them. Both are linear about the fit.
 
 Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
 Statistician 60 (2006), on what such errors mean where the model is wrong.
@@ -30,7 +30,7 @@ class Size:
     Attributes:
         value: as fitted [SI].
         interval95: 95 % interval [SI]; infinite where the data do not show it.
-        by_inputs: whether the scatter of inputs, or trials, is wider than the noise alone.
+        by_inputs: whether the scatter of inputs, or units, is wider than the noise alone.
     """
 
     value: float
@@ -42,7 +42,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     """Parameters of a model's effects, each with its interval.
 
     Args:
-        fitter: of the trials.
+        fitter: of the units.
         model: as fitted to them.
     """
     names = list(model.sensitivities)
@@ -59,9 +59,9 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     square, slope = jacobian.T @ jacobian + np.diag(weight**2), jacobian.T @ model.rows
     inverse = np.linalg.pinv(square, hermitian=True)
     noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
-    group_of = fitter.group_of
+    group_of = fitter.units.fitted.group_of
     if np.unique(group_of).size < _FEWEST:
-        group_of = fitter.trial_of
+        group_of = fitter.units.fitted.unit_of
     moved: list[FloatArray] = []
     for group in np.unique(group_of):
         own = group_of == group

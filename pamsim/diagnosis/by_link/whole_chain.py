@@ -23,13 +23,13 @@ class ChannelGap:
 
     Attributes:
         unit: of all.
-        floor: noise, as repeats or one trial show it.
+        floor: noise, as repeats or one trial show it; None if it is not known.
         before: what the rig misses, its nuisance parameters refitted; None if it breaks down.
         after: what it misses with the effects that were found; None without any.
     """
 
     unit: str
-    floor: float
+    floor: float | None
     before: float | None
     after: float | None
 

@@ -8,11 +8,12 @@ import pytest
 from pamsim.comparison.chain_simulator import COARSE, ChainSimulator, in_link, plain
 from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.noise_within_trial import FloorRoute
 from pamsim.comparison.repeats import repeats
-from pamsim.core.errors import InputError
 from pamsim.engine.rig import load_rig
 from pamsim.inference.blocks import unit_losses
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.step_metrics import rough_noise
 from pamsim.twins.hide import hide
 
 ARM = load_rig("mas20_arm")
@@ -125,16 +126,23 @@ def test_forces_separate_the_joint(tmp_path):
     assert [link.name for link in chain.links] == [
         "valves and air",
         "muscle",
+        "muscle and joint",
         "joint and transmission",
     ]
     of = np.repeat(chain.link_of, [block.size for block in chain.blocks])
     moved = np.abs(run(chain, {"passive.stiffness": 4e3}) - chain.stated)
-    size = [float(np.abs(chain.stated[of == i]).std()) for i in range(3)]
+    size = [float(np.abs(chain.stated[of == i]).std()) for i in range(4)]
     assert moved[of == 1].max() > 5.0 * size[1]
+    assert moved[of == 2].max() > 5.0 * size[2]
     # Given the measured forces, the joint hardly depends on what the muscles would exert.
-    assert moved[of == 2].max() < 5.0 * size[2]
+    assert moved[of == 3].max() < 5.0 * size[3]
 
 
-def test_inputs_recorded_once_are_refused(trials):
-    with pytest.raises(InputError, match="recorded twice"):
-        ChainSimulator(ARM, repeats(trials[:1]))
+def test_the_noise_of_inputs_recorded_once_is_that_of_their_samples_inputs_included(trials):
+    once = ChainSimulator(ARM, repeats(trials[:1]))
+    assert {one.source for one in once.noise.values()} == {FloorRoute.WITHIN_TRIALS}
+    losses = unit_losses(once.blocks, once.stated)
+    assert np.all(np.abs(losses - 1.0) < 0.25)
+    # Noise of the imposed pressures moves the angle, by more than its sensor's own noise.
+    (angle,) = (one.noise for (_, channel), one in once.noise.items() if channel == "angle")
+    assert angle.standard_deviation > 1.1 * rough_noise(trials[0].measured["angle"])

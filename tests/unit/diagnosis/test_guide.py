@@ -13,4 +13,4 @@ def test_files_of_the_guide_exist():
     named = re.findall(r"[\w./]+\.py", pamsim.diagnosis.__doc__)
     assert len(named) > 20
     for name in named:
-        assert (folder / name).is_file() or (folder / "method" / name).is_file(), name
+        assert (folder / name).is_file() or (folder / "by_link" / name).is_file(), name

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.diagnose import diagnose
 from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import link_bars
 from pamsim.report.link_page import headline, write_link_diagnosis
@@ -120,3 +121,15 @@ def test_a_film_is_in_the_page_and_waits_to_be_opened(tmp_path):
     assert "data:image/gif;base64,R0lGODlhIG9mIGFuIGFybQ==" in opened
     assert "swing check 2" in opened  # missed by more than the first
     assert "<details" not in page_of(VERDICTS["named"], tmp_path)
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("name", ["alraouf2025", "alraouf2025_equations"])
+def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(name, tmp_path):
+    one = diagnose(name)
+    page = page_of(one, tmp_path)
+    assert one.sentence in page
+    assert "The loop and the difference of its branches." in page
+    assert "Where the gap is." not in page
+    assert "Nuisance parameters" not in page
+    assert "None" not in page

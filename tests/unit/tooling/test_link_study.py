@@ -1,4 +1,4 @@
-"""The study of the diagnosis by link draws its cases as stated, and counts as it says."""
+"""The study of the diagnosis by link draws its cases as stated, and counts as stated."""
 
 from __future__ import annotations
 
@@ -144,6 +144,6 @@ def test_a_size_counts_from_neutral_where_the_name_is_certain(must_show, value, 
     }
     one = row("library", [FRICTION], [effect("coulomb_friction", "name")], **more)
     assert hits([one], must_show, "size within") == (close, 1)
-    assert hits([one], must_show, "intervals that hold the truth, library") == (held, 1)
+    assert hits([one], must_show, "intervals that hold what was hidden, library") == (held, 1)
     less = row("library", [FRICTION], [effect("coulomb_friction", "family")], **more)
     assert hits([less], must_show, "size within") == (0, 0)

@@ -59,6 +59,14 @@ def test_an_error_of_the_formula_does_not_hide_the_name():
     assert found["passive_stiffness"].share < 0.99
 
 
+def test_the_family_is_open_where_its_nearest_formula_leaves_much():
+    chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=1.0)
+    _, _, found = diagnosed(chain, EFFECTS)
+    one = found["passive_stiffness"]
+    assert one.level() == "place"
+    assert 0.5 < one.share < 0.9
+
+
 def test_long_time_steps_of_the_search_do_not_end_in_the_size():
     class InLongSteps(ToyChain):
         def residuals(self, sets, links, others, *, only=None, steps=COARSE):
@@ -68,7 +76,7 @@ def test_long_time_steps_of_the_search_do_not_end_in_the_size():
             return [r + 0.1 * (r - self.stated) * (r != others) for r in found]
 
     chain = InLongSteps(EFFECTS, {"passive.stiffness": STIFFNESS})
-    fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
     effect = next(e for e in EFFECTS if e.name == "passive_stiffness")
     fit = fitter.fit(fitter.stated, (effect,), effect.probes[0].values, {ARMLINK})
     gone = next(e for e in EFFECTS if e.name == "passive_stiffness").neutral["passive.stiffness"]
@@ -78,14 +86,14 @@ def test_long_time_steps_of_the_search_do_not_end_in_the_size():
 def test_a_nuisance_parameter_has_a_value_in_each_link_and_stays_where_nothing_shows_it():
     chain = ToyChain(EFFECTS)
     chain._same = {"force.scale": "nothing"}
-    fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
     assert set(fitter.nuisance) == {
         "force.scale in valves and air",
         "force.scale in muscle and joint",
         "chamber.dead_volume in valves and air",
     }
     chain._shape = lambda name, link: 0.0 * chain.stated
-    unseen = LinkFitter(chain, NUISANCE, chain.held_out)
+    unseen = LinkFitter(chain, NUISANCE, chain.units())
     fit = unseen.fit(unseen.stated, (), {}, {ARMLINK})
     assert fit.values == pytest.approx(unseen.nuisance)
 
@@ -98,7 +106,7 @@ def test_held_out_trials_are_not_seen_by_any_fit():
             other.stated[block.rows] += 100.0
     first, second = diagnosed(chain, EFFECTS), diagnosed(other, EFFECTS)
     assert first[0].stated.rows == pytest.approx(second[0].stated.rows)
-    alone = [LinkFitter(c, NUISANCE, c.held_out) for c in (chain, other)]
+    alone = [LinkFitter(c, NUISANCE, c.units()) for c in (chain, other)]
     fits = [f.fit(f.stated, EFFECTS[:1], {"valve.delay": 5e-3}, f.simulator.links) for f in alone]
     assert fits[0].values == pytest.approx(fits[1].values)
 
@@ -116,7 +124,7 @@ def test_intervals_hold_what_was_planted_as_often_as_they_say():
     held, count = 0, 40
     for seed in range(count):
         chain = ToyChain(EFFECTS[:1], {"valve.delay": DELAY}, seed=seed)
-        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        fitter = LinkFitter(chain, NUISANCE, chain.units())
         model = fitter.fit(fitter.stated, EFFECTS[:1], {"valve.delay": DELAY}, chain.links)
         low, high = sizes(fitter, model)["valve.delay"].interval95
         held += low <= DELAY <= high
@@ -127,7 +135,7 @@ def test_intervals_hold_what_was_planted_as_often_as_they_say():
 def test_an_interval_is_wider_where_the_formula_is_not_exact():
     def width(bent):
         chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
-        fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+        fitter = LinkFitter(chain, NUISANCE, chain.units())
         effect = [e for e in EFFECTS if e.name == "passive_stiffness"]
         start = {"passive.stiffness": STIFFNESS}
         known = sizes(fitter, fitter.fit(fitter.stated, effect, start, chain.links))

@@ -19,6 +19,12 @@ def test_effects_and_what_is_left_come_to_a_verdict(verdict):
     assert VERDICTS[verdict].verdict.value == verdict
 
 
+def test_an_effect_whose_place_is_open_leaves_the_others_certain():
+    assert report(effect("")).verdict.value == "unexplained"
+    assert report(effect("form"), effect("")).verdict.value == "ambiguous"
+    assert report(effect("form"), effect(""), more_left=True).verdict.value == "ambiguous"
+
+
 @pytest.mark.parametrize(
     ("level", "exact", "expected"),
     [

@@ -16,18 +16,29 @@ from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
-from pamsim.diagnosis.by_link.judge_left_out import losses_left_out
+from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import search
+from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.blocks import Block
 from pamsim.inference.coloured_noise import ArNoise
-from tests.unit.diagnosis.by_link.toy_table import candidate, diagnosed, levels, simulator
-from tests.unit.diagnosis.toy_rows import LIBRARY, LOCK, NOISE, Table, effect, measured
+from pamsim.inference.near_units import nearest_units
+from tests.unit.diagnosis.by_link.toy_table import (
+    LIBRARY,
+    LOCK,
+    NOISE,
+    Table,
+    candidate,
+    diagnosed,
+    levels,
+    measured,
+    simulator,
+)
 
 TABLE = Table()
-COPY = effect("copy", 0.03, -0.3, 0.3, family="soften")
-OTHER = effect("copy", 0.03, -0.3, 0.3, family="other")
+COPY = candidate("copy", 0.03, -0.3, 0.3, family="soften")
+OTHER = candidate("copy", 0.03, -0.3, 0.3, family="other")
 
 
 @pytest.mark.parametrize("hidden", [{"lock": 1.5}, {"soften": 0.1}, {"tilt": 1.5}], ids=str)
@@ -81,13 +92,6 @@ def test_a_rival_to_which_the_effect_adds_something_does_not_tie(seed):
     assert levels(diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=seed))) == {"tilt": "form"}
 
 
-def test_a_rival_that_is_no_worse_for_certain_ends_the_name():
-    found = diagnosed(TABLE, measured(TABLE, {"tilt": 1.5}, seed=100))
-    assert levels(found) == {"tilt": "place"}
-    (judged,) = found.effects
-    assert any(rival.excess > 0.0 and rival.p_value > 0.05 for rival in judged.rivals)
-
-
 def test_of_two_effects_the_one_without_a_rival_keeps_its_name():
     angle = measured(TABLE, {"soften": 0.1, "lock": 1.5})
     found = levels(diagnosed(TABLE, angle, (*LIBRARY, OTHER)))
@@ -113,8 +117,9 @@ def test_losses_of_rows_left_out_are_those_of_refits():
     """Squares of the errors, in units of the spread with which the others predict the row."""
     angle = measured(TABLE, {"lock": 1.5}, noise=1e-3)
     fitter = RestFitter(simulator(TABLE, angle), ["gain"])
-    searched = search(fitter, [candidate(LOCK)], steps=Steps(None, 1))
-    ((_, losses),) = losses_left_out(fitter, searched.model).items()
+    searched = search(fitter, [LOCK], steps=Steps(None, 1))
+    unseen = LeftOut(fitter, searched.known, nearest_units(fitter.simulator.inputs))
+    ((_, losses),) = unseen.losses(searched.model).items()
     jacobian = searched.model.jacobian()
     for i in range(TABLE.step.size):
         keep = np.arange(TABLE.step.size) != i
@@ -122,6 +127,7 @@ def test_losses_of_rows_left_out_are_those_of_refits():
         error = searched.model.rows[i] + jacobian[i] @ shift
         spread = 1.0 + jacobian[i] @ np.linalg.inv(jacobian[keep].T @ jacobian[keep]) @ jacobian[i]
         assert losses[i] == pytest.approx(error**2 / spread, rel=1e-6)
+        assert unseen.errors(searched.model)[i] == pytest.approx(1e-2 * error, rel=1e-6)
 
 
 def test_a_simulator_of_rows_is_one_of_links():
@@ -140,6 +146,35 @@ def test_a_simulator_of_rows_is_one_of_links():
     assert [group.name for group in rows.repeats] == list(TABLE.names)
 
 
+def test_a_formula_is_certain_only_if_near_rows_miss_nothing_together():
+    """An angle that bends off every formula leaves the family certain, and no more."""
+    bent = 0.03 * np.sin(1.5 * TABLE.step)
+    found = diagnosed(TABLE, measured(TABLE, {"lock": 3.0}) + bent, (LOCK,))
+    assert levels(found) == {"lock": "family"}
+    (judged,) = found.effects
+    assert not judged.exact
+    (left,) = found.remainders.values()
+    assert left.p_value < 0.01
+
+
+def test_a_parameter_at_the_end_of_its_range_is_not_free_to_follow_the_other_rows():
+    short = candidate("soften", 0.01, 0.0, 0.05)
+    fitter = RestFitter(simulator(TABLE, measured(TABLE, {"soften": 0.1})), ["gain"])
+    model = fitter.fit(fitter.stated, (short,), {"soften": 0.04}, fitter.simulator.links)
+    assert model.values["soften"] == pytest.approx(0.05, rel=0.01)
+    (gain,) = (column for name, column in model.sensitivities.items() if name != "soften")
+    left = model.rows - gain * (gain @ model.rows) / (gain @ gain)
+    unseen = LeftOut(fitter, (), nearest_units(fitter.simulator.inputs))
+    alone = 1e-2 * left / (1.0 - gain**2 / (gain @ gain))
+    assert unseen.errors(model) == pytest.approx(alone, rel=1e-6)
+
+
+def test_too_few_rows_are_refused():
+    few = TABLE.taken(np.arange(4))
+    with pytest.raises(InputError, match="4 rows: 5 or more are needed"):
+        diagnosed(few, measured(few, {}))
+
+
 def test_rows_without_a_prediction_are_refused():
     with pytest.raises(InputError, match="no position at rest"):
         diagnosed(TABLE, np.full(TABLE.step.size, np.nan))
@@ -154,7 +189,7 @@ def test_units_of_several_rows_are_refused():
     )
     rows.link_of = rows.link_of[1:]
     with pytest.raises(InputError, match="a unit of its own"):
-        diagnose_rest(lambda *_: rows, [candidate(LOCK)], ["gain"])
+        diagnose_rest(lambda *_: rows, [LOCK], ["gain"])
 
 
 def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
@@ -166,11 +201,14 @@ def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
         return values.get("gain", 0.12) * step - np.sign(step) * grown
 
     measured_angle = angle(truth)
-    blocks = simulator(TABLE, measured_angle).blocks
+    known = simulator(TABLE, measured_angle)
     rows = RestSimulator(
-        lambda sets: [angle(values) - measured_angle for values in sets], blocks, {"gain": 0.12}
+        lambda sets: [angle(values) - measured_angle for values in sets],
+        known.blocks,
+        known.inputs,
+        {"gain": 0.12},
     )
-    lock, soften = candidate(LOCK), candidate(effect("soften", 0.1, 0.0, 1.0))
+    lock, soften = LOCK, candidate("soften", 0.1, 0.0, 1.0)
     both = dataclasses.replace(
         lock,
         parameters=lock.parameters + soften.parameters,
@@ -178,7 +216,7 @@ def test_a_fit_along_a_curved_valley_is_begun_from_several_sizes():
         probes=(Probe(size=1.0, values={"lock": 0.5, "soften": 0.1}),),
     )
     start = {"lock": 0.01, "soften": 0.9}
-    alone = LinkFitter(rows, ["gain"], (), finer=0.01)
+    alone = LinkFitter(rows, ["gain"], whole_trials(rows, ()), finer=0.01)
     several = RestFitter(rows, ["gain"])
     one, best = (f.fit(f.stated, (both,), start, rows.links) for f in (alone, several))
     assert best.cost < 0.1 < one.cost

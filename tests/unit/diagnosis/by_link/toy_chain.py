@@ -14,6 +14,7 @@ from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.search import search
+from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
 from pamsim.inference.blocks import Block
@@ -41,6 +42,9 @@ class ToyChain:
         bent: share of a further shape in what was measured, as an error of every formula.
     """
 
+    names = tuple(f"t{g}_{k}" for g in range(GROUPS) for k in range(TRIALS))
+    rows = ROWS
+
     def __init__(self, effects, planted=None, *, seed=0, same=None, bent=0.0):
         self.rig, self.links = ARM, (AIR, ARMLINK)
         self._same = same or {}
@@ -51,29 +55,36 @@ class ToyChain:
             for name in (p.name for p in e.parameters)
         } | {name: rig_parameter(ARM, name).value for name in NUISANCE}
         self._neutral = {name: rig_parameter(ARM, name).value for name in (*own, *NUISANCE)}
-        names = [f"t{g}_{k}" for g in range(GROUPS) for k in range(TRIALS)]
+        names = {}
+        for name in self.names:
+            names.setdefault(name.split("_")[0], []).append(name)
         self.repeats = [
-            SimpleNamespace(
-                name=f"t{g}_0",
-                trials=[SimpleNamespace(name=f"t{g}_{k}") for k in range(TRIALS)],
-            )
-            for g in range(GROUPS)
+            SimpleNamespace(name=own[0], trials=[SimpleNamespace(name=one) for one in own])
+            for own in names.values()
         ]
-        self.held_out = [n for n in names if int(n[1]) % 2]
+        self.held_out = [name for name in self.names if int(name[1]) % 2]
         blocks, link_of = [], []
         for link in (0, 1):
-            for name in names:
-                start = len(blocks) * ROWS
-                rows = slice(start, start + ROWS)
+            for name in self.names:
+                start = len(blocks) * self.rows
+                rows = slice(start, start + self.rows)
                 channel = ("pressure_1", "angle")[link]
-                blocks.append(Block(unit=name, channel=channel, rows=rows, noise=ArNoise((), 1.0)))
+                blocks.append(Block(unit=name, channel=channel, rows=rows, noise=self.noise()))
                 link_of.append(link)
         self.blocks, self.link_of = tuple(blocks), tuple(link_of)
-        size = len(blocks) * ROWS
-        self.stated = np.random.default_rng(seed).normal(size=size)
-        self.stated -= self._change(planted or {})
+        self.stated = self._noise(np.random.default_rng(seed)) - self._change(planted or {})
         if bent:
             self.stated -= bent * self._shape("error of the formula", ARMLINK)
+
+    def noise(self):
+        """What is known of the noise."""
+        return ArNoise((), 1.0)
+
+    def _noise(self, rng):
+        return rng.normal(size=len(self.blocks) * self.rows)
+
+    def units(self):
+        return whole_trials(self, self.held_out)
 
     def own_value(self, name):
         return rig_parameter(self.rig, name).value
@@ -100,7 +111,7 @@ class ToyChain:
         return found
 
     def _change(self, values):
-        total = np.zeros(len(self.blocks) * ROWS)
+        total = np.zeros(len(self.blocks) * self.rows)
         for name, value in values.items():
             own = plain(name)
             size = (value - self._neutral[own]) / self._typical[own]
@@ -109,23 +120,27 @@ class ToyChain:
         return total
 
     def _shape(self, name, link):
-        """The same in repeats, another in every group: three waves, of amplitude 2."""
-        total = np.zeros(len(self.blocks) * ROWS)
+        """The same in repeats, another in every group and every `ROWS`: three waves."""
+        total = np.zeros(len(self.blocks) * self.rows)
         time = np.linspace(0.0, 2.0 * np.pi, ROWS)
         for block, number in zip(self.blocks, self.link_of, strict=True):
-            if self.links[number] == link:
-                group = int(block.unit[1 : block.unit.index("_")])
-                rng = np.random.default_rng([*name.encode(), group, number])
+            if self.links[number] != link:
+                continue
+            group = int(block.unit[1 : block.unit.index("_")])
+            for start in range(block.rows.start, block.rows.stop, ROWS):
+                later = [start - block.rows.start] if start > block.rows.start else []
+                rng = np.random.default_rng([*name.encode(), group, number, *later])
                 # One sign for all groups in the first wave, as a physical effect has.
-                total[block.rows] = 2.0 * np.sin(time * (1 + len(name) % 3))
-                for wave in range(2, 5):
-                    total[block.rows] += rng.normal() * np.sin(wave * time + 7.0 * rng.random())
+                wave = 2.0 * np.sin(time * (1 + len(name) % 3))
+                for turns in range(2, 5):
+                    wave += rng.normal() * np.sin(turns * time + 7.0 * rng.random())
+                total[start : start + ROWS] = wave
         return total
 
 
 def diagnosed(chain, effects):
     """Fitter, and what is found: name -> judged effect."""
-    fitter = LinkFitter(chain, NUISANCE, chain.held_out)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
     searched = search(fitter, effects, steps=STEPS)
-    model, found = judge(fitter, searched, HeldOut(fitter, chain.held_out), steps=STEPS)
+    model, found = judge(fitter, searched, HeldOut(fitter), steps=STEPS)
     return fitter, model, {one.effect.name: one for one in found}

@@ -1,24 +1,26 @@
 """Effects that may open a loop between rising and falling input, as signals along its path.
 
-Each has one form: a signal of size 1 with at most one number for its shape, so that a fit is linear
-but for that number. Inputs are scaled to their span.
+Each has one form: a signal with at most one number for its shape, along an input scaled to its
+span.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pamsim.core.units import FloatArray
+from pamsim.effects.catalog import EFFECTS
+from pamsim.effects.effect import Effect, EffectParameter, change, shape
 from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
 from pamsim.physics.hysteresis.maxwell_slip import play
 
 _SUBSTEPS = 8  # of the Bouc-Wen equation between two points
 _SLIPS = 4  # elements of the Maxwell-slip form
-_TRAVEL = (0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.45)  # of the span
-_LAGS = (1.0, 2.0, 4.0, 8.0, 16.0)  # points
+_TRAVEL = (0.1, 0.02, 0.05, 0.15, 0.2, 0.3, 0.45)  # of the span
+_LAGS = (4.0, 1.0, 2.0, 8.0, 16.0)  # points of the path
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,21 +28,13 @@ class LoopEffect:
     """One form of an effect.
 
     Attributes:
-        name: of the effect, such as ``muscle_hysteresis``.
-        form: the operator, such as ``maxwell_slip``.
-        missing: what is missing from a reversible curve, as a sentence's end.
-        signal: scaled input along the path (n,), and a shape, to the signal (n,).
-        shape: what its number is, with unit; empty if it has none.
-        shapes: values of that number that are tried.
+        effect: which; its first parameter is how far it opens the loop.
+        signal: scaled input along the path (n,), and the number of its shape, to the signal (n,).
         moving: True for what vanishes where readings are taken at rest.
     """
 
-    name: str
-    form: str
-    missing: str
+    effect: Effect
     signal: Callable[[FloatArray, float], FloatArray]
-    shape: str = ""
-    shapes: tuple[float, ...] = (0.0,)
     moving: bool = False
 
 
@@ -89,8 +83,8 @@ def bouc_wen_signal(path: FloatArray, travel: float) -> FloatArray:
 
 def rate_signal(path: FloatArray, _: float) -> FloatArray:
     """A resistance to motion: its direction, at turning points the mean of both sides."""
-    change = np.sign(np.diff(path))
-    return 0.5 * (np.concatenate([change[:1], change]) + np.concatenate([change, change[-1:]]))
+    sign = np.sign(np.diff(path))
+    return 0.5 * (np.concatenate([sign[:1], sign]) + np.concatenate([sign, sign[-1:]]))
 
 
 def lag_signal(path: FloatArray, lag: float) -> FloatArray:
@@ -104,41 +98,66 @@ def drift_signal(path: FloatArray, _: float) -> FloatArray:
     return np.linspace(-1.0, 1.0, path.size)
 
 
+def _opening(form: str) -> EffectParameter:
+    # Lengths differ between the branches by less than they change along them.
+    return change(f"{form}.opening", 0.05, -1.0, 1.0, scaled_by="span of the output", unit="m")
+
+
+def _form(name: str, form: str, missing: str, *shapes: EffectParameter) -> Effect:
+    """An effect of the catalog as a signal in a loop."""
+    return replace(
+        EFFECTS[name],
+        form=form,
+        missing=missing,
+        equation="",
+        parameters=(_opening(form), *shapes),
+        separating="the same loop at a tenth of the rate: creep and what grows with the rate close"
+        " it, hysteresis does not",
+    )
+
+
 LOOP_EFFECTS: tuple[LoopEffect, ...] = (
     *(
         LoopEffect(
-            name="muscle_hysteresis",
-            form=form,
-            missing="rate-independent hysteresis",
-            shape="travel over span",
-            shapes=_TRAVEL,
+            effect=_form(
+                "muscle_hysteresis",
+                form,
+                "rate-independent hysteresis",
+                shape(f"{form}.travel_over_span", _TRAVEL[0], 0.01, most, starts=_TRAVEL[1:]),
+            ),
             signal=signal,
         )
-        for form, signal in (
-            ("stop", stop_signal),
-            ("maxwell_slip", maxwell_slip_signal),
-            ("bouc_wen", bouc_wen_signal),
+        for form, signal, most in (
+            ("stop", stop_signal, 0.49),  # one that slips after half of the span never slips back
+            ("maxwell_slip", maxwell_slip_signal, 0.49 * _SLIPS),
+            ("bouc_wen", bouc_wen_signal, 2.0),
         )
     ),
     LoopEffect(
-        name="viscous_friction",
-        form="viscous",
-        missing="a resistance that grows with the rate",
+        effect=_form("viscous_friction", "viscous", "a resistance that grows with the rate"),
         signal=rate_signal,
         moving=True,
     ),
     LoopEffect(
-        name="viscoelastic_creep",
-        form="creep",
-        missing="creep",
-        shape="lag in points",
-        shapes=_LAGS,
+        effect=_form(
+            "viscoelastic_creep",
+            "creep",
+            "creep",
+            shape("creep.lag_in_points", _LAGS[0], 0.5, 32.0, starts=_LAGS[1:]),
+        ),
         signal=lag_signal,
     ),
     LoopEffect(
-        name="drift",
-        form="drift",
-        missing="a drift in time",
+        effect=Effect(
+            name="drift",
+            link="sensor",
+            family="drift",
+            missing="a drift in time",
+            parameters=(_opening("drift"),),
+            look_alikes=("viscoelastic_creep", "muscle_hysteresis"),
+            separating="the same loop once more: a drift goes on, and the second loop lies beside"
+            " the first",
+        ),
         signal=drift_signal,
     ),
 )

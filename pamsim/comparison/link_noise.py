@@ -1,0 +1,184 @@
+"""Noise of the outputs of links: by what repeats differ by, or else within trials.
+
+Without repeats noise is taken from what no model misses:
+
+* periods of a command, which repeat each other;
+* residuals while a command is held and the rig has settled, their trends taken off, since what a
+  model misses then is constant or drifts: noise that changes more slowly than holds last is unseen;
+* a second reading of every measured signal, drawn with the noise that shows from sample to sample.
+  Links are simulated with it as with the first, so that noise which inputs bring along counts.
+  Noise that drifts at all is unseen.
+
+What differs from trial to trial is in none of them. So without repeats a residual above this noise
+does not show that a model is missing something, and one with the colour of this noise does not show
+that nothing is left.
+
+Source: H. D. Patterson and R. Thompson, Biometrika 58 (1971) (variances beside fitted trends).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from pamsim.comparison.imposed_signals import sample_noise
+from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.links import Link
+from pamsim.comparison.noise_within_trial import FloorRoute, settled_holds
+from pamsim.comparison.periodicity import samples_per_period
+from pamsim.comparison.repeats import repeats
+from pamsim.core.units import FloatArray
+from pamsim.engine.rig import Rig
+from pamsim.inference.blocks import noise_from_repeats
+from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.recordings.trial import Trial
+
+_toeplitz_times: Any = scipy.linalg.matmul_toeplitz
+
+Output = tuple[Link, str]
+"""Link and channel."""
+
+Residuals = Mapping[tuple[Link, str, str], FloatArray]
+"""Link, trial and channel to simulated minus measured, (n,) [SI]."""
+
+_SHORTEST = 20  # samples of a hold: two orders and more of an autoregressive model beside a trend
+_ENOUGH = 0.25  # share of the samples that holds must give, as for `noise_within_trial`
+_PASSES = 10
+"""Of trends and noise: the deviation of noise that remembers a sixth of a hold is then known to a
+tenth (0.89 of it; 0.73 as left by the trends)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutputNoise:
+    """Noise of an output.
+
+    Attributes:
+        noise: of its residual.
+        source: how it is known.
+    """
+
+    noise: ArNoise
+    source: FloorRoute
+
+
+def link_noise(
+    rig: Rig,
+    trials: Sequence[Trial],
+    exact: Residuals,
+    *,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> dict[Output, OutputNoise]:
+    """Noise of every output of every link.
+
+    Args:
+        rig: as it is.
+        trials: with channels as the rig names them.
+        exact: residual of the rig as it is, each trial driven by its own measured inputs.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+    """
+    found: dict[Output, OutputNoise] = {}
+    groups = repeats(trials)
+    read_again: Residuals | None = None
+    for link, channel in dict.fromkeys((link, channel) for link, _, channel in exact):
+        names = [t.name for t in trials if (link, t.name, channel) in exact]
+        own = {name: exact[link, name, channel] for name in names}
+        protocols = [
+            np.stack([own[trial.name] for trial in group.trials])
+            for group in groups
+            if len(group.trials) > 1 and all(trial.name in own for trial in group.trials)
+        ]
+        if protocols:
+            noise = noise_from_repeats(protocols)
+            found[link, channel] = OutputNoise(noise=noise, source=FloorRoute.REPEATS)
+            continue
+        logs = [(trial, own[trial.name]) for trial in trials if trial.name in own]
+        one = _by_periods(logs) or _by_holds(logs)
+        if one is None:
+            read_again = read_again or _read_again(rig, trials, exact, threads, simulated)
+            drawn = [
+                read_again[link, n, channel] for n in names if (link, n, channel) in read_again
+            ]
+            one = OutputNoise(noise=fit_ar_noise(drawn), source=FloorRoute.WITHIN_TRIALS)
+        # A reading that does not change while a command is held has the noise of its rounding.
+        least = float(np.mean([sample_noise(trial.measured[channel]) for trial, _ in logs]))
+        if one.noise.standard_deviation < least:
+            one = replace(one, noise=ArNoise((), least**2))
+        found[link, channel] = one
+    return found
+
+
+def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
+    """Noise by what the periods of a command differ by, all but the first."""
+    protocols: list[FloatArray] = []
+    for trial, residual in logs:
+        period = samples_per_period(trial.command)
+        whole = 0 if period is None else residual.size // period - 1
+        if period is not None and whole > 1:
+            protocols.append(residual[period : (whole + 1) * period].reshape(whole, period))
+    if not protocols:
+        return None
+    return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.PERIODS)
+
+
+def _by_holds(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
+    """Noise of settled holds about a straight line each; None if there are too few."""
+    held = [
+        residual[rows]
+        for trial, residual in logs
+        for rows in settled_holds(trial.command, trial.sample_interval)
+    ]
+    held = [part for part in held if part.size >= _SHORTEST]
+    if sum(map(len, held)) < _ENOUGH * sum(residual.size for _, residual in logs):
+        return None
+    return OutputNoise(noise=_about_trends(held), source=FloorRoute.HOLDS)
+
+
+def _about_trends(parts: Sequence[FloatArray]) -> ArNoise:
+    """Noise of series about a straight line each, with what the lines have taken up."""
+    trends = [np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, part.size), 2))[0] for part in parts]
+    left = [part - q @ (q.T @ part) for part, q in zip(parts, trends, strict=True)]
+    noise = fit_ar_noise(left)
+    for _ in range(_PASSES):
+        lags = noise.autocovariance(max(map(len, trends)))
+        absorbed: list[FloatArray] = []
+        for q in trends:
+            covariance = q.T @ _toeplitz_times(lags[: len(q)], q)
+            squares, turn = np.linalg.eigh(covariance)
+            root = turn * np.sqrt(np.clip(squares, 0.0, None))
+            absorbed.append(np.asarray(q @ root, dtype=np.float64))
+        noise = fit_ar_noise(left, absorbed=absorbed)
+    return noise
+
+
+def _read_again(
+    rig: Rig,
+    trials: Sequence[Trial],
+    exact: Residuals,
+    threads: int | None,
+    simulated: Callable[[], None] | None,
+) -> Residuals:
+    """By what residuals change if every signal has the noise of its samples once more."""
+    rng = np.random.default_rng(0)
+    second = [
+        replace(
+            trial,
+            measured={
+                channel: values + sample_noise(values) * rng.standard_normal(values.size)
+                for channel, values in trial.measured.items()
+            },
+        )
+        for trial in trials
+    ]
+    found = link_residuals(rig, second, joined=True, threads=threads, simulated=simulated)
+    return {
+        (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
+        for link, blocks in found.items()
+        for block in blocks
+        if (link, block.trial, block.channel) in exact
+    }

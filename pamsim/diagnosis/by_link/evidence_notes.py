@@ -1,0 +1,43 @@
+"""What a diagnosis rests on where trials are few, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pamsim.comparison.link_noise import Output, OutputNoise
+from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.diagnosis.by_link.log_variation import VARIATION, VARYING
+from pamsim.diagnosis.by_link.units import Units
+
+_KNOWN_BY = {
+    FloorRoute.PERIODS: "by what periods of the command differ by",
+    FloorRoute.HOLDS: "while commands are held, about a straight line: slower noise is unseen",
+    FloorRoute.WITHIN_TRIALS: "from sample to sample: noise that drifts is unseen",
+}
+
+
+def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
+    """How the noise was estimated, and what is judged, where it is not repeats and trials.
+
+    Args:
+        noise: of every output.
+        units: that were fitted and judged.
+    """
+    notes: list[str] = []
+    for source, known in _KNOWN_BY.items():
+        channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)
+        if channels:
+            notes.append(f"without repeats the noise of {', '.join(channels)} is known {known}")
+    if units.in_parts:
+        notes.append(f"{len(units.judged.units)} parts of trials are judged instead of trials")
+    if units.varies:
+        notes.append(
+            f"{', '.join(VARYING)} are assumed to differ by {100.0 * VARIATION:g} % from log to"
+            " log: a larger difference looks like an effect"
+        )
+    if notes:
+        notes.append(
+            "whether anything is left cannot be decided without repeats, so that names are certain"
+            " to the family at most; record every input three times or more"
+        )
+    return tuple(notes)

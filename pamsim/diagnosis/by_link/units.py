@@ -1,0 +1,288 @@
+"""Units: which rows are fitted, which are judged, and what counts as one piece of evidence.
+
+Where enough trials are held out, a trial is a unit. Else trials are cut into parts. Whole trials
+are still simulated; rows belong to parts, and a gap as long as the noise remembers separates two
+judged parts, and what is fitted from what is judged. If no trial is held out, half of the parts
+are.
+
+Parts of a log share what differs from log to log. In one log it cannot be distinguished from what a
+model is missing, and flips of the signs of parts would take it for evidence. So it is part of their
+noise (`pamsim.diagnosis.by_link.log_variation`): a log's size of each variation is normal, in each
+link by itself. Fitted rows are whitened with that, and judged rows by themselves, so that those of
+all judged parts are independent, as a flip of signs demands. Fitted and judged parts of one log
+still share the variation itself. An effect that looks like it lowers the sum of squares by its
+square, in standard deviations: less than what is material unless it is some 4 in 1000 rows. Of
+whole trials it is part of the noise where no repeats show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pamsim.comparison.link_simulator import LinkSimulator
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.inference.blocks import (
+    Block,
+    cut,
+    fitted_runs,
+    most_parts,
+    unit_names,
+    whitened,
+)
+
+MOST = 24
+"""Parts of all trials together, at most: flips of twelve judged ones reach a p-value of 0.0002, and
+longer parts need fewer gaps."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rows:
+    """Whitened rows of some blocks, one block after the other.
+
+    Attributes:
+        blocks: of the rows.
+        link_of: number of the link of each row, (n,).
+        unit_of: number of the unit of each row, (n,).
+        group_of: number of the group of repeats of each row, (n,).
+        groups: names of the groups of repeats that have to be simulated.
+    """
+
+    blocks: tuple[Block, ...]
+    link_of: NDArray[np.intp]
+    unit_of: NDArray[np.intp]
+    group_of: NDArray[np.intp]
+    groups: frozenset[str]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Names of the units, in the order of `unit_of`."""
+        return unit_names(self.blocks)
+
+
+class Units:
+    """Fitted and judged rows of a simulation.
+
+    Args:
+        simulator: of the links.
+        fitted, judged: blocks, each with the number of its link.
+        trial_of: unit -> trial; of units that are trials it may be left out.
+        input_of: trial -> name of its input; that of its group of repeats if left out.
+        varying: (N, k) change of the residual with what differs from log to log, each at its
+            standard deviation [SI]; None where repeats show it.
+
+    Attributes:
+        fitted, judged: rows.
+        in_parts: whether units are parts of trials.
+        varies: whether what differs from log to log is assumed.
+    """
+
+    def __init__(
+        self,
+        simulator: LinkSimulator,
+        fitted: Sequence[tuple[Block, int]],
+        judged: Sequence[tuple[Block, int]],
+        *,
+        trial_of: Mapping[str, str] | None = None,
+        input_of: Mapping[str, str] | None = None,
+        varying: FloatArray | None = None,
+    ) -> None:
+        self._trial_of = trial_of or {}
+        groups = {trial.name: group.name for group in simulator.repeats for trial in group.trials}
+        self._input_of = {**groups, **(input_of or {})}
+        self.in_parts, self.varies = bool(self._trial_of), varying is not None
+        self.fitted = self._rows(simulator, fitted)
+        self.judged = self._rows(simulator, judged)
+        self._shared = [] if varying is None else self._variations(varying)
+
+    def whiten(self, residual: FloatArray) -> FloatArray:
+        """Whitened rows (f,) of what is fitted, out of a residual (N,) [SI]."""
+        rows = whitened(self.fitted.blocks, residual)
+        for one in self._shared:
+            rows[one.fitted] = one.whiten(rows[one.fitted])
+        return rows
+
+    def whiten_judged(self, residual: FloatArray) -> FloatArray:
+        """Whitened rows (h,) of what is judged, out of a residual (N,) [SI]."""
+        if not self.judged.blocks:
+            return np.empty(0)
+        rows = whitened(self.judged.blocks, residual)
+        for one in self._shared:
+            rows[one.judged] = one.whiten_judged(rows[one.judged])
+        return rows
+
+    def trial(self, unit: str) -> str:
+        """The trial that a unit is, or is part of."""
+        return self._trial_of.get(unit, unit)
+
+    def input(self, unit: str) -> str:
+        """Name of a unit's input, which trials that repeat each other share."""
+        return self._input_of[self.trial(unit)]
+
+    def _rows(self, simulator: LinkSimulator, pairs: Sequence[tuple[Block, int]]) -> Rows:
+        blocks = tuple(block for block, _ in pairs)
+        sizes = [block.size for block in blocks]
+        unit = {name: i for i, name in enumerate(unit_names(blocks))}
+        group = {t.name: i for i, g in enumerate(simulator.repeats) for t in g.trials}
+        of_blocks = [group[self.trial(block.unit)] for block in blocks]
+        return Rows(
+            blocks=blocks,
+            link_of=np.repeat(np.array([link for _, link in pairs], dtype=np.intp), sizes),
+            unit_of=np.repeat(np.array([unit[b.unit] for b in blocks], dtype=np.intp), sizes),
+            group_of=np.repeat(np.array(of_blocks, dtype=np.intp), sizes),
+            groups=frozenset(simulator.repeats[i].name for i in of_blocks),
+        )
+
+    def _variations(self, varying: FloatArray) -> list[_Shared]:
+        """What varies, of each link in each log."""
+        sides = (self.fitted, self.judged)
+        columns = [
+            np.column_stack([whitened(side.blocks, own) for own in varying.T])
+            if side.blocks and varying.shape[1]
+            else np.empty((side.link_of.size, varying.shape[1]))
+            for side in sides
+        ]
+        trials = [
+            np.repeat([self.trial(b.unit) for b in side.blocks], [b.size for b in side.blocks])
+            for side in sides
+        ]
+        found: list[_Shared] = []
+        for name in np.unique(np.concatenate(trials)):
+            for link in np.unique(np.concatenate([side.link_of for side in sides])):
+                fitted, judged = (
+                    np.flatnonzero((own == name) & (side.link_of == link))
+                    for own, side in zip(trials, sides, strict=True)
+                )
+                found.append(_Shared(fitted, judged, columns[0][fitted], columns[1][judged]))
+        return found
+
+
+class _Shared:
+    """Variations that rows share, independent and normal, as part of their noise.
+
+    Args:
+        fitted, judged: numbers of the rows.
+        fitted_columns, judged_columns: their change with each variation, in noise and at its
+            standard deviation, (f, k) and (h, k).
+    """
+
+    def __init__(
+        self,
+        fitted: NDArray[np.intp],
+        judged: NDArray[np.intp],
+        fitted_columns: FloatArray,
+        judged_columns: FloatArray,
+    ) -> None:
+        self.fitted, self.judged = fitted, judged
+        self.whiten = _Whitening(fitted_columns)
+        self.whiten_judged = _Whitening(judged_columns)
+
+
+class _Whitening:
+    """Rows of covariance ``1 + C C'`` to white ones, by its symmetric root: each stays in place."""
+
+    def __init__(self, columns: FloatArray) -> None:
+        self._along, size, _ = np.linalg.svd(columns, full_matrices=False)
+        self._less = 1.0 - 1.0 / np.sqrt(1.0 + size**2)
+
+    def __call__(self, rows: FloatArray) -> FloatArray:
+        return rows - self._along @ (self._less * (self._along.T @ rows))
+
+
+def whole_trials(
+    simulator: LinkSimulator,
+    held_out: Collection[str],
+    *,
+    input_of: Mapping[str, str] | None = None,
+    varying: FloatArray | None = None,
+) -> Units:
+    """Trials as units.
+
+    Args:
+        simulator: of the links.
+        held_out: names of the trials to judge by.
+        input_of: see `Units`.
+        varying: see `Units`.
+    """
+    pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
+    return Units(
+        simulator,
+        [(block, link) for block, link in pairs if block.unit not in held_out],
+        [(block, link) for block, link in pairs if block.unit in held_out],
+        input_of=input_of,
+        varying=varying,
+    )
+
+
+def parts_of_trials(
+    simulator: LinkSimulator,
+    held_out: Collection[str],
+    *,
+    gap: int,
+    varying: FloatArray,
+    fewest: int,
+) -> Units:
+    """Parts of trials as units.
+
+    Args:
+        simulator: of the links.
+        held_out: names of the trials to judge by; if there are none, half of all parts.
+        gap: rows between parts.
+        varying: see `Units`.
+        fewest: units that judgement needs.
+
+    Raises:
+        InputError: trials that are too short for so many parts.
+    """
+    of_trial: dict[str, list[tuple[Block, int]]] = {}
+    for block, link in zip(simulator.blocks, simulator.link_of, strict=True):
+        of_trial.setdefault(block.unit, []).append((block, link))
+    sizes = {name: own[0][0].size for name, own in of_trial.items()}
+    if held_out:
+        sizes = {name: size for name, size in sizes.items() if name in held_out}
+    counts = _counts(sizes, gap)
+    fitted: list[tuple[Block, int]] = []
+    judged: list[tuple[Block, int]] = []
+    trial_of: dict[str, str] = {}
+    number = 0
+    for name, own in of_trial.items():
+        if name not in counts:
+            fitted += own
+            continue
+        ours = [k for k in range(counts[name]) if held_out or second_half(number + k)]
+        number += counts[name]
+        for block, link in own:
+            every = cut(block, counts[name], gap)
+            parts = [every[k] for k in ours]
+            judged += [(part, link) for part in parts]
+            runs = () if held_out else fitted_runs(block, parts, gap)
+            fitted += [(run, link) for run in runs]
+            trial_of |= {part.unit: name for part in (*parts, *runs)}
+    units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying)
+    if len(units.judged.units) < fewest or not fitted:
+        raise InputError(
+            f"{len(sizes)} trials of {sum(sizes.values())} samples give"
+            f" {len(units.judged.units)} parts to judge by, {gap} samples apart as their noise"
+            f" remembers: {fewest} are needed; record every input twice or more, or four times as"
+            " long"
+        )
+    return units
+
+
+def _counts(sizes: Mapping[str, int], gap: int) -> dict[str, int]:
+    """Number of parts of each trial: as many as the gap lets it have, of all `MOST` at most."""
+    most = {name: most_parts(size, gap) for name, size in sizes.items()}
+    share = min(1.0, MOST / sum(most.values()))
+    return {name: max(int(share * count), 1) for name, count in most.items()}
+
+
+def second_half(number: int) -> bool:
+    """Whether a unit is in the second half, which is judged.
+
+    Thue and Morse's sequence: no trend and no period sets the halves apart.
+    """
+    return number.bit_count() % 2 == 1

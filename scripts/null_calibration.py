@@ -1,0 +1,307 @@
+"""Whether the p-values on which a diagnosis of rows rests hold where there is nothing to find.
+
+    python scripts/null_calibration.py [--json scripts/results/null_calibration.json]
+
+Every test that decides something in tables at rest and in loops gets 500 data sets of its own null
+hypothesis. Its p-values should then be uniform: one in twenty below 0.05. Shares come with exact
+95 % intervals (Clopper and Pearson, Biometrika 26, 1934), the whole distribution with the
+Kolmogorov-Smirnov test. A test is too eager if p-values below one of the levels are more frequent
+than the level, conservative if they are rarer, below 0.05 or anywhere; either is only said if it
+stays significant (5 %) after Bonferroni's correction for all cases here. It takes three minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy
+from scipy.signal import lfilter
+from scipy.stats import binomtest, kstest
+
+import pamsim
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.inference.blocks import Stack
+from pamsim.inference.model_comparison import compare_with_reference
+from pamsim.inference.near_units import missed_together, nearest_units
+from pamsim.inference.permutation import best_of_many_p_values
+from pamsim.inference.projected_effect import FreeForms, compare_effects
+
+Found = tuple[dict[str, float], dict[str, bool]]
+"""Of one data set: test -> its p-value, and rule -> whether it found something."""
+
+RESULT = Path("scripts/results/null_calibration.json")
+COMMAND = "python scripts/null_calibration.py --json scripts/results/null_calibration.json"
+RUNS = 500
+LEVELS = (0.001, 0.01, 0.05)
+
+KEPT = 0.88  # of drifting noise from one reading to the next
+ROWS = "a model against another that is as wrong"
+BEST_ROW_EFFECT = "best of four effects that are not there"
+SCORES = "an effect that is not there, by flips of the rows' scores"
+ADDS = "what another effect adds to the true one"
+NEAR = "what near rows miss together"
+NEAR_LEVELS = "what near levels of a loop miss together"
+PLANTED = 0.3  # what two equally wrong models miss, in standard deviations of the noise
+TRUE_SIZE = 2.0  # of the true effect, in standard deviations of the noise
+
+
+@dataclass(frozen=True)
+class Case:
+    """One kind of data under the null hypothesis.
+
+    Attributes:
+        data: in words.
+        draw: random generator -> what the tests find in one data set.
+    """
+
+    data: str
+    draw: Callable[[np.random.Generator], Found]
+
+
+def _noise(rng: np.random.Generator, shape: tuple[int, int], colour: str) -> FloatArray:
+    """Noise of standard deviation 1."""
+    if colour == "heavy tails":
+        return rng.standard_t(3, shape) / np.sqrt(3.0)
+    white = rng.standard_normal(shape)
+    if colour != "drifting":
+        return white
+    white[:, 1:] *= np.sqrt(1.0 - KEPT**2)  # stationary from the first sample on
+    return lfilter([1.0], [1.0, -KEPT], white, axis=1)
+
+
+class Table:
+    """Rows of angles at rest whose model is linear in its parameters.
+
+    Args:
+        rows: number of them.
+        colour: of the errors.
+    """
+
+    def __init__(self, rows: int, colour: str) -> None:
+        rng = np.random.default_rng(3)
+        self.colour = colour
+        self.low = np.where(np.arange(rows) % 2, rng.uniform(0.0, 4.0, rows), 0.0)
+        self.step = rng.uniform(0.4, 4.5, rows)
+        self.load = rng.choice([0.0, 1.2, 2.1], rows)
+        self.names = tuple(map(str, range(rows)))
+        self.gain = self.step
+        self.effects = (self.step**3, self.step * self.low, self.load, np.ones(rows))
+
+
+def row_tests(table: Table, rng: np.random.Generator) -> Found:
+    """Tests on a table whose model is perfect but for its gain, or equally wrong."""
+    seed = int(rng.integers(2**31))
+    residual = _noise(rng, (1, table.step.size), table.colour)[0]
+    columns = [np.stack([table.gain, *more], axis=1) for more in [(), *zip(table.effects)]]
+    base, *extended = [_left(residual, jacobian) for jacobian in columns]
+    p_values = best_of_many_p_values(
+        base, columns[0], list(zip(extended, columns[1:], strict=True)), seed=seed
+    )
+    rows = Stack(
+        units=table.names,
+        unit=np.arange(table.step.size),
+        residual=base,
+        jacobian=columns[0],
+    )
+    beside = FreeForms(rows, np.empty((table.step.size, 0)))
+    effects = [beside.effect(-own) for own in table.effects]
+    scores = [float(compare_effects([one], seed=seed).p_value[0]) for one in effects]
+    unseen = [
+        compare_with_reference(beside.losses, one.losses[:, np.newaxis], seed=seed)
+        for one in effects
+    ]
+    wrong = PLANTED * np.sign(table.effects[0] - np.median(table.effects[0]))
+    equally = compare_with_reference(
+        (residual + wrong) ** 2, ((residual - wrong) ** 2)[:, np.newaxis], seed=seed
+    )
+    true = residual - TRUE_SIZE * table.effects[0] / float(np.std(table.effects[0]))
+    both = np.column_stack([columns[1], table.effects[1]])
+    adds = best_of_many_p_values(
+        _left(true, columns[1]), columns[1], [(_left(true, both), both)], seed=seed
+    )
+    near = nearest_units(np.stack([table.low, table.step, table.load], axis=1))
+    _, left = missed_together(base, columns[0], near, seed=seed)
+    return (
+        {
+            ROWS: float(equally.p_value[0]),
+            BEST_ROW_EFFECT: min(p_values),
+            SCORES: scores[0],
+            ADDS: adds[0],
+            NEAR: left,
+        },
+        {
+            "effect claimed in rows": any(
+                max(chance, score, float(one.p_value[0])) <= ALPHA
+                for chance, score, one in zip(p_values, scores, unseen, strict=True)
+            ),
+            "remainder in rows": left <= ALPHA,
+        },
+    )
+
+
+def _left(residual: FloatArray, jacobian: FloatArray) -> FloatArray:
+    """What a linear fit leaves of all rows."""
+    span = np.linalg.qr(jacobian)[0]
+    return residual - span @ (span.T @ residual)
+
+
+class Readings:
+    """One loop, read at the same levels up and down.
+
+    Args:
+        levels: number of them.
+        colour: of the readings' errors.
+    """
+
+    def __init__(self, levels: int, colour: str) -> None:
+        self.colour = colour
+        self.level = np.linspace(0.0, 4.0, levels)
+        self.error = 0.05 + 0.02 * np.concatenate([self.level, self.level[::-1]])
+
+
+def loop_tests(readings: Readings, rng: np.random.Generator) -> Found:
+    """The test for a loop where there is none: near levels open by the same."""
+    noise = readings.error * _noise(rng, (1, readings.error.size), readings.colour)[0]
+    levels = readings.level.size
+    opened = noise[:levels] - noise[levels:][::-1]
+    near = nearest_units(readings.level[:, np.newaxis])
+    rows, none = opened / readings.error[:levels], np.empty((levels, 0))
+    _, left = missed_together(rows, none, near, seed=int(rng.integers(2**31)))
+    return {NEAR_LEVELS: left}, {"remainder in a loop": left <= ALPHA}
+
+
+def cases() -> Iterator[Case]:
+    """All kinds of data."""
+    for rows, colour in ((10, "white"), (24, "white"), (24, "heavy tails")):
+        data = f"{rows} rows, {colour}"
+        yield Case(data, partial(row_tests, Table(rows, colour)))
+    for levels, colour in ((6, "white"), (10, "white"), (10, "drifting")):
+        yield Case(f"{levels} levels, {colour}", partial(loop_tests, Readings(levels, colour)))
+
+
+def drawn(case: Case, runs: int) -> tuple[dict[str, FloatArray], dict[str, int]]:
+    """Test -> its p-values over some data sets, and rule -> how often it found something."""
+    p_values: dict[str, list[float]] = {}
+    alarms: dict[str, int] = {}
+    for run in range(runs):
+        found, rules = case.draw(np.random.default_rng([*case.data.encode(), run]))
+        for test, p_value in found.items():
+            p_values.setdefault(test, []).append(p_value)
+        for rule, alarm in rules.items():
+            alarms[rule] = alarms.get(rule, 0) + int(alarm)
+    return {test: np.array(values) for test, values in p_values.items()}, alarms
+
+
+def share(hits: int, runs: int) -> dict[str, Any]:
+    """A share with its exact interval."""
+    low, high = binomtest(hits, runs).proportion_ci(0.95, method="exact")
+    return {"hits": hits, "share": hits / runs, "interval95": [low, high]}
+
+
+def measured(p_values: FloatArray) -> dict[str, Any]:
+    """How p-values of a null hypothesis are distributed."""
+    below = {level: int(np.sum(p_values <= level)) for level in LEVELS}
+    runs = p_values.size
+    eager = [binomtest(hits, runs, level, "greater").pvalue for level, hits in below.items()]
+    rare = [binomtest(below[0.05], runs, 0.05, "less").pvalue]
+    rare.append(kstest(p_values, "uniform", alternative="less").pvalue)
+    return {
+        "runs": runs,
+        "kolmogorov_smirnov_p": float(kstest(p_values, "uniform").pvalue),
+        "smallest": float(p_values.min()),
+        "at_or_below": {str(level): share(hits, runs) for level, hits in below.items()},
+        "p_too_eager": float(min(1.0, len(eager) * min(eager))),
+        "p_conservative": float(min(1.0, len(rare) * min(rare))),
+    }
+
+
+def judged(row: Mapping[str, Any], comparisons: int) -> str:
+    """Whether small p-values are as frequent as they should be, corrected for all comparisons."""
+    if row["p_too_eager"] * comparisons < ALPHA:
+        return "too eager"
+    return "conservative" if row["p_conservative"] * comparisons < ALPHA else "calibrated"
+
+
+def rendered(record: Mapping[str, Any]) -> list[str]:
+    """The tables of docs/diagnose.md: of every test and every rule, the range over its data."""
+    tests: dict[str, list[Mapping[str, Any]]] = {}
+    for row in record["tests"]:
+        tests.setdefault(_label(row["test"], row["data"]), []).append(row)
+    lines = ["| nothing to find: p-value of | p <= 0.05 | p <= 0.01 | p <= 0.001 | found to be |"]
+    lines.append("|---|---|---|---|---|")
+    for label, rows in tests.items():
+        shares = [_range([r["at_or_below"][str(level)] for r in rows]) for level in LEVELS[::-1]]
+        counts = Counter(row["verdict"] for row in rows)
+        found = ", ".join(f"{verdict} {counts[verdict]}" for verdict in sorted(counts))
+        lines.append(f"| {label} | {' | '.join(shares)} | {found} |")
+    rules: dict[str, list[Mapping[str, Any]]] = {}
+    for row in record["rules"]:
+        rules.setdefault(_label(row["rule"], row["data"]), []).append(row)
+    lines += ["", "| nothing to find: rule | false alarms | most in one kind of data |"]
+    lines.append("|---|---|---|")
+    for label, rows in rules.items():
+        most = max(rows, key=lambda row: row["hits"])
+        low, high = (100.0 * end for end in most["interval95"])
+        total = f"{sum(row['hits'] for row in rows)} of {sum(row['runs'] for row in rows)}"
+        lines.append(f"| {label} | {total} | {100 * most['share']:.1f} [{low:.1f}, {high:.1f}] % |")
+    return lines
+
+
+def _label(name: str, data: str) -> str:
+    """A name in a table: readings of one loop that drift are a case apart."""
+    return f"{name}; readings drift" if "levels" in data and "drifting" in data else name
+
+
+def _range(shares: Sequence[Mapping[str, Any]]) -> str:
+    low, high = (100.0 * end(one["share"] for one in shares) for end in (min, max))
+    return f"{low:.1f} %" if len(shares) == 1 else f"{low:.1f} to {high:.1f} %"
+
+
+def main() -> None:
+    """Draw, judge and print the tables; write the record where it is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=RUNS)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args()
+    began = time.process_time()
+    rows: list[dict[str, Any]] = []
+    rules: list[dict[str, Any]] = []
+    for case in cases():
+        p_values, alarms = drawn(case, options.runs)
+        rows += [{"test": t, "data": case.data, **measured(p)} for t, p in p_values.items()]
+        rules += [
+            {"rule": rule, "data": case.data, "runs": options.runs, **share(hits, options.runs)}
+            for rule, hits in alarms.items()
+        ]
+        print(f"{case.data}: {time.process_time() - began:.0f} s", file=sys.stderr)
+    for row in rows:
+        row["verdict"] = judged(row, len(rows))
+    record = {
+        "command": COMMAND,
+        "pamsim": pamsim.__version__,
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "python": platform.python_version(),
+        "cpu_seconds": round(time.process_time() - began),
+        "tests": rows,
+        "rules": rules,
+    }
+    print("\n".join(rendered(record)))
+    if options.json:
+        options.json.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

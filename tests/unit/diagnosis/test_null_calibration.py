@@ -1,0 +1,41 @@
+"""Where there is nothing to find, small p-values are no more frequent than their values."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+ROOT = Path(__file__).parents[3]
+SCRIPT = runpy.run_path(str(ROOT / "scripts/null_calibration.py"), run_name="null_calibration")
+RECORD = json.loads((ROOT / "scripts/results/null_calibration.json").read_text(encoding="utf-8"))
+DRAWS = 60
+MOST = int(binom.ppf(0.9999, DRAWS, 0.05))  # p-values below 0.05, of so many draws
+
+
+def test_the_tables_of_the_document_are_those_of_the_record():
+    text = (ROOT / "docs/diagnose.md").read_text(encoding="utf-8")
+    assert "\n".join(SCRIPT["rendered"](RECORD)) in text
+
+
+def test_the_record_is_judged_as_it_says():
+    rows = RECORD["tests"]
+    assert all(row["verdict"] == SCRIPT["judged"](row, len(rows)) for row in rows)
+    assert {row["runs"] for row in rows} == {500}
+    assert len({(row["test"], row["data"]) for row in rows}) == len(rows)
+    assert {case.data for case in SCRIPT["cases"]()} == {row["data"] for row in rows}
+    # Readings of a single loop that drift do depend on the direction.
+    eager = {row["data"] for row in rows if row["verdict"] == "too eager"}
+    assert eager == {"10 levels, drifting"}
+
+
+@pytest.mark.parametrize("kind", ["10 rows, white", "6 levels, white"])
+def test_false_alarms_are_no_more_than_promised(kind):
+    case = next(case for case in SCRIPT["cases"]() if case.data == kind)
+    p_values, _ = SCRIPT["drawn"](case, DRAWS)
+    for test, values in p_values.items():
+        assert np.sum(values <= 0.05) <= MOST, test
