@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import InputError
 
 DURATION, RATE = 28.0, 25.0
 LEVEL, GIVES_IN = 0.25, 0.004  # torque of sliding friction [N m]; angle in which it builds up [rad]
@@ -89,10 +88,6 @@ def diagnosed(rig, level, folder):
     )
 
 
-ONE_LOG = pytest.mark.xfail(raises=InputError, strict=True, reason="a log without repeats")
-
-
-@ONE_LOG
 def test_friction_of_another_formula_is_found_in_one_log_of_a_sealed_joint(rig, tmp_path):
     found = diagnosed(rig, LEVEL, tmp_path)
     named = {effect.name for effect in found.effects}
@@ -100,7 +95,6 @@ def test_friction_of_another_formula_is_found_in_one_log_of_a_sealed_joint(rig, 
     assert named <= FRICTION, found.sentence
 
 
-@ONE_LOG
 def test_nothing_is_claimed_of_the_same_joint_without_friction(rig, tmp_path):
     found = diagnosed(rig, 0.0, tmp_path)
     assert not found.effects, found.sentence

@@ -163,4 +163,4 @@ def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
         for one in simulator.noise.values()
         if one.source is not FloorRoute.WITHIN_TRIALS
     ]
-    return max(*(round(LAG / trial.sample_interval) for trial in trials), *shown)
+    return max([*(round(LAG / trial.sample_interval) for trial in trials), *shown])
