@@ -14,7 +14,7 @@ def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):
         rig,
         {"muscle_hysteresis": 1.5},
         protocols=("stretch",),
-        duration=1.5,
+        duration=1.0,
         repeats=5,
         forces=False,
         seed=2,
