@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from pamsim.effects.effect import Effect
 from pamsim.inference.free_parameter import FreeParameter
 
 INSIDE = 1e-3
 """Distance of starts from the ends of a range, as a share of it: friction at 0 has no gradient."""
-
-
-def of_all(name: str) -> str:
-    """Name for all muscles of a parameter of one, ``muscle:group.field``; empty for any other."""
-    muscle, _, common = name.partition(":")
-    return common if muscle else ""
 
 
 def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
@@ -63,7 +57,6 @@ class Candidate:
         neutral: values at which it is absent [SI]; none for numbers without influence then.
         probes: values at which its signature is computed.
         usual: whether this is the form that is taken unless another is better by far.
-        asked_for: whether the effect was named, so that it is tried in any case.
     """
 
     effect: Effect
@@ -71,7 +64,6 @@ class Candidate:
     neutral: dict[str, float]
     probes: tuple[Probe, ...]
     usual: bool = True
-    asked_for: bool = False
 
     @property
     def name(self) -> str:
@@ -84,55 +76,15 @@ class Candidate:
         return self.effect.label
 
     @property
-    def rare(self) -> bool:
-        """Whether it is tried only where other effects leave a remainder."""
-        return self.effect.rare and not self.asked_for
-
-    @property
     def family(self) -> str:
         """Family of the effect."""
         return self.effect.family
-
-    @property
-    def sizes(self) -> tuple[str, ...]:
-        """Parameters of which one off neutral is enough for the effect to be there."""
-        others = zip(self.effect.parameters[1:], self.parameters[1:], strict=True)
-        return (self.parameters[0].name, *(p.name for own, p in others if own.another_size))
 
     @property
     def two_sided(self) -> bool:
         """Whether the effect may have either sign."""
         size = self.parameters[0]
         return size.low < self.neutral[size.name] < size.high
-
-    def beside(self, values: Mapping[str, float]) -> Candidate:
-        """The candidate where a parameter of all muscles has another value than the rig states.
-
-        What is of one muscle, such as ``muscle_2:force.scale``, is neutral at the value of all.
-
-        Args:
-            values: name -> value [SI], such as ``force.scale``.
-        """
-        moved = {
-            name: values[common] - own
-            for name, own in self.neutral.items()
-            if (common := of_all(name)) in values
-        }
-        if not moved:
-            return self
-        return replace(
-            self,
-            neutral={name: own + moved.get(name, 0.0) for name, own in self.neutral.items()},
-            probes=tuple(
-                replace(
-                    p,
-                    values=inside(
-                        self.parameters, {n: v + moved.get(n, 0.0) for n, v in p.values.items()}
-                    ),
-                )
-                for p in self.probes
-            ),
-        )
 
     def moved(self, probe: Probe, factor: float) -> dict[str, float]:
         """A probe made larger or smaller, within the ranges and off their ends.

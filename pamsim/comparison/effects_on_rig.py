@@ -224,7 +224,7 @@ def candidates(
             probes = [p for p in one.probes if usual or p.size == one.effect.probes[0]]
             tried.setdefault(
                 one.label,
-                replace(one, usual=usual, asked_for=bool(names), probes=tuple(probes)),
+                replace(one, usual=usual, probes=tuple(probes)),
             )
     found = {name for one in tried.values() for name in (one.name, one.effect.name)}
     left_out = dict.fromkeys(without, "left out on request")

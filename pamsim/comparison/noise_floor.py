@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,10 +11,6 @@ from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial
 from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import BlockPlace
-
-REPEATS = FloorRoute.REPEATS
-FEWEST_REPEATS = 3
-"""With fewer repeats of a protocol its floor is an assumption."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,22 +20,12 @@ class NoiseFloor:
     Attributes:
         sd: channel -> standard deviation over all protocols [SI].
         variance: (channel, protocol) -> variance [SI^2].
-        repeats: smallest number of repeats of a protocol.
-        assumed: True if there are too few repeats: what drifts slowly, or from trial to trial, then
-            counts as model error.
-        routes: (channel, protocol) -> how it is known; empty if all from repeats.
+        routes: (channel, protocol) -> how it is known.
     """
 
     sd: Mapping[str, float]
     variance: Mapping[tuple[str, str], float]
-    repeats: int
-    assumed: bool
-    routes: Mapping[tuple[str, str], FloorRoute] = field(default_factory=dict)
-
-    @property
-    def route(self) -> FloorRoute:
-        """How it is known of most channels and protocols."""
-        return Counter(self.routes.values()).most_common(1)[0][0] if self.routes else REPEATS
+    routes: Mapping[tuple[str, str], FloorRoute]
 
     def variance_in(self, channel: str, protocol: str) -> float:
         """Variance of a channel in a protocol [SI^2]; over all of them if it is not known there."""
@@ -67,7 +52,7 @@ def noise_floor(
         key = (place.block.channel, place.block.protocol)
         trials.setdefault(key, []).append(place)
     scatter = repeat_scatter(places, residual)
-    routes = dict.fromkeys(scatter, REPEATS)
+    routes = dict.fromkeys(scatter, FloorRoute.REPEATS)
     for key, (first, *_) in trials.items():
         if key not in scatter:
             routes[key], scatter[key] = noise_within_trial(
@@ -75,7 +60,6 @@ def noise_floor(
                 first.block.sample_interval or 1.0,
                 (commands or {}).get(first.block.trial),
             )
-    repeats = min(map(len, trials.values()))
     return NoiseFloor(
         sd={
             channel: max(
@@ -85,8 +69,6 @@ def noise_floor(
             for channel in dict.fromkeys(place.block.channel for place in places)
         },
         variance={key: scatter[key].variance for key in trials},
-        repeats=repeats,
-        assumed=repeats < FEWEST_REPEATS,
         routes=routes,
     )
 

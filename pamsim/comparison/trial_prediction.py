@@ -137,25 +137,19 @@ class TrialPredictor:
         self,
         rigs: Sequence[Rig | None],
         *,
-        left_out: frozenset[str] = frozenset(),
         timestep: float | None = None,
-        settle_steps: int = 1,
     ) -> list[Prediction | None]:
         """Predictions of rigs; None where there is none or a run broke down.
 
         Args:
             rigs: to simulate.
-            left_out: names of trials that need not be predicted.
             timestep: [s]; each rig's own if left out.
-            settle_steps: see `pamsim.engine.batch.simulate_batch`.
         """
         if self._sensitivities is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
         return [
             None if found is None else self.adjusted(found)
-            for found in self.as_simulated(
-                rigs, left_out=left_out, timestep=timestep, settle_steps=settle_steps
-            )
+            for found in self.as_simulated(rigs, timestep=timestep)
         ]
 
     def adjusted(self, simulated: Prediction) -> Prediction:
@@ -180,16 +174,9 @@ class TrialPredictor:
         self,
         rigs: Sequence[Rig | None],
         *,
-        left_out: frozenset[str] = frozenset(),
         timestep: float | None = None,
-        settle_steps: int = 1,
     ) -> list[Prediction | None]:
         """Predictions from the starts as they were read; arguments as of `predictions`."""
-        numbers = {
-            number
-            for trial, number in zip(self.data.trials, self._of_trial, strict=True)
-            if trial.name not in left_out
-        }.union(*self._of_row)
         runs = iter(
             self._run(
                 [
@@ -197,16 +184,12 @@ class TrialPredictor:
                     for rig in rigs
                     if rig is not None
                     for number, e in enumerate(self._experiments)
-                    if number in numbers
                 ],
                 timestep,
-                settle_steps,
             )
         )
         return [
-            None
-            if rig is None
-            else self._read_off({n: next(runs) for n in sorted(numbers)}, left_out)
+            None if rig is None else self._read_off([next(runs) for _ in self._experiments])
             for rig in rigs
         ]
 
@@ -219,7 +202,6 @@ class TrialPredictor:
         self,
         rig: Rig | None,
         *,
-        timestep: float | None = None,
         simulated: Prediction | None = None,
     ) -> None:
         """Compute the starts' noise and the sensitivities to them at a rig.
@@ -229,7 +211,6 @@ class TrialPredictor:
 
         Args:
             rig: where, or None.
-            timestep: [s]; the rig's own if left out.
             simulated: its trials from the starts as read, if known: see `as_simulated`.
         """
         self._sensitivities = [{} for _ in self.data.trials]
@@ -248,8 +229,7 @@ class TrialPredictor:
                 [
                     (rig, as_read(rig, replace(experiment, start_pressure=start + shift)))
                     for shift in shifts
-                ],
-                timestep,
+                ]
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
@@ -269,24 +249,21 @@ class TrialPredictor:
         self,
         jobs: list[tuple[Rig, Experiment]],
         timestep: float | None = None,
-        settle_steps: int = 1,
     ) -> list[Recording]:
         return sensed_runs(
             jobs,
             timestep=timestep,
-            settle_steps=settle_steps,
             threads=self._threads,
             simulated=self._simulated,
         )
 
-    def _read_off(self, runs: dict[int, Recording], left_out: frozenset[str]) -> Prediction | None:
-        if any(run.outcome is not Outcome.COMPLETED for run in runs.values()):
+    def _read_off(self, runs: Sequence[Recording]) -> Prediction | None:
+        if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
         return Prediction(
             trials={
                 trial.name: at_times(runs[number], trial, self.rig.sensor)
                 for trial, number in zip(self.data.trials, self._of_trial, strict=True)
-                if trial.name not in left_out
             },
             tables={
                 table.name: np.array([runs[index].angle[-1] for index in rows])

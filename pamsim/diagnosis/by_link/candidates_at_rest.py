@@ -42,7 +42,7 @@ def candidates_at_rest(
             )
         else:
             probes = tuple({p.shape: p for p in _probes(rig, one)}.values())
-            acting.append(replace(one, probes=probes, asked_for=bool(names)))
+            acting.append(replace(one, probes=probes))
     return tuple(acting), skipped
 
 

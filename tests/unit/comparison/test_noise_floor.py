@@ -29,17 +29,6 @@ def test_floor_is_the_planted_noise_whatever_the_model_misses():
         found = blocks(np.random.default_rng(3), repeats=5, model=model)
         places = layout(found)
         floor = noise_floor(places, np.concatenate([b.residual for b in found]))
-        assert not floor.assumed
         assert floor.variance["angle", "calm"] == pytest.approx(0.01, rel=0.1)
         assert floor.variance["pressure_1", "rough"] == pytest.approx(3600.0, rel=0.1)
         assert floor.sd["angle"] == pytest.approx(np.sqrt((0.01 + 0.09) / 2.0), rel=0.05)
-
-
-@pytest.mark.parametrize(("repeats", "assumed"), [(1, True), (2, True), (3, False)])
-def test_a_floor_without_enough_repeats_is_said_to_be_assumed(repeats, assumed):
-    found = blocks(np.random.default_rng(4), repeats=repeats)
-    places = layout(found)
-    floor = noise_floor(places, np.concatenate([b.residual for b in found]))
-    assert floor.assumed is assumed
-    assert floor.repeats == repeats
-    assert floor.sd["angle"] == pytest.approx(np.sqrt(0.05), rel=0.1)

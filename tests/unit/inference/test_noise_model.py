@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.noise_within_trial import FloorRoute
 from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import ResidualBlock, layout
 
@@ -48,7 +49,6 @@ def test_calibrate_and_diagnose_take_the_same_noise_from_the_same_repeats():
     # 800 degrees of freedom of the one protocol against 60 of the other.
     assert fitted == pytest.approx(np.sqrt((800 * 0.01 + 60 * 0.16) / 860), rel=0.1)
     assert floor.variance["angle", "b"] == pytest.approx(0.16, rel=0.5)
-    assert (floor.repeats, floor.assumed) == (2, True)
 
 
 def test_single_trials_count_model_error_in_a_fit_and_not_in_the_floor():
@@ -58,4 +58,4 @@ def test_single_trials_count_model_error_in_a_fit_and_not_in_the_floor():
     assert NoiseModel(places, residual).estimate(residual)["angle"] > 1.5
     floor = noise_floor(places, residual)
     assert floor.sd["angle"] == pytest.approx(0.1, rel=0.2)
-    assert floor.assumed
+    assert set(floor.routes.values()) == {FloorRoute.WITHIN_TRIALS}
