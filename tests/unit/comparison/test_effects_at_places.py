@@ -41,12 +41,11 @@ def test_an_effect_is_tried_at_each_place_that_it_can_have(tried, name, places):
     assert [label for label in tried if label.partition(" at ")[0] == name] == labels
 
 
-def test_what_is_left_out_is_not_tried_and_nothing_is_asked_for_by_that(rig):
+def test_what_is_left_out_is_not_tried(rig):
     found, skipped = candidates(rig, without=["coulomb_friction", "angle_bias"])
     assert skipped == dict.fromkeys(("coulomb_friction", "angle_bias"), "left out on request")
     names = {one.effect.name for one in found}
     assert names == {one.effect.name for one in candidates(rig)[0]} - set(skipped)
-    assert {one.effect.name for one in found if one.rare}  # still tried only where it is needed
     few, _ = candidates(rig, ["air_leak", "angle_bias"], ["angle_bias"])
     assert {one.effect.name for one in few} == {"air_leak"}
     with pytest.raises(InputError, match="did you mean 'air_leak'"):
