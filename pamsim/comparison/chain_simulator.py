@@ -30,7 +30,7 @@ from pamsim.comparison.link_simulation import (
     moment_arms,
     torques_beyond,
 )
-from pamsim.comparison.links import VALVES, Link, LinkRun, link_runs
+from pamsim.comparison.links import VALVES, Link, LinkRun, Runs, joined_runs
 from pamsim.comparison.repeats import Repeats
 from pamsim.comparison.way_to_rest import ways_to_rest
 from pamsim.core.errors import InputError, ParameterError
@@ -89,6 +89,7 @@ class ChainSimulator:
     Args:
         rig: as it is.
         groups: repeats, with channels as the rig names them.
+        divided: into which links.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
 
@@ -110,6 +111,7 @@ class ChainSimulator:
         rig: Rig,
         groups: Sequence[Repeats],
         *,
+        divided: Runs = joined_runs,
         threads: int | None = None,
         simulated: Callable[[], None] | None = None,
     ) -> None:
@@ -120,7 +122,7 @@ class ChainSimulator:
         exact = {
             (link, block.trial, block.channel): block.residual
             for link, blocks in link_residuals(
-                rig, trials, joined=True, threads=threads, simulated=simulated
+                rig, trials, divided=divided, threads=threads, simulated=simulated
             ).items()
             for block in blocks
         }
@@ -131,7 +133,7 @@ class ChainSimulator:
         self._runs: list[tuple[Repeats, Trial, LinkRun]] = [
             (group, mean, run)
             for group, mean in zip(groups, means, strict=True)
-            for run in link_runs(rig, mean, joined=True)
+            for run in divided(rig, mean)
             if all((run.link, t.name, c) in exact for t in group.trials for c in run.outputs)
         ]
         self._inputs = {mean.name: link_inputs(rig, mean) for mean in means}
@@ -141,7 +143,9 @@ class ChainSimulator:
         self._pulls: dict[str, tuple[FloatArray, FloatArray]] = {}  # forces and arms of each mean
         self._driven: dict[tuple[object, ...], LinkExperiment] = {}  # of each run, with the inputs
         self._possible = self._possible_steps()
-        self.noise = link_noise(rig, trials, exact, threads=threads, simulated=simulated)
+        self.noise = link_noise(
+            rig, trials, exact, divided=divided, threads=threads, simulated=simulated
+        )
         self.blocks, self.link_of = self._blocks(self.noise)
         rows = {
             (link, b.unit, b.channel): b.rows

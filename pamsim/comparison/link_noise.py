@@ -27,7 +27,7 @@ import scipy.linalg
 
 from pamsim.comparison.imposed_signals import sample_noise
 from pamsim.comparison.link_simulation import link_residuals
-from pamsim.comparison.links import Link
+from pamsim.comparison.links import Link, Runs, joined_runs
 from pamsim.comparison.noise_within_trial import FloorRoute, settled_holds
 from pamsim.comparison.periodicity import samples_per_period
 from pamsim.comparison.repeats import repeats
@@ -70,6 +70,7 @@ def link_noise(
     trials: Sequence[Trial],
     exact: Residuals,
     *,
+    divided: Runs = joined_runs,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> dict[Output, OutputNoise]:
@@ -79,6 +80,7 @@ def link_noise(
         rig: as it is.
         trials: with channels as the rig names them.
         exact: residual of the rig as it is, each trial driven by its own measured inputs.
+        divided: into which links.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
     """
@@ -100,7 +102,7 @@ def link_noise(
         logs = [(trial, own[trial.name]) for trial in trials if trial.name in own]
         one = _by_periods(logs) or _by_holds(logs)
         if one is None:
-            read_again = read_again or _read_again(rig, trials, exact, threads, simulated)
+            read_again = read_again or _read_again(rig, trials, exact, divided, threads, simulated)
             drawn = [
                 read_again[link, n, channel] for n in names if (link, n, channel) in read_again
             ]
@@ -160,6 +162,7 @@ def _read_again(
     rig: Rig,
     trials: Sequence[Trial],
     exact: Residuals,
+    divided: Runs,
     threads: int | None,
     simulated: Callable[[], None] | None,
 ) -> Residuals:
@@ -175,7 +178,7 @@ def _read_again(
         )
         for trial in trials
     ]
-    found = link_residuals(rig, second, joined=True, threads=threads, simulated=simulated)
+    found = link_residuals(rig, second, divided=divided, threads=threads, simulated=simulated)
     return {
         (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
         for link, blocks in found.items()

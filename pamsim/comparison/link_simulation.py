@@ -23,7 +23,7 @@ import numpy as np
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.comparison.imposed_signals import smoothed
 from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
-from pamsim.comparison.links import Link, LinkRun, link_runs
+from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
 from pamsim.core.units import FloatArray
@@ -56,7 +56,7 @@ def link_residuals(
     rig: Rig,
     trials: Sequence[Trial],
     *,
-    joined: bool = False,
+    divided: Runs = link_runs,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> dict[Link, list[ResidualBlock]]:
@@ -65,7 +65,7 @@ def link_residuals(
     Args:
         rig: as it is.
         trials: with channels as the rig names them.
-        joined: see `pamsim.comparison.links.link_runs`.
+        divided: into which links.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
 
@@ -76,7 +76,7 @@ def link_residuals(
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
-    runs = [(trial, run) for trial in trials for run in link_runs(rig, trial, joined=joined)]
+    runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
     wanted = {trial.name for trial, run in runs if run.pulled}
     begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}

@@ -17,7 +17,7 @@ is imposed. Joints that the rig does not record move freely.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from pamsim.engine.rig import Rig
@@ -108,22 +108,51 @@ class _Measured:
     efforts: dict[str, str]
 
 
-def link_runs(rig: Rig, trial: Trial, *, joined: bool = False) -> tuple[LinkRun, ...]:
+def link_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
     """The links that the measured channels of a trial separate.
 
     Args:
         rig: that the trial is of.
         trial: with channels as the rig names them, see `pamsim.recordings.trial.of_rig`.
-        joined: also muscles and joint as one, where measured forces separate them. Its positions
-            show small effects that the noise of load cells hides from both.
 
     Returns:
         A run of each, from the command on; none if no channel is left to compare.
     """
-    return tuple(run for run in _runs(rig, trial, joined) if run.outputs)
+    return tuple(run for run in _runs(rig, trial) if run.outputs)
 
 
-def _runs(rig: Rig, trial: Trial, joined: bool) -> Iterator[LinkRun]:
+def joined_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
+    """As `link_runs`, with muscles and joint as one beside them where forces separate them.
+
+    Its positions show small effects that the noise of load cells hides from both.
+    """
+    return tuple(run for run in _runs(rig, trial, joined=True) if run.outputs)
+
+
+def whole_run(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
+    """The whole chain as one link: nothing is imposed but what drives the trial."""
+    seen, drives = _measured(rig, trial), trial.drives
+    commanded = any(kind != "measured" for kind in drives.muscles)
+    outputs = (
+        *(seen.pressures if commanded else ()),
+        *seen.forces,
+        *seen.positions.values(),
+        *seen.efforts.values(),
+    )
+    run = LinkRun(
+        link=Link(PARTS if commanded else (MUSCLE, JOINT)),
+        outputs=outputs,
+        pressures=not commanded,
+        moved=tuple(j for j in rig.joints if j in drives.imposed),
+    )
+    return (run,) if outputs else ()
+
+
+Runs = Callable[[Rig, Trial], tuple[LinkRun, ...]]
+"""What divides the chain: `link_runs`, `joined_runs` or `whole_run`."""
+
+
+def _runs(rig: Rig, trial: Trial, *, joined: bool = False) -> Iterator[LinkRun]:
     seen, drives = _measured(rig, trial), trial.drives
     commanded = [kind != "measured" for kind in drives.muscles]
     channels = zip(trial.pressure_channels, commanded, strict=True)

@@ -26,7 +26,8 @@ _PARTS = {
 def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
     """Values of the rig's parameters in a model of a diagnosis [SI].
 
-    A nuisance parameter has the value of the link that its part of the chain lies in. In others it
+    Where the diagnosis has refitted its model in the whole chain, these are its values. Else a
+    nuisance parameter has the value of the link that its part of the chain lies in. In others it
     has little influence, and makes up for what is missing there. Of several such links it has the
     mean, weighted by how well each shows it: by the sum of squares of its sensitivities.
 
@@ -34,6 +35,8 @@ def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
         found: the diagnosis.
         model: with its effects, with a rival in the place of one, or without any.
     """
+    if model is found.model and found.whole is not None:
+        return {plain(name): value for name, value in found.whole.values.items()}
     values = {name: value for name, value in model.values.items() if plain(name) == name}
     nuisance = dict.fromkeys(plain(name) for name in model.values if plain(name) != name)
     for name in nuisance:

@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.links import Link
+from pamsim.comparison.links import Link, whole_run
 from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
@@ -23,6 +23,7 @@ from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
+from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
@@ -45,6 +46,7 @@ class LinkDiagnosis:
         remainders: what is left in every link.
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
+        whole: the same, refitted in the whole chain; None where something is left in a link.
         notes: what it rests on, if that is not repeats and whole trials.
     """
 
@@ -56,6 +58,7 @@ class LinkDiagnosis:
     remainders: Mapping[Link, Remainder]
     base: LinkModel
     model: LinkModel
+    whole: LinkModel | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -113,16 +116,25 @@ def diagnose_links(
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
+    left, found = unseen.remainders(model), sizes(fitter, model)
+    whole = None
+    if effects and not any(one.counts(alpha) for one in left.values()):
+        steps.begin("the whole chain with what was found")
+        chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
+        whole = in_whole_chain(chain, nuisance, _units(chain, trials, judged, alpha), model)
+    if whole is not None:
+        found = confirmed(found, sizes(*whole))
     before, after = unseen.losses(searched.base), unseen.losses(model)
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
-        sizes=sizes(fitter, model),
-        remainders=unseen.remainders(model),
+        sizes=found,
+        remainders=left,
         base=searched.base,
         model=model,
+        whole=None if whole is None else whole[1],
         notes=evidence_notes(simulator.noise, units),
     )
 

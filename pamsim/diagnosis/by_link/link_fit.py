@@ -84,6 +84,7 @@ class LinkFitter:
         nuisance: rig parameters that have a value of their own in every link.
         units: rows that are fitted.
         finer: factor on the steps of finite differences, below 1 for residuals that are smooth.
+        short: fine time steps in one of those that a fit ends in.
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
@@ -97,8 +98,10 @@ class LinkFitter:
         units: Units,
         *,
         finer: float = 1.0,
+        short: int = MIDDLE,
     ) -> None:
-        self.simulator, self.units, self._finer = simulator, units, finer
+        self.simulator, self.units = simulator, units
+        self._finer, self._short = finer, short
         self.link_of = units.fitted.link_of
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
@@ -275,7 +278,7 @@ class LinkFitter:
             [links],
             model.residual,
             only=self.units.fitted.groups,
-            steps=MIDDLE,
+            steps=self._short,
         )
         if residual is None:
             return None

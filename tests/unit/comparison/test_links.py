@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link, link_runs
+from pamsim.comparison.links import (
+    JOINT,
+    MUSCLE,
+    PARTS,
+    VALVES,
+    Link,
+    joined_runs,
+    link_runs,
+    whole_run,
+)
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial, of_rig
 
@@ -54,6 +63,20 @@ def separated(*channels, rig=ARM, **settings):
 )
 def test_links_end_where_signals_are_measured(channels, links):
     assert separated(*channels) == links
+
+
+def test_forces_leave_the_joined_link_beside_its_parts():
+    own, _ = of_rig(trial(*PRESSURES, *FORCES, "angle"), ARM.names, ARM.name)
+    parts = [run.link.parts for run in joined_runs(ARM, own)]
+    assert parts == [(VALVES,), (MUSCLE,), (JOINT,), (MUSCLE, JOINT)]
+
+
+@pytest.mark.parametrize(("drive", "parts"), [("pressure_set", PARTS), ("measured", PARTS[1:])])
+def test_in_the_whole_chain_nothing_is_imposed_but_what_drives(drive, parts):
+    own, _ = of_rig(trial(*PRESSURES, *FORCES, "angle", drive=drive), ARM.names, ARM.name)
+    (run,) = whole_run(ARM, own)
+    assert (run.link.parts, run.moved) == (parts, ())
+    assert run.outputs == (*(PRESSURES if drive == "pressure_set" else ()), *FORCES, "angle")
 
 
 def test_measured_pressures_that_drive_are_an_input_alone():

@@ -90,9 +90,16 @@ def test_a_rig_has_the_nuisance_values_of_the_links_that_its_parts_lie_in():
 
     fitted, base = model(1.0), model(1.1)
     found = SimpleNamespace(
-        links=(air, muscle, whole), base=base, effects=[SimpleNamespace(links={muscle, whole})]
+        links=(air, muscle, whole),
+        base=base,
+        model=fitted,
+        whole=None,
+        effects=[SimpleNamespace(links={muscle, whole})],
     )
     values = chain_values(found, fitted)
     assert values["force.scale"] == pytest.approx((2.0 * 1.01 + 4.0 * 1.04) / 6.0)
     assert values["chamber.dead_volume"] == pytest.approx(1.1e-5)  # no effect there: the base's
     assert values[LEAK] == 2e-12
+    found.whole = SimpleNamespace(values={"force.scale in whole chain": 1.02, LEAK: 3e-12})
+    assert chain_values(found, fitted) == {"force.scale": 1.02, LEAK: 3e-12}
+    assert chain_values(found, base)[LEAK] == 2e-12

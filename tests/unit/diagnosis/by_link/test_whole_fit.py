@@ -1,0 +1,44 @@
+"""The refit in the whole chain ends a diagnosis: sizes are its, intervals hold both."""
+
+from __future__ import annotations
+
+import pytest
+
+from pamsim.comparison.chain_simulator import ChainSimulator
+from pamsim.comparison.links import whole_run
+from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.repeats import repeats
+from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.by_link.units import whole_trials
+from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain
+from pamsim.recordings.recording_reader import read_recordings
+from pamsim.twins.hide import hide
+from tests.unit.diagnosis.by_link.toy_chain import ARM, tried
+
+
+def size(value, low, high):
+    return Size(value=value, interval95=(low, high), by_inputs=False)
+
+
+def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_both():
+    found = confirmed({"x": size(1.0, 0.9, 1.1)}, {"x": size(1.15, 1.05, 1.25)})
+    assert found == {"x": size(1.15, 0.9, 1.25)}
+
+
+def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):
+    hide(
+        ARM, {"added_inertia": 1.0}, protocols=("bursts",), duration=1.5, repeats=2, forces=False
+    ).save(tmp_path / "data")
+    read = read_recordings(tmp_path / "data")
+    data = CalibrationData(sources=(), rig=read.rig, trials=read.trials, tables=()).of_rig(ARM)
+    simulator = ChainSimulator(ARM, repeats(data.trials), divided=whole_run)
+    (effect,) = tried("added_inertia")
+    (name,) = (parameter.name for parameter in effect.parameters)
+    planted = 0.01  # [kg m^2], the effect's typical size
+
+    class Off:
+        effects, values, freed = (effect,), {name: 0.8 * planted}, {name}
+
+    fitter, fit = in_whole_chain(simulator, ("force.scale",), whole_trials(simulator, ()), Off)
+    assert [link.name for link in fitter.simulator.links] == ["whole chain"]
+    assert fit.values[name] == pytest.approx(planted, rel=0.01)
