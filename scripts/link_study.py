@@ -4,9 +4,13 @@
         [--tier TIER] [--workers 2] [--stopped] [--json FILE]
 
 Every case is a recording on disk (five inputs that no diagnosis contains, in two settings, 5 s at
-100 Hz) of a rig as the independent plant simulates it, as scripts/blind_study.py makes it, and is
-read from there. What is counted is defined in link_study_scores.py. Finished rows are kept in
-out/link_study: a stopped study goes on where it was, as long as the code is the same.
+100 Hz) of a rig as the independent plant simulates it: its own equations, integrator and steps. It
+is read from there. With ``--repeats 1`` a case is a single log of 20 s: one input, once. What is
+counted is defined in link_study_scores.py. Finished rows are kept in out/link_study: a stopped
+study goes on where it was, as long as the code is the same.
+
+The rules were made with the cases of scripts/blind_study_cases.json; what the diagnosis of the
+whole chain, which this one has replaced, gave on these is in results/blind_study_plant.json.
 """
 
 from __future__ import annotations
