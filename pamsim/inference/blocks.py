@@ -170,25 +170,6 @@ def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -
     return Stack(units=units, unit=unit, residual=rows, jacobian=whitened(blocks, jacobian))
 
 
-def unit_losses(blocks: Sequence[Block], residuals: FloatArray) -> FloatArray:
-    """Mean square of each unit's whitened rows: 1 on average where only noise is left.
-
-    Args:
-        blocks: of the units.
-        residuals: (N,) of one model, or (N, m) of m models [SI].
-
-    Returns:
-        Shape (u,) or (u, m), units in the order of `unit_names`.
-    """
-    number = {name: k for k, name in enumerate(unit_names(blocks))}
-    squares = np.zeros((len(number), *residuals.shape[1:]))
-    rows = np.zeros(len(number))
-    for block in blocks:
-        squares[number[block.unit]] += np.sum(block.whiten(residuals) ** 2, axis=0)
-        rows[number[block.unit]] += block.size
-    return (squares.T / rows).T
-
-
 def columns_per_source(blocks: Sequence[Block], columns: FloatArray) -> FloatArray:
     """Columns whose size differs from log to log, such as start pressures.
 
