@@ -92,7 +92,7 @@ def search(
         base = fitter.fit(base, (), {}, {link}) or base
     model, now = fitter.stated, known
     for _ in range(_ROUNDS):
-        left, found = promises(model, now, forms_of(model, known))
+        left, found = promises(model, now, forms_of(fitter, model, known))
         worth = [p for p in found if _is_worth(fitter, p, left, material)]
         if not worth:
             break
@@ -218,7 +218,7 @@ def _about(
     fitter: LinkFitter, model: LinkModel, now: Sequence[Signature], where: Collection[Link]
 ) -> list[Signature]:
     """Signatures about a model, of what promises something in the links that it has changed."""
-    _, found = promises(model, now, forms_of(model, now))
+    _, found = promises(model, now, forms_of(fitter, model, now))
     near = [p for p in found if p.gain >= _WIDER * found[0].gain]
     again = {p.effect.label for p in near if seen_in(fitter, now, p.effect.name) & frozenset(where)}
     fresh = signatures(fitter, model, [(s.effect, s.probe) for s in now if s.effect.label in again])

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from pamsim.comparison.chain_simulator import COARSE, MIDDLE
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.promise import forms_of, signatures
 from pamsim.diagnosis.by_link.sizes import sizes
-from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, NUISANCE, ToyChain, diagnosed, tried
+from pamsim.inference.projected_effect import orthonormal
+from tests.unit.diagnosis.by_link.toy_chain import (
+    AIR,
+    ARMLINK,
+    NUISANCE,
+    ToyChain,
+    diagnosed,
+    tried,
+)
 
 EFFECTS = tried(
     "valve_delay", "line_lag", "air_leak", "pressure_lag", "passive_stiffness", "added_inertia"
@@ -65,6 +75,24 @@ def test_the_family_is_open_where_its_nearest_formula_leaves_much():
     one = found["passive_stiffness"]
     assert one.level() == "place"
     assert 0.5 < one.share < 0.9
+
+
+def test_an_error_of_a_formula_may_look_like_its_family_and_be_another_in_every_input():
+    chain = ToyChain(EFFECTS, {"valve.delay": DELAY})
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in EFFECTS])
+    (delay,) = (effect for effect in EFFECTS if effect.name == "valve_delay")
+    model = fitter.fit(fitter.stated, (delay,), {"valve.delay": DELAY}, {AIR})
+    basis = orthonormal(forms_of(fitter, model, known))
+
+    def left(rows):
+        return np.linalg.norm(rows - basis @ (basis.T @ rows)) / np.linalg.norm(rows)
+
+    of = {signature.effect.name: signature.rows for signature in known}
+    assert left(of["line_lag"]) < 1e-6
+    assert left(of["air_leak"]) > 0.1
+    own = model.sensitivities["valve.delay"]
+    assert left(own * (fitter.units.fitted.group_of == fitter.units.fitted.group_of[0])) < 1e-6
 
 
 def test_long_time_steps_of_the_search_do_not_end_in_the_size():
