@@ -23,7 +23,12 @@ def found(*effects, left=()):
         link: Remainder(excess=0.5, p_value=0.001 if link in left else 0.9) for link in (AIR, REST)
     }
     return SimpleNamespace(
-        links=(AIR, REST), effects=effects, remainders=remainders, model=model({}), base=model({})
+        links=(AIR, REST),
+        effects=effects,
+        remainders=remainders,
+        model=model({}),
+        base=model({}),
+        whole=None,
     )
 
 
