@@ -63,7 +63,11 @@ def test_held_levels_are_the_record(leg):
 def test_the_diagnosis_is_the_record(leg):
     result = leg["diagnose"]
     assert f"`{result['verdict']}`" in PAGE
-    nearest = result["resembles"]
-    low, high = (100.0 * end for end in nearest["explained_interval95"])
-    share = f"{100.0 * nearest['explained']:.0f} % [{low:.0f}, {high:.0f}]"
-    assert f"`{nearest['name']}`, {share}" in PAGE
+    assert not any(effect["level"] for effect in result["effects"])
+    friction, valves = result["effects"]
+    assert (friction["family"], valves["effect"]) == ("joint_friction", "valve_asymmetry")
+    assert f"friction that is larger at rest, {100.0 * friction['share']:.0f} % of the gap" in PAGE
+    assert f"(`valve_asymmetry`), {100.0 * valves['share']:.0f} %" in PAGE
+    assert f"{100.0 * valves['left']:.0f} % of the gap is left" in PAGE
+    for size in (s for effect in (friction, valves) for s in effect["sizes"].values()):
+        assert size["interval95"][0] < 0.0 < size["interval95"][1]
