@@ -285,24 +285,29 @@ def answered(asked: tuple[str, Sequence[Case]]) -> list[tuple[float, float]]:
     return found
 
 
-def main() -> None:
-    """Draw the cases, size them, write them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--workers", type=int, default=2)
-    options = parser.parse_args()
-    cases: list[Case] = [{**case, "excess": {}} for case in planned()]
+def write_cases(file: Path, planned: Sequence[Case], about: str, workers: int) -> None:
+    """Size the effects of planned cases in some processes, and write the cases."""
+    cases: list[Case] = [{**case, "excess": {}} for case in planned]
     asked: dict[str, list[Case]] = {}
     for case in cases:
         for effect in case["effects"]:
             asked.setdefault(effect, []).append(case)
-    with ProcessPoolExecutor(options.workers) as pool:
+    with ProcessPoolExecutor(workers) as pool:
         results = tqdm(pool.map(answered, asked.items()), total=len(asked), desc="effects")
         for (effect, those), found in zip(asked.items(), results, strict=True):
             for case, (size, left) in zip(those, found, strict=True):
                 case["effects"][effect], case["excess"][effect] = size, left
     lines = ",\n".join("  " + json.dumps(case) for case in cases)
-    head = json.dumps(ABOUT.replace("\n", " "))
-    FILE.write_text(f'{{\n "about": {head},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+    head = json.dumps(about.replace("\n", " "))
+    file.write_text(f'{{\n "about": {head},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+
+
+def main() -> None:
+    """Draw the cases, size them, write them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    write_cases(FILE, planned(), ABOUT, options.workers)
 
 
 if __name__ == "__main__":

@@ -217,6 +217,8 @@ def main() -> None:
     parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
+    if not options.cases.is_file():
+        parser.error(f"no {options.cases}: draw it by scripts/link_study_cases.py, or give --cases")
     mark = fingerprint(("pamsim", "tests.plant"), __file__, options.cases)
     some = _cases(options.cases)[options.begin - 1 : options.to]
     chosen = [c for c in some if options.tier in ("", c["tier"])]

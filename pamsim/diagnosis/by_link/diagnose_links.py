@@ -29,7 +29,8 @@ from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
-_FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
+FITS = 30
+"""That a diagnosis of a few effects makes, for the progress bar."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -106,7 +107,7 @@ def diagnose_links(
         InputError: for trials that do not fit the rig, nothing to fit, or trials that are too short
             to judge by.
     """
-    steps = Steps(progress, _FITS)
+    steps = Steps(progress, FITS)
     steps.begin("the links of the rig as it is")
     judged = _judged(trials, held_out, alpha)
     groups = (*repeats([t for t in trials if t.name not in judged]), *repeats([*judged.values()]))

@@ -14,7 +14,7 @@ from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
+from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import ALPHA, judge
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkModel
@@ -44,7 +44,6 @@ class RestDiagnosis(LinkDiagnosis):
 
 
 _PASSES = 4  # searches, each with the noise that the one before leaves
-_FITS = 30  # that a diagnosis of a few effects makes, for the progress bar
 
 
 @one_blas_thread()
@@ -76,7 +75,7 @@ def diagnose_rest(
         InputError: if the rig has no position at rest for some row, or the rows are too few to
             decide anything, or no more than the parameters that are refitted with every effect.
     """
-    steps = Steps(progress, _FITS)
+    steps = Steps(progress, FITS)
     steps.begin("the rows, with the rig as it is")
     stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha, two_sided=False)
     if stated.size < fewest:

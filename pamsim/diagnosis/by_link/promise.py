@@ -97,7 +97,7 @@ def promises(
         model: fitted.
         known: signatures of what is tried; effects that the model has, or whose parameters it has
             freed, are left out.
-        forms: (f, k) signatures of the other forms of the model's effects; None for none.
+        forms: (f, k) errors of the formulas of the model's effects, see `forms_of`; None for none.
 
     Returns:
         Rows (f,) that neither the model's parameters nor the forms can take away, and the best
@@ -117,9 +117,8 @@ def promises(
             continue
         factor = -float(kept @ left) / square
         if factor > 0.0 or effect.two_sided:
-            gain = factor**2 * square
-            own = factor * kept
-            found.append(Promise(signature=signature, gain=gain, factor=factor, rows=own))
+            gain, change = factor**2 * square, factor * kept
+            found.append(Promise(signature=signature, gain=gain, factor=factor, rows=change))
     return left, sorted(found, key=lambda promise: -promise.gain)
 
 

@@ -1,7 +1,7 @@
 """Search for effects: link by link, one after the other, while more is left than a formula's error.
 
-While a further effect is sought, the other forms of the effects in the model are free, so that what
-remains is no error of their formulas. An effect is taken for the fit that it makes possible beside
+While a further effect is sought, errors of the formulas in the model are free (`forms_of`), so that
+what remains is none of them. An effect is taken for the fit that it makes possible beside
 its rivals, not for its promise. Nothing is claimed here: `pamsim.diagnosis.by_link.judge` does that
 on trials that no fit has seen.
 """
