@@ -21,6 +21,10 @@ PRIOR = 0.3
 """Standard deviation of a nuisance parameter about what the rig states, as a share of that. It
 keeps where it is what the rows of a link do not show; what they show is free of it."""
 
+SEEN = 0.05
+"""Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
+fitted with it: hysteresis of a muscle changes pressures by some thousandths of its squares."""
+
 _REACH = 5.0  # factor either way within which a nuisance parameter is sought
 _STEP, _NUISANCE_STEP = 0.1, 0.02
 """Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
@@ -170,7 +174,8 @@ class LinkFitter:
             begin: model with the values that the fit begins with.
             effects: of the model that is fitted.
             start: values of parameters that begin elsewhere [SI].
-            links: whose rows are fitted.
+            links: whose rows are fitted; with them go the other links in which effects are seen
+                that are seen in one of these. Effects that are seen in none keep their values.
 
         Returns:
             The model, or None if the simulation breaks down where it begins.
@@ -180,11 +185,10 @@ class LinkFitter:
         values |= start
         wanted = frozenset(links)
         acts = {name: self.simulator.acts_in([name]) for name in values}
-        free = [
-            name
-            for name in values
-            if (acts[name] <= wanted if name in self.nuisance else acts[name] & wanted)
-        ]
+        seen = {n: self._seen_in(begin, n) for n in own if n not in start}
+        moved = [n for n in own if (acts[n] & wanted if n in start else seen[n] & wanted)]
+        wanted = wanted.union(*(seen[n] for n in moved if n in seen))
+        free = [n for n in values if n in moved or (n in self.nuisance and acts[n] <= wanted)]
         scale = np.array([self.scale(name, effects) for name in free])
         low = np.array([self._low(n) if n in self.nuisance else own[n].low for n in free]) / scale
         high = np.array([self._high(n) if n in self.nuisance else own[n].high for n in free])
@@ -295,6 +299,18 @@ class LinkFitter:
         if residual is None:
             return model
         return replace(model, residual=residual, rows=self.whiten(residual))
+
+    def _seen_in(self, model: LinkModel, name: str) -> frozenset[Link]:
+        """Links that hold more than a little of what a parameter of an effect changes."""
+        own = model.sensitivities.get(name)
+        if own is None or not np.any(own):
+            return self.simulator.acts_in([name])
+        squares = self.by_link(own**2)
+        return frozenset(
+            link
+            for link, square in zip(self.simulator.links, squares, strict=True)
+            if square >= SEEN * np.sum(squares)
+        )
 
     def _low(self, name: str) -> float:
         return min(self.nuisance[name] / _REACH, self.nuisance[name] * _REACH)

@@ -10,12 +10,8 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import SEEN, LinkFitter, LinkModel
 from pamsim.inference.projected_effect import orthonormal
-
-_SEEN = 0.05
-"""Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
-fitted with it: hysteresis of a muscle changes pressures by some thousandths of its squares."""
 
 _NONE_LEFT = 1e-8
 """Share of a signature's squares below which nothing is left of it beside a model: finite
@@ -151,5 +147,5 @@ def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozen
     return frozenset(
         link
         for link, square in zip(links, squares.tolist(), strict=True)
-        if square >= _SEEN * float(squares.sum()) and square > 0.0
+        if square >= SEEN * float(squares.sum()) and square > 0.0
     )
