@@ -46,6 +46,18 @@ def test_a_small_effect_beside_a_large_one_in_another_link_is_found():
     assert found["passive_stiffness"].gain > 100.0 * found["valve_delay"].gain
 
 
+def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
+    lag, stiffness = tried("pressure_lag", "passive_stiffness")
+    planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
+    chain = ToyChain([lag, stiffness], planted)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    first = fitter.fit(fitter.stated, [lag], {"sensor.pressure_lag": 4e-3}, {AIR, ARMLINK})
+    start = {"passive.stiffness": STIFFNESS}
+    both = fitter.fit(first, [lag, stiffness], start, {ARMLINK})
+    np.testing.assert_allclose(both.rows, fitter.everywhere(both).rows, atol=1e-6)
+    assert both.values["sensor.pressure_lag"] == pytest.approx(8e-3, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("similar", "level"),
     [
