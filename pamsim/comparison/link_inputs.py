@@ -13,7 +13,8 @@ from pamsim.comparison.sensed_runs import as_read
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.sensors import encoder_offset
+from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
+from pamsim.recordings.signals import IMPOSED
 from pamsim.recordings.trial import Trial
 
 
@@ -68,10 +69,18 @@ def link_inputs(rig: Rig, trial: Trial) -> LinkInputs:
 def with_true_inputs(rig: Rig, experiment: Experiment) -> Experiment:
     """An experiment with the true signals, given what the rig's sensors read.
 
-    An imposed motion ends at a joint's stops, which a reading may miss.
+    Imposed signals are smooth, so that the lag of a sensor can be taken off them. An imposed motion
+    ends at a joint's stops, which a reading may miss.
     """
     experiment = as_read(rig, experiment)
     value, first = experiment.command_value.copy(), len(experiment.drives.muscles)
+    lags: dict[str, float] = {}
+    if rig.sensor is not None:
+        angles = dict.fromkeys(IMPOSED, rig.sensor.angle_lag)
+        lags = {"measured": rig.sensor.pressure_lag, **angles}
+    for column, kind in enumerate(experiment.drives.kinds):
+        lag = lags.get(kind, 0.0)
+        value[:, column] = ahead_of_lag(experiment.command_time, value[:, column], lag)
     for column, joint in enumerate(experiment.drives.joints, start=first):
         index = rig.model.joint(joint).id
         if joint in experiment.drives.imposed and rig.model.jnt_limited[index]:

@@ -95,6 +95,18 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
     return reported
 
 
+def ahead_of_lag(time: ArrayLike, reading: ArrayLike, lag: float) -> FloatArray:
+    """The signal (k,) that a first-order lag has turned into a smooth reading: no noise in it.
+
+    Args:
+        time: of the samples [s], (k,).
+        reading: after the lag, (k,), in any unit.
+        lag: time constant [s]; 0 gives the reading itself.
+    """
+    read = np.asarray(reading, dtype=float)
+    return read + lag * np.gradient(read, np.asarray(time, dtype=float)) if lag else read
+
+
 def through_backlash(signal: ArrayLike, backlash: float) -> FloatArray:
     """A sampled signal behind a coupling with backlash, in whose middle it begins.
 

@@ -14,6 +14,7 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import (
     MeasurementChain,
+    ahead_of_lag,
     convert_pressure,
     distorted,
     dying,
@@ -237,3 +238,13 @@ def test_the_offset_of_an_encoder_is_the_mean_of_its_error():
     assert encoder_offset(true, 2500.0) == 0.0  # not in steps
     assert encoder_offset(np.zeros(50), 2500.0) == 0.0  # no steps to see
     assert encoder_offset(reading, 0.0) == 0.0
+
+
+def test_a_lag_is_taken_off_a_smooth_signal():
+    time, lag = np.arange(0.0, 3.0, 0.002), 0.04
+    true = 2e5 + 1e5 * np.sin(5.0 * time)
+    late = lagged(time, true, lag)
+    settled = time > 10.0 * lag
+    np.testing.assert_allclose(ahead_of_lag(time, late, lag)[settled], true[settled], rtol=5e-3)
+    assert np.max(np.abs(late - true)[settled]) > 0.15e5
+    np.testing.assert_array_equal(ahead_of_lag(time, late, 0.0), late)
