@@ -21,7 +21,7 @@ PRIOR = 0.3
 """Standard deviation of a nuisance parameter about what the rig states, as a share of that. It
 keeps where it is what the rows of a link do not show; what they show is free of it."""
 
-SEEN = 0.05
+_SEEN = 0.05
 """Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
 fitted with it: hysteresis of a muscle changes pressures by some thousandths of its squares."""
 
@@ -138,6 +138,12 @@ class LinkFitter:
         """Sums of values of the whitened rows (f,) over each link, (links,)."""
         count = len(self.simulator.links)
         return np.bincount(self.link_of, weights=rows, minlength=count).astype(float)
+
+    def shown_in(self, squares: FloatArray) -> frozenset[Link]:
+        """Links that hold a share of a signature's squares (links,) that counts."""
+        least = _SEEN * float(squares.sum())
+        pairs = zip(self.simulator.links, squares.tolist(), strict=True)
+        return frozenset(link for link, square in pairs if square >= least and square > 0.0)
 
     def scale(self, name: str, effects: Sequence[Candidate]) -> float:
         """Typical change of a parameter [SI]: of its effect; of a nuisance parameter, its value."""
@@ -305,12 +311,7 @@ class LinkFitter:
         own = model.sensitivities.get(name)
         if own is None or not np.any(own):
             return self.simulator.acts_in([name])
-        squares = self.by_link(own**2)
-        return frozenset(
-            link
-            for link, square in zip(self.simulator.links, squares, strict=True)
-            if square >= SEEN * np.sum(squares)
-        )
+        return self.shown_in(self.by_link(own**2))
 
     def _low(self, name: str) -> float:
         return min(self.nuisance[name] / _REACH, self.nuisance[name] * _REACH)

@@ -10,7 +10,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import SEEN, LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.inference.projected_effect import orthonormal
 
 _NONE_LEFT = 1e-8
@@ -138,14 +138,9 @@ def forms_of(fitter: LinkFitter, model: LinkModel, known: Iterable[Signature]) -
 
 def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:
     """Links whose rows an effect changes by a share that counts."""
-    links = fitter.simulator.links
-    squares = np.zeros(len(links))
+    squares = np.zeros(len(fitter.simulator.links))
     for signature in known:
         if signature.effect.name == name:
-            own = np.bincount(fitter.link_of, weights=signature.rows**2, minlength=len(links))
+            own = fitter.by_link(signature.rows**2)
             squares += own / max(float(own.sum()), np.finfo(float).tiny)
-    return frozenset(
-        link
-        for link, square in zip(links, squares.tolist(), strict=True)
-        if square >= SEEN * float(squares.sum()) and square > 0.0
-    )
+    return fitter.shown_in(squares)
