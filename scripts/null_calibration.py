@@ -1,13 +1,14 @@
-"""Whether the p-values on which a diagnosis of rows rests hold where there is nothing to find.
+"""Whether the p-values on which a diagnosis rests hold where there is nothing to find.
 
     python scripts/null_calibration.py [--json scripts/results/null_calibration.json]
 
-Every test that decides something in tables at rest and in loops gets 500 data sets of its own null
-hypothesis. Its p-values should then be uniform: one in twenty below 0.05. Shares come with exact
-95 % intervals (Clopper and Pearson, Biometrika 26, 1934), the whole distribution with the
-Kolmogorov-Smirnov test. A test is too eager if p-values below one of the levels are more frequent
-than the level, conservative if they are rarer, below 0.05 or anywhere; either is only said if it
-stays significant (5 %) after Bonferroni's correction for all cases here. It takes three minutes.
+Every test that decides something in trials, in tables at rest and in loops gets 500 data sets of
+its own null hypothesis. Its p-values should then be uniform: one in twenty below 0.05. Shares come
+with exact 95 % intervals (Clopper and Pearson, Biometrika 26, 1934), the whole distribution with
+the Kolmogorov-Smirnov test. A test is too eager if p-values below one of the levels are more
+frequent than the level, conservative if they are rarer, below 0.05 or anywhere; either is only said
+if it stays significant (5 %) after Bonferroni's correction for all cases here. It takes five
+minutes.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
 import pamsim
+from pamsim.comparison.links import PARTS, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.remainder import remainders
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together, nearest_units
@@ -53,6 +56,8 @@ SCORES = "an effect that is not there, by flips of the rows' scores"
 ADDS = "what another effect adds to the true one"
 NEAR = "what near rows miss together"
 NEAR_LEVELS = "what near levels of a loop miss together"
+TRIALS = "a model against another that is as wrong, in held-out trials"
+SHARED = "what repeats miss together, in any of two links"
 PLANTED = 0.3  # what two equally wrong models miss, in standard deviations of the noise
 TRUE_SIZE = 2.0  # of the true effect, in standard deviations of the noise
 
@@ -157,6 +162,53 @@ def _left(residual: FloatArray, jacobian: FloatArray) -> FloatArray:
     return residual - span @ (span.T @ residual)
 
 
+class Recordings:
+    """Held-out trials: inputs of some repeats, two links of one channel each.
+
+    Args:
+        repeats: of each input.
+        kind: of what repeats differ by.
+    """
+
+    inputs, samples = 4, 400
+
+    def __init__(self, repeats: int, kind: str) -> None:
+        self.repeats, self.kind = repeats, kind
+        time = np.linspace(0.0, 1.0, self.samples)
+        self.signal = np.stack([np.sin(2.0 * np.pi * (k + 1) * time) for k in range(self.inputs)])
+
+    def noise(self, rng: np.random.Generator) -> FloatArray:
+        """What trials (inputs, repeats, samples) of one link differ by; white it is 1."""
+        shape = (self.inputs, self.repeats, self.samples)
+        if self.kind != "trials that vary as a whole":
+            flat = _noise(rng, (self.inputs * self.repeats, self.samples), self.kind)
+            return flat.reshape(shape)
+        size = rng.standard_normal((self.inputs, self.repeats, 1))
+        return rng.standard_normal(shape) + size * self.signal[:, np.newaxis]
+
+
+def trial_tests(recordings: Recordings, rng: np.random.Generator) -> Found:
+    """Tests on trials whose model is perfect, or beside one that is as wrong."""
+    seed = int(rng.integers(2**31))
+    noise = [recordings.noise(rng) for _ in range(2)]
+    wrong = PLANTED * recordings.signal[:, np.newaxis]
+    losses = [np.mean((noise[0] + sign * wrong) ** 2, axis=-1).ravel() for sign in (1.0, -1.0)]
+    equally = compare_with_reference(losses[0], losses[1][:, np.newaxis], seed=seed)
+    links = [Link(PARTS[:1]), Link(PARTS[1:])]
+    rows = {
+        link: [
+            {f"{k} {j}": trial for j, trial in enumerate(repeats)} for k, repeats in enumerate(own)
+        ]
+        for link, own in zip(links, noise, strict=True)
+    }
+    each = {link: np.mean(own**2, axis=-1).ravel() for link, own in zip(links, noise, strict=True)}
+    left = remainders(rows, each, seed=seed).values()
+    return (
+        {TRIALS: float(equally.p_value[0]), SHARED: min(1.0, *(one.p_value for one in left))},
+        {"remainder in trials": any(one.counts(ALPHA) for one in left)},
+    )
+
+
 class Readings:
     """One loop, read at the same levels up and down.
 
@@ -184,6 +236,10 @@ def loop_tests(readings: Readings, rng: np.random.Generator) -> Found:
 
 def cases() -> Iterator[Case]:
     """All kinds of data."""
+    for repeats in (3, 5):
+        for kind in ("white", "drifting", "trials that vary as a whole"):
+            data = f"{Recordings.inputs} inputs of {repeats} repeats, {kind}"
+            yield Case(data, partial(trial_tests, Recordings(repeats, kind)))
     for rows, colour in ((10, "white"), (24, "white"), (24, "heavy tails")):
         data = f"{rows} rows, {colour}"
         yield Case(data, partial(row_tests, Table(rows, colour)))
