@@ -183,10 +183,7 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
             }
             for one in found.effects
         ],
-        "sizes": {
-            name: [_rounded(size.value), [_rounded(end) for end in size.interval95]]
-            for name, size in found.sizes.items()
-        },
+        "sizes": {name: [size.value, [*size.interval95]] for name, size in found.sizes.items()},
     }
 
 

@@ -8,8 +8,9 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
 every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
 or no repeats show whether it is, no formula that was tried is exact for all that is known: its name
-is then that of the nearest, and not certain. The family is, as long as the effect takes away far
-more than is left (`EXPLAINED`).
+is then that of the nearest, and not certain. Place and family are, as long as the effect takes away
+far more than is left (`EXPLAINED`). What other formulas of the families that were found would take
+away as well is not counted as left: it speaks for these families.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.diagnosis.by_link.promise import promises, seen_in
+from pamsim.diagnosis.by_link.promise import of_families, promises, seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL_SHARE, Searched, best_fits, without
 
@@ -36,10 +37,9 @@ ALPHA = 0.05
 """Probability that an effect that is not there is said to be, and that a level is said to be
 certain that is not."""
 
-EXPLAINED = 0.9
-"""Share of what an effect takes away and what is then left for certain, from which its family may
-be certain. Nearest formulas of the right family take away 93 to 97 % on real rigs; of a family that
-is not among those tried, the nearest of another took away 77 %."""
+EXPLAINED = 0.75
+"""Share of what an effect takes away and what is then left for certain, from which its place and
+family may be certain: three times as much as what is left."""
 
 _SWAPS = 3  # effects that are exchanged for rivals at most, before judgement
 _RIVALS = 3  # effects that are fitted in the place of one
@@ -85,7 +85,8 @@ class Judged:
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether repeats show that nothing but noise is left in its links.
-        left: mean square that is left there for certain [noise variance].
+        left: mean square that is left there for certain, and that no other formula of the families
+            that were found takes away [noise variance].
     """
 
     effect: Candidate
@@ -111,7 +112,7 @@ class Judged:
         return {
             level: there
             and all(other[: i + 1] == own[: i + 1] for other in tied)
-            and (shown or level == "place")
+            and shown
             and (self.exact or level not in _OF_FORMULA)
             for i, level in enumerate(LEVELS)
         }
@@ -190,8 +191,8 @@ def judge(
         model, rests = _needed(case, model)
         if not rests:
             return searched.base, ()
-        left = unseen.remainders(model)
-        judged = [_beside_rivals(case, model, one, left) for one in rests]
+        left, unlike = unseen.remainders(model), _unlike_families(case, model)
+        judged = [_beside_rivals(case, model, one, left, unlike) for one in rests]
         better = [r.model for one in judged for r in one.rivals if r.model.cost < model.cost]
         if not better or swaps == _SWAPS:
             return model, tuple(sorted(judged, key=lambda one: -one.gain))
@@ -246,8 +247,32 @@ def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
         model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
 
 
+def _unlike_families(case: _Case, model: LinkModel) -> dict[Link, float]:
+    """Share of what a model leaves in each link that no formula of its families takes away.
+
+    Of the fitted rows. What is left there is known to a standard error, which is added to what is
+    left with and without these formulas: where little is left, little is known of its cause.
+    """
+    fitter, known = case.fitter, case.searched.known
+    count = fitter.by_link(np.ones_like(model.rows))
+    error = np.sqrt(2.0 * count)
+    both = [
+        np.clip(fitter.by_link(left**2) - count, 0.0, None) + error
+        for left, _ in (
+            promises(model, (), of_families(model, known)),
+            promises(model, ()),
+        )
+    ]
+    shares = np.clip(both[0] / both[1], 0.0, 1.0).tolist()
+    return dict(zip(fitter.simulator.links, shares, strict=True))
+
+
 def _beside_rivals(
-    case: _Case, model: LinkModel, one: _Needed, left: Mapping[Link, Remainder]
+    case: _Case,
+    model: LinkModel,
+    one: _Needed,
+    left: Mapping[Link, Remainder],
+    unlike: Mapping[Link, float],
 ) -> Judged:
     rivals: list[Rival] = []
     for fit in _rival_fits(case, model, one):
@@ -270,7 +295,12 @@ def _beside_rivals(
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
         exact=all(left[link].excluded(case.alpha) for link in one.links),
         left=float(
-            np.mean([left[n].excess if left[n].counts(case.alpha) else 0.0 for n in one.links])
+            np.mean(
+                [
+                    unlike[n] * left[n].excess if left[n].counts(case.alpha) else 0.0
+                    for n in one.links
+                ]
+            )
         ),
     )
 

@@ -121,19 +121,26 @@ def promises(
 def forms_of(fitter: LinkFitter, model: LinkModel, known: Iterable[Signature]) -> FloatArray:
     """What errors of the formulas of a model's effects may look like, as columns (f, k).
 
-    Signatures of other effects of their families, in all forms, and each effect with a size of its
-    own in every input and link: a formula that is not exact is off by another share in each.
+    What other formulas look like (`of_families`), and each effect with a size of its own in every
+    input and link: a formula that is not exact is off by another share in each.
     """
-    families = {effect.family for effect in model.effects}
-    columns = [s.rows for s in known if s.effect.family in families]
+    columns = [of_families(model, known)]
     rows = fitter.units.fitted
     places = rows.group_of * len(fitter.simulator.links) + rows.link_of
     inputs = np.unique(places)
     if inputs.size < places.size:  # of rows at rest each is an input of its own
         for name in sorted(model.freed & model.sensitivities.keys()):
             own = model.sensitivities[name]
-            columns += [own * (places == place) for place in inputs if np.any(own[places == place])]
-    return np.stack(columns, axis=1) if columns else np.empty((model.rows.size, 0))
+            here = [places == place for place in inputs if np.any(own[places == place])]
+            columns += [(own * at)[:, np.newaxis] for at in here]
+    return np.hstack(columns)
+
+
+def of_families(model: LinkModel, known: Iterable[Signature]) -> FloatArray:
+    """Signatures of all effects, in all forms, of the families of a model's effects, (f, k)."""
+    families = {effect.family for effect in model.effects}
+    columns = [s.rows for s in known if s.effect.family in families]
+    return np.column_stack([np.empty((model.rows.size, 0)), *columns])
 
 
 def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:

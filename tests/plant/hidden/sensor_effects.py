@@ -137,6 +137,8 @@ EFFECTS = (
         name="eccentric_encoder",
         formulation="an encoder off the shaft's axis: an error with one period per turn",
         family="angle_sensor",
+        # Over the range of a joint a sine is little else than a straight line.
+        resembles=("angle_bias", "angle_scale"),
         unit="rad",
         typical=0.02,
         sensed=_angle_error(lambda run, size: size * np.sin(run.angle + _PHASE)),

@@ -33,7 +33,9 @@ def test_the_record_is_judged_as_it_says():
     assert eager == {"10 levels, drifting"}
 
 
-@pytest.mark.parametrize("kind", ["4 inputs of 3 repeats, drifting", "10 rows, white", "6 levels, white"])
+@pytest.mark.parametrize(
+    "kind", ["4 inputs of 3 repeats, drifting", "10 rows, white", "6 levels, white"]
+)
 def test_false_alarms_are_no_more_than_promised(kind):
     case = next(case for case in SCRIPT["cases"]() if case.data == kind)
     p_values, _ = SCRIPT["drawn"](case, DRAWS)
