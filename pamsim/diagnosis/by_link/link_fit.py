@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import MIDDLE, Values, in_link
+from pamsim.comparison.chain_simulator import COARSE, MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
@@ -294,6 +294,10 @@ class LinkFitter:
             return None
         offset = model.offset + residual - model.residual
         return replace(model, residual=residual, offset=offset, rows=self.whiten(residual))
+
+    def of_time_steps(self, model: LinkModel) -> FloatArray:
+        """Change of a model's rows (f,) if its shortest time steps went to zero, to first order."""
+        return self._short / (COARSE - self._short) * self.whiten(model.offset)
 
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -129,6 +131,25 @@ def test_long_time_steps_of_the_search_do_not_end_in_the_size():
     fit = fitter.fit(fitter.stated, (effect,), effect.probes[0].values, {ARMLINK})
     gone = next(e for e in EFFECTS if e.name == "passive_stiffness").neutral["passive.stiffness"]
     assert fit.values["passive.stiffness"] - gone == pytest.approx(STIFFNESS - gone, rel=0.03)
+
+
+def test_an_interval_holds_what_time_steps_of_zero_would_find():
+    class InSteps(ToyChain):
+        def residuals(self, sets, links, others, *, only=None, steps=COARSE):
+            found = super().residuals(sets, links, others, only=only)
+            return [r - 0.005 * steps * (r - self.stated) * (r != others) for r in found]
+
+    chain = InSteps(EFFECTS, {"passive.stiffness": STIFFNESS})
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    (effect,) = tried("passive_stiffness")
+    fit = fitter.fit(fitter.stated, (effect,), effect.probes[0].values, {ARMLINK})
+    reach = [
+        one.interval95[1] - one.value
+        for model in (fit, replace(fit, offset=np.zeros_like(fit.offset)))
+        for one in sizes(fitter, model).values()
+    ]
+    late = 0.005 * MIDDLE * (fit.values["passive.stiffness"] - effect.neutral["passive.stiffness"])
+    assert reach[0] - reach[1] == pytest.approx(late, rel=0.2)
 
 
 def test_a_nuisance_parameter_has_a_value_in_each_link_and_stays_where_nothing_shows_it():
