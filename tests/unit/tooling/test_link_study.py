@@ -147,3 +147,6 @@ def test_a_size_counts_from_neutral_where_the_name_is_certain(must_show, value, 
     assert hits([one], must_show, "intervals that hold what was hidden, library") == (held, 1)
     less = row("library", [FRICTION], [effect("coulomb_friction", "family")], **more)
     assert hits([less], must_show, "size within") == (0, 0)
+    wide = {**more, "sizes": {"coulomb_friction.size": [value, [-0.1, value + 1.0]]}}
+    one = row("library", [FRICTION], [effect("coulomb_friction", "name")], **wide)
+    assert hits([one], must_show, "size within") == (0, 0)
