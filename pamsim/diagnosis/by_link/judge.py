@@ -25,10 +25,10 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import TOLERANCE, LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import of_families, promises, seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.search import MATERIAL_SHARE, Searched, best_fits, without
+from pamsim.diagnosis.by_link.search import CONTENDS, MATERIAL_SHARE, Searched, best_fits, without
 
 LEVELS = ("place", "family", "name", "form")
 _OF_FORMULA = ("name", "form")
@@ -41,11 +41,7 @@ EXPLAINED = 0.75
 """Share of what an effect takes away and what is then left for certain, from which its place and
 family may be certain: three times as much as what is left."""
 
-_SWAPS = 3  # effects that are exchanged for rivals at most, before judgement
 _RIVALS = 3  # effects that are fitted in the place of one
-_RIVAL_WORTH = 0.2
-"""Share of an effect's promise from which another is its rival: one that promises less is far from
-taking its place, even if a fit triples it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,6 +171,8 @@ def judge(
 ) -> tuple[LinkModel, tuple[Judged, ...]]:
     """Judge every effect of a model; what is not there is taken out.
 
+    A rival that fits better than an effect takes its place, and all are judged again.
+
     Args:
         fitter: of the fitted data.
         searched: the model and all signatures.
@@ -186,18 +184,18 @@ def judge(
         The model that is left, and its effects in the order of their gain.
     """
     case = _Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), alpha, steps)
-    model, swaps = searched.model, 0
+    model = searched.model
     while True:
         model, rests = _needed(case, model)
         if not rests:
             return searched.base, ()
         left, unlike = unseen.remainders(model), _unlike_families(case, model)
         judged = [_beside_rivals(case, model, one, left, unlike) for one in rests]
-        better = [r.model for one in judged for r in one.rivals if r.model.cost < model.cost]
-        if not better or swaps == _SWAPS:
+        rivals = [rival.model for one in judged for rival in one.rivals]
+        best = min(rivals, key=lambda other: other.cost, default=model)
+        if best.cost >= (1.0 - TOLERANCE) * model.cost:
             return model, tuple(sorted(judged, key=lambda one: -one.gain))
-        swaps += 1
-        model = fitter.everywhere(min(better, key=lambda other: other.cost))
+        model = fitter.everywhere(best)
 
 
 @dataclass(frozen=True)
@@ -333,7 +331,7 @@ def _rival_fits(case: _Case, model: LinkModel, one: _Needed) -> list[LinkModel]:
             case.searched.known,
             most=most,
             forms=1,
-            least=_RIVAL_WORTH * own,
+            least=CONTENDS * own,
             links=one.links,
             steps=case.steps,
         )

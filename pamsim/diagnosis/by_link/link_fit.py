@@ -30,7 +30,9 @@ _STEP, _NUISANCE_STEP = 0.1, 0.02
 """Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
 since residuals of sticking friction and of sampled delays are not smooth below."""
 
-_TOLERANCE = 1e-3  # relative change of the sum of squares that ends a fit
+TOLERANCE = 1e-3
+"""Relative change of the sum of squares that ends a fit."""
+
 _STEPS = 15
 _FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
 _DESCENTS = 4
@@ -253,7 +255,7 @@ class LinkFitter:
                     upper=high,
                     jacobian=secant_updated(lambda at, _: columns(at, known)),
                     x_scale=1.0,
-                    tolerance=_TOLERANCE,
+                    tolerance=TOLERANCE,
                     max_steps=_STEPS,
                 )
             except BreakdownError:

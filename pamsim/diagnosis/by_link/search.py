@@ -44,15 +44,15 @@ _EARLY = 0.1
 """Share of what is material from which a promise is worth a fit, which may gain far more: friction
 beside hysteresis that had taken its place promised a quarter of what it gained."""
 
-_WIDER = 0.15
-"""Share of a link's largest promise from which all forms and probes of an effect are simulated:
-its first probe may show that much too little of it."""
+CONTENDS = 0.2
+"""Share of a promise from which another effect may turn out as good: all of its forms and probes
+are simulated, or it is fitted as a rival. A fit triples a promise at most, of those seen."""
 
-_WORTH = 0.4
-"""Share of the largest promise from which an effect is fitted: promises are of first order."""
+_WORTH = 0.5
+"""Share of the largest promise from which an effect, or a form of one, is fitted: promises are of
+first order."""
 
 _MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
-_FORM_WORTH = 0.7  # share of the promise of an effect's best form from which another is fitted
 _ROUNDS = 8  # effects at most
 
 
@@ -143,7 +143,7 @@ def best_fits(
         tried: list[LinkModel] = []
         for label in list(dict.fromkeys(promise.effect.label for promise in own))[:forms]:
             promise = next(p for p in own if p.effect.label == label)
-            if promise.gain < _FORM_WORTH * own[0].gain:
+            if promise.gain < _WORTH * own[0].gain:
                 break
             steps.begin(label)
             effects = (*model.effects, promise.effect)
@@ -200,7 +200,7 @@ def _screened(
     wide = {
         p.effect.name
         for p in found
-        if any(p.gain >= _WIDER * largest[link] for link in seen[p.effect.name])
+        if any(p.gain >= CONTENDS * largest[link] for link in seen[p.effect.name])
         and np.any(_falls(fitter, p, left) >= _EARLY * _least(fitter, material))
     }
     done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
@@ -219,7 +219,7 @@ def _about(
 ) -> list[Signature]:
     """Signatures about a model, of what promises something in the links that it has changed."""
     _, found = promises(model, now, forms_of(fitter, model, now))
-    near = [p for p in found if p.gain >= _WIDER * found[0].gain]
+    near = [p for p in found if p.gain >= CONTENDS * found[0].gain]
     again = {p.effect.label for p in near if seen_in(fitter, now, p.effect.name) & frozenset(where)}
     fresh = signatures(fitter, model, [(s.effect, s.probe) for s in now if s.effect.label in again])
     return [s for s in now if s.effect.label not in again] + fresh
