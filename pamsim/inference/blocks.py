@@ -99,7 +99,10 @@ class Block:
         Raises:
             InputError: a covariance that is not positive definite.
         """
-        own = values[self.rows]
+        return self.white(values[self.rows])
+
+    def white(self, own: FloatArray) -> FloatArray:
+        """The same of the block's own rows, (n, ...)."""
         if isinstance(self.noise, ArNoise):
             noise = _of_order_at_most(self.noise, self.size)
             return noise.whiten(own) / np.sqrt(noise.variance)
@@ -145,7 +148,16 @@ def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
     Returns:
         Shape (n,) or (n, k).
     """
-    return np.concatenate([block.whiten(values) for block in blocks])
+    # Blocks of one length and noise are filtered as columns of one array.
+    same: dict[tuple[int, int], list[int]] = {}
+    for k, block in enumerate(blocks):
+        same.setdefault((id(block.noise), block.size), []).append(k)
+    found: dict[int, FloatArray] = {}
+    for numbers in same.values():
+        own = np.stack([values[blocks[k].rows] for k in numbers], axis=1)
+        white = blocks[numbers[0]].white(own.reshape(len(own), -1)).reshape(own.shape)
+        found |= {k: white[:, i] for i, k in enumerate(numbers)}
+    return np.concatenate([found[k] for k in range(len(blocks))])
 
 
 def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -> Stack:
