@@ -21,7 +21,7 @@ GRID_HZ = 2000
 REST_DURATION = 6.0
 """Time given to a step whose end is an angle at rest [s]: ten times the MAS-20's slow lag."""
 
-_REST_HZ = 20.0
+_REST_HZ = 20.0  # of a run whose end alone counts
 _ON_GRID = 0.02  # share of a sample by which written times may miss a grid
 
 

@@ -20,7 +20,7 @@ either sign by this many times its size or the half-width of its stated 95 % int
 _NORMAL95 = 1.959964  # half-width of a normal distribution's 95 % interval in standard deviations
 _WIDE = 2.0  # from this ratio of its ends on, a range of positive numbers is searched in proportion
 
-MOST_BY_DEFAULT = 8
+MOST_BY_DEFAULT = 8  # more would take long, and few data show as many
 
 Bounds = tuple[float | str, float | str]
 """Lower and upper end of a range: numbers [SI], or texts with a unit."""

@@ -20,7 +20,7 @@ from scipy.interpolate import make_lsq_spline, splrep
 from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 
-_DEGREE = 3
+_DEGREE = 3  # of the spline: the least whose rate has no corners
 _PER_KNOT = 3.0
 """Coefficients that a knot costs whose place the data have chosen (Friedman, Annals of Statistics
 19, 1991, section 3.6)."""

@@ -36,7 +36,7 @@ PRINTED_LOOPS = {
 """Name -> form in which Alraouf 2025 prints its loop."""
 
 _MORE = "more runs of the same loop, with each reading recorded and not their mean alone"
-_M_PER_CM = 1e-2
+_M_PER_CM = 1e-2  # the file is in cm
 _AS_USUAL = Options()
 
 

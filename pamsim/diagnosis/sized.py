@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-_DIGITS = 3
+_DIGITS = 3  # of a size that is printed
 
 
 class Value(Protocol):

@@ -22,6 +22,8 @@ _NO_TENSION = {
     "elastic_energy": "counts from a working point: it gives no tension that a force map could show"
 }
 _PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
+"""Where muscles usually work [Pa, -]."""
+
 _TINY = 1e-9  # an open lower bound, as a share of the range
 
 

@@ -26,8 +26,8 @@ Curve = Callable[[FloatArray], FloatArray]
 """All coefficients, shape (k,), to the predictions, shape (n,)."""
 
 _lsq_linear: Any = scipy.optimize.lsq_linear
-_PROBES = 3
-_ROUNDING = 1e-8
+_PROBES = 3  # random points at which a term must be linear
+_ROUNDING = 1e-8  # relative
 
 
 def linear_coefficients(

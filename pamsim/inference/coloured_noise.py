@@ -24,8 +24,11 @@ from pamsim.core.units import FloatArray
 _lfilter: Any = scipy.signal.lfilter
 _lfiltic: Any = scipy.signal.lfiltic
 
-_MOST_ORDERS = 30
-_LARGEST_REFLECTION = 0.9999
+MOST_ORDERS = 30
+"""Of an autoregressive model: more would follow the residual's misfit, too."""
+
+LARGEST_REFLECTION = 0.9999
+"""Magnitude of a reflection coefficient; of 1 noise would never fade."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +119,7 @@ class ArNoise:
 
 def fit_ar_noise(
     residuals: Sequence[FloatArray],
-    most: int = _MOST_ORDERS,
+    most: int = MOST_ORDERS,
     absorbed: Sequence[FloatArray] = (),
 ) -> ArNoise:
     """Fit an AR model to residuals pooled over trials, its order by AICc.
@@ -153,7 +156,7 @@ def fit_ar_noise(
         if power <= 0.0:
             break
         reflection = -2.0 * cross / power
-        reflection = float(np.clip(reflection, -_LARGEST_REFLECTION, _LARGEST_REFLECTION))
+        reflection = float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
         pairs = list(zip(ahead, behind, strict=True))
         forward = [f + reflection * b for f, b in pairs]
         backward = [b + reflection * f for f, b in pairs]

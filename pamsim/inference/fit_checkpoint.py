@@ -14,7 +14,7 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.search import SearchEnd, SearchState
 from pamsim.inference.simulator_fit import Checkpoint
 
-_SAME = 1e-6
+_SAME = 1e-6  # relative difference of numbers of one fit, written and read
 
 
 class FitState:

@@ -18,7 +18,7 @@ FLAT = 1e-3
 """Singular value of the column-scaled Jacobian relative to the largest, up to which it is flat."""
 
 _MEMBER = 0.05  # share in a flat direction from which a parameter belongs to it
-_CORRELATED = 0.95
+_CORRELATED = 0.95  # of two estimates: a pair that is pointed out
 
 
 @dataclass(frozen=True)

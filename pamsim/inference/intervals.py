@@ -40,7 +40,7 @@ from pamsim.inference.simulator_fit import Linearisation
 
 _student_quantile: Any = scipy.special.stdtrit
 
-_FEWEST_REPEATS = 4
+_FEWEST_REPEATS = 4  # of three, Student's quantile is 4.3
 _ROUNDS = 4  # the colour's correction depends on the colour
 _SETTLED = 0.02  # relative change of variance
 _MANY = 1e6  # degrees of freedom beyond which Student's t is normal

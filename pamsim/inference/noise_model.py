@@ -18,9 +18,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.simulator_fit import NoiseSource
 
-_EXACT = (
-    1e-6  # of the first residual: below this a channel is matched exactly, weights stop growing
-)
+_EXACT = 1e-6  # of the first residual; below, a channel is matched and its weight stops growing
 _SMALLEST = 1e-12  # [SI unit of the channel], for a channel that is exact from the start
 
 

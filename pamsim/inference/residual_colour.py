@@ -19,12 +19,9 @@ import numpy as np
 import scipy.linalg
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.coloured_noise import LARGEST_REFLECTION, MOST_ORDERS, ArNoise
 
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
-
-_MOST_ORDERS = 30
-_LARGEST_REFLECTION = 0.9999
 
 
 @dataclass(frozen=True)
@@ -97,7 +94,7 @@ def fit_colour(
     """
     total = sum(r.residual.size for r in records)
     shortest = min(r.residual.size for r in records)
-    most = min(_MOST_ORDERS, total // 10, shortest // 4) if ordered else 0
+    most = min(MOST_ORDERS, total // 10, shortest // 4) if ordered else 0
     lags = np.zeros(most + 1)
     for r, og in zip(records, slow, strict=True):
         lags += _lag_sums(r.residual[:, np.newaxis], r.residual[:, np.newaxis], most)
@@ -116,7 +113,7 @@ def _levinson(lags: FloatArray, total: int) -> Colour:
     predictor, reflections = np.array([1.0]), []
     for k in range(1, lags.size):
         reflection = -float(predictor @ lags[k:0:-1]) / variance
-        reflection = float(np.clip(reflection, -_LARGEST_REFLECTION, _LARGEST_REFLECTION))
+        reflection = float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
         longer = np.append(predictor, 0.0)
         predictor = longer + reflection * longer[::-1]
         reflections.append(reflection)

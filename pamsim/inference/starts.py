@@ -15,7 +15,7 @@ from pamsim.inference.latin_hypercube import latin_hypercube
 _ON_BOUND = 1e-3  # of the range
 _INSIDE = 0.05  # of the range: where a start on a bound is moved to
 _TRIES = 3  # further sets of starts drawn where simulations diverge
-_FEWEST = 8
+_FEWEST = 8  # drawn at a time, so that they spread
 
 
 def starting_places(

@@ -25,6 +25,7 @@ _SEEN = 0.05
 """Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
 fitted with it: hysteresis of a muscle changes pressures by some thousandths of its squares."""
 
+_OF_RANGE = 0.1  # typical change of a parameter whose probe changes it by nothing
 _REACH = 5.0  # factor either way within which a nuisance parameter is sought
 _STEP, _NUISANCE_STEP = 0.1, 0.02
 """Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
@@ -33,9 +34,9 @@ since residuals of sticking friction and of sampled delays are not smooth below.
 TOLERANCE = 1e-3
 """Relative change of the sum of squares that ends a fit."""
 
-_STEPS = 15
+_STEPS = 15  # of one descent
 _FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
-_DESCENTS = 4
+_DESCENTS = 4  # after the first
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,8 +156,8 @@ class LinkFitter:
         parameter = next(p for p in effect.parameters if p.name == name)
         probed, neutral = effect.probes[0].values[name], effect.neutral.get(name)
         if neutral is None:
-            return abs(probed) or 0.1 * (parameter.high - parameter.low)
-        return abs(probed - neutral) or 0.1 * (parameter.high - parameter.low)
+            return abs(probed) or _OF_RANGE * (parameter.high - parameter.low)
+        return abs(probed - neutral) or _OF_RANGE * (parameter.high - parameter.low)
 
     def simulate(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]], about: LinkModel
