@@ -27,8 +27,7 @@ RULES = {
     "by_link/log_variation.py": ("VARIATION",),
     "by_link/remainder.py": ("LEAST",),
     "by_link/search.py": (
-        "MATERIAL", "MATERIAL_SHARE", "_OF_LEFT", "_EARLY", "CONTENDS", "_WORTH", "_MOST, _FORMS",
-        "_ROUNDS",
+        "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS", "_ROUNDS",
     ),
 }  # fmt: skip
 """File of the diagnosis -> numbers on which its conclusions depend."""

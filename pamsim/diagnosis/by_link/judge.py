@@ -25,10 +25,11 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import TOLERANCE, LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import of_families, promises, seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.search import CONTENDS, MATERIAL_SHARE, Searched, best_fits, without
+from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
+from pamsim.inference.hannan_quinn import TIE
 
 LEVELS = ("place", "family", "name", "form")
 _OF_FORMULA = ("name", "form")
@@ -173,7 +174,7 @@ def judge(
 ) -> tuple[LinkModel, tuple[Judged, ...]]:
     """Judge every effect of a model; what is not there is taken out.
 
-    A rival that fits better than an effect takes its place, and all are judged again.
+    A rival that is preferred to an effect takes its place, and all are judged again.
 
     Args:
         fitter: of the fitted data.
@@ -194,8 +195,8 @@ def judge(
         left, unlike = unseen.remainders(model), _unlike_families(case, model)
         judged = [_beside_rivals(case, model, one, left, unlike) for one in rests]
         rivals = [rival.model for one in judged for rival in one.rivals]
-        best = min(rivals, key=lambda other: other.cost, default=model)
-        if best.cost >= (1.0 - TOLERANCE) * model.cost:
+        best = min(rivals, key=lambda other: other.criterion, default=model)
+        if best.criterion > model.criterion - TIE:
             return model, tuple(sorted(judged, key=lambda one: -one.gain))
         model = fitter.everywhere(best)
 
@@ -240,7 +241,7 @@ def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
             links = case.seen_in(effect)
             before = float(np.mean([case.before[link] for link in links]))
             one = _Needed(effect, links, rest, before, unseen.better(model, rest, links))
-            there = one.found.p_value <= case.alpha and one.found.gain >= MATERIAL_SHARE * before
+            there = one.found.p_value <= case.alpha and one.found.gain > 0.0
             (needed if there else idle).append(one)
         if not idle:
             return model, needed

@@ -31,9 +31,7 @@ _STEP, _NUISANCE_STEP = 0.1, 0.02
 """Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
 since residuals of sticking friction and of sampled delays are not smooth below."""
 
-TOLERANCE = 1e-3
-"""Relative change of the sum of squares that ends a fit."""
-
+_TOLERANCE = 1e-3  # relative change of the sum of squares that ends a fit
 _STEPS = 15  # of one descent
 _FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
 _DESCENTS = 4  # after the first
@@ -67,6 +65,15 @@ class LinkModel:
     def cost(self) -> float:
         """Sum of squares of the whitened rows."""
         return float(self.rows @ self.rows)
+
+    @property
+    def criterion(self) -> float:
+        """Of two models that with the smaller is preferred (Schwarz, Annals of Statistics 6, 1978).
+
+        Every parameter of an effect costs the logarithm of the number of rows: of two formulas that
+        fit as well the one with fewer parameters is taken.
+        """
+        return self.cost + len(self.freed) * float(np.log(self.rows.size))
 
     @property
     def names(self) -> frozenset[str]:
@@ -256,7 +263,7 @@ class LinkFitter:
                     upper=high,
                     jacobian=secant_updated(lambda at, _: columns(at, known)),
                     x_scale=1.0,
-                    tolerance=TOLERANCE,
+                    tolerance=_TOLERANCE,
                     max_steps=_STEPS,
                 )
             except BreakdownError:

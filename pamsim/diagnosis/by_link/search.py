@@ -32,17 +32,9 @@ MATERIAL = 0.02
 """Fall of the mean square of the whitened rows of some link, from which an effect is material, in
 variances of the noise: a signal of a seventh of the noise's amplitude."""
 
-MATERIAL_SHARE = 0.01
-"""The same as a share of what the rig leaves there: beside a large effect the formula of which is
-not exact, less cannot be distinguished from its error."""
-
 _OF_LEFT = 0.1
 """Share of what is left in that link, other forms free, that an effect must promise: of some fifty
 signatures one resembles any smooth misfit by less."""
-
-_EARLY = 0.1
-"""Share of what is material from which a promise is worth a fit, which may gain far more: friction
-beside hysteresis that had taken its place promised a quarter of what it gained."""
 
 CONTENDS = 0.2
 """Share of a promise from which another effect may turn out as good: all of its forms and probes
@@ -99,7 +91,7 @@ def search(
         where = seen_in(fitter, known, worth[0].effect.name)
         rivals = [p for p in worth if seen_in(fitter, known, p.effect.name) & where]
         fits = best_fits(fitter, model, rivals, known, steps=steps)
-        best = min(fits, key=lambda fit: fit.cost, default=None)
+        best = min(fits, key=lambda fit: fit.criterion, default=None)
         if best is None or not np.any(
             fitter.by_link(model.rows**2 - best.rows**2) >= _least(fitter, material)
         ):
@@ -151,7 +143,7 @@ def best_fits(
             if fit is not None:
                 tried.append(fit)
         if tried:
-            fits.append(min(tried, key=lambda fit: fit.cost))
+            fits.append(min(tried, key=lambda fit: fit.criterion))
     return fits
 
 
@@ -180,7 +172,7 @@ def in_best_forms(
         own = [s for s in known if s.effect.label in forms]
         _, found = promises(rest, own)
         others = best_fits(fitter, rest, found, known, most=1, steps=steps)
-        model = min([model, *others], key=lambda fit: fit.cost)
+        model = min([model, *others], key=lambda fit: fit.criterion)
     return model
 
 
@@ -201,7 +193,7 @@ def _screened(
         p.effect.name
         for p in found
         if any(p.gain >= CONTENDS * largest[link] for link in seen[p.effect.name])
-        and np.any(_falls(fitter, p, left) >= _EARLY * _least(fitter, material))
+        and np.any(_falls(fitter, p, left) >= CONTENDS * _least(fitter, material))
     }
     done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
     more = [
@@ -227,11 +219,9 @@ def _about(
 
 def _is_worth(fitter: LinkFitter, promise: Promise, left: FloatArray, material: float) -> bool:
     """Whether an effect is fitted."""
-    count = fitter.by_link(np.ones_like(left))
-    unknown = fitter.by_link(left**2) - count
-    least = np.maximum(material * count, _EARLY * _least(fitter, material))
+    unknown = fitter.by_link(left**2) - fitter.by_link(np.ones_like(left))
     falls = _falls(fitter, promise, left)
-    return bool(np.any(falls >= np.maximum(least, _OF_LEFT * unknown)))
+    return bool(np.any(falls >= np.maximum(_least(fitter, material), _OF_LEFT * unknown)))
 
 
 def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray:
@@ -241,6 +231,4 @@ def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray
 
 def _least(fitter: LinkFitter, material: float) -> FloatArray:
     """Fall of the sum of squares of each link from which an effect is material."""
-    count = fitter.by_link(np.ones_like(fitter.stated.rows))
-    gap = fitter.by_link(fitter.stated.rows**2) - count
-    return np.maximum(material * count, MATERIAL_SHARE * gap)
+    return material * fitter.by_link(np.ones_like(fitter.stated.rows))
