@@ -48,6 +48,26 @@ def test_a_small_effect_beside_a_large_one_in_another_link_is_found():
     assert found["passive_stiffness"].gain > 100.0 * found["valve_delay"].gain
 
 
+def test_a_small_effect_beside_a_large_one_in_the_same_link_is_found():
+    planted = {"passive.stiffness": 2.0 * STIFFNESS, "joint.shaft.armature": 1e-3}
+    _, _, found = diagnosed(ToyChain(EFFECTS, planted), EFFECTS)
+    assert set(found) == {"passive_stiffness", "added_inertia"}
+    assert found["passive_stiffness"].gain > 200.0 * found["added_inertia"].gain
+
+
+def test_of_formulas_that_fit_as_well_the_one_with_fewer_parameters_is_taken():
+    creep = tried("viscoelastic_creep")
+    # Two branches of one relaxation time are one branch.
+    same = {"creep.stiffness_2": "creep.stiffness", "creep.relaxation_time_2": "nothing"}
+    chain = ToyChain(creep, {"creep.stiffness": 400.0}, same=same)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    one, two = (
+        fitter.fit(fitter.stated, (form,), form.probes[0].values, {ARMLINK}) for form in creep
+    )
+    assert two.cost < one.cost
+    assert one.criterion < two.criterion
+
+
 def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
     lag, stiffness = tried("pressure_lag", "passive_stiffness")
     planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
