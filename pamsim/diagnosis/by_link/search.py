@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
@@ -27,6 +27,7 @@ from pamsim.diagnosis.by_link.promise import (
     seen_in,
     signatures,
 )
+from pamsim.diagnosis.by_link.remainder import LEAST
 
 MATERIAL = 0.02
 """Fall of the mean square of the whitened rows of some link, from which an effect is material, in
@@ -82,10 +83,17 @@ def search(
     base = fitter.stated
     for link in fitter.simulator.links:
         base = fitter.fit(base, (), {}, {link}) or base
-    model, now = fitter.stated, known
-    for _ in range(_ROUNDS):
+    model, now, all_forms = fitter.stated, known, False
+    while len(model.effects) < _ROUNDS:
         left, found = promises(model, now, forms_of(fitter, model, known))
         worth = [p for p in found if _is_worth(fitter, p, left, material)]
+        if not worth and not all_forms and _more_left(fitter, left):
+            # An effect's usual form at its first size may look like nothing: a ripple with another
+            # pitch than the chain's.
+            others = [e for e in candidates if e.name not in model.names]
+            now = now + signatures(fitter, model, _untried(others, known))
+            all_forms = True
+            continue
         if not worth:
             break
         where = seen_in(fitter, known, worth[0].effect.name)
@@ -195,15 +203,27 @@ def _screened(
         if any(p.gain >= CONTENDS * largest[link] for link in seen[p.effect.name])
         and np.any(_falls(fitter, p, left) >= CONTENDS * _least(fitter, material))
     }
+    more = [effect for effect in candidates if effect.name in wide]
+    return known + signatures(fitter, stated, _untried(more, known))
+
+
+def _untried(
+    effects: Sequence[Candidate], known: Sequence[Signature]
+) -> list[tuple[Candidate, Probe]]:
+    """Forms and probes of effects whose signatures are not known yet."""
     done = {(s.effect.label, s.probe.size, s.probe.shape) for s in known}
-    more = [
+    return [
         (effect, probe)
-        for effect in candidates
-        if effect.name in wide
+        for effect in effects
         for probe in effect.probes
         if (effect.label, probe.size, probe.shape) not in done
     ]
-    return known + signatures(fitter, stated, more)
+
+
+def _more_left(fitter: LinkFitter, left: FloatArray) -> bool:
+    """Whether a link keeps a remainder that counts, errors of formulas taken off."""
+    count = fitter.by_link(np.ones_like(left))
+    return bool(np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * count))
 
 
 def _about(

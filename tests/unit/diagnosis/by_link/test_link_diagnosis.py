@@ -68,6 +68,15 @@ def test_of_formulas_that_fit_as_well_the_one_with_fewer_parameters_is_taken():
     assert one.criterion < two.criterion
 
 
+def test_an_effect_whose_usual_form_shows_nothing_is_found_in_another():
+    delay, lag, leak, *_ = tried("valve_delay", "pressure_lag", "air_leak")
+    as_form = replace(delay.effect, form="of another shape")
+    other = replace(leak, effect=as_form, usual=False)
+    hidden = {"chamber.leak_conductance": 2e-12, "sensor.pressure_lag": 2e-2}
+    _, _, found = diagnosed(ToyChain([delay, lag, leak], hidden), [delay, lag, other])
+    assert found["valve_delay"].effect.label == "valve_delay:of another shape"
+
+
 def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
     lag, stiffness = tried("pressure_lag", "passive_stiffness")
     planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
