@@ -193,12 +193,16 @@ def judge(
         if not rests:
             return searched.base, ()
         left, unlike = unseen.remainders(model), _unlike_families(case, model)
-        judged = [_beside_rivals(case, model, one, left, unlike) for one in rests]
-        rivals = [rival.model for one in judged for rival in one.rivals]
-        best = min(rivals, key=lambda other: other.criterion, default=model)
-        if best.criterion > model.criterion - TIE:
+        judged: list[Judged] = []
+        for one in rests:
+            rivals = _rival_fits(case, model, one)
+            best = min(rivals, key=lambda other: other.criterion, default=model)
+            if best.criterion <= model.criterion - TIE:
+                model = fitter.everywhere(best)
+                break
+            judged.append(_beside(case, model, one, rivals, left, unlike))
+        else:
             return model, tuple(sorted(judged, key=lambda one: -one.gain))
-        model = fitter.everywhere(best)
 
 
 @dataclass(frozen=True)
@@ -268,15 +272,16 @@ def _unlike_families(case: _Case, model: LinkModel) -> dict[Link, float]:
     return dict(zip(fitter.simulator.links, shares, strict=True))
 
 
-def _beside_rivals(
+def _beside(
     case: _Case,
     model: LinkModel,
     one: _Needed,
+    fits: Collection[LinkModel],
     left: Mapping[Link, Remainder],
     unlike: Mapping[Link, float],
 ) -> Judged:
     rivals: list[Rival] = []
-    for fit in _rival_fits(case, model, one):
+    for fit in fits:
         found = case.unseen.worse(fit, model, one.rest, one.links)
         rivals.append(
             Rival(
