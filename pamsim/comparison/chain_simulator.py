@@ -352,7 +352,7 @@ class ChainSimulator:
         """Most fine time steps in one that a rig allows; None if it allows none."""
         for steps in _STEPS:
             try:
-                check_timestep(rig.model_for(timestep=steps * self._fine), rig.muscles)
+                check_timestep(rig.model_for(timestep=steps * self._fine), rig.limits)
             except InputError:
                 continue
             return steps

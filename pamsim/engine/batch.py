@@ -124,7 +124,7 @@ def _rested(
 
     def settled(run: Run) -> tuple[FloatArray, NDArray[np.int32]]:
         data = reused.of(run.rig)
-        settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
+        settle_quickly(run.model, data, run.experiment, run.rig.limits, steps, run.external)
         return save_state(run.model, data), data.warning.number.copy()
 
     def begun(run: Run) -> mujoco.MjData:
