@@ -95,7 +95,7 @@ def arriving(
     """
     whole = np.round(late)
     late = np.where(np.abs(late - whole) < _ROUNDING, whole, late)
-    grid = np.arange(len(values) + 1) * float(each)
+    grid = np.arange(len(values) + 1.0) * each
     if not late.any():
         return grid, np.ascontiguousarray(values)
     held = np.vstack([before, values])
