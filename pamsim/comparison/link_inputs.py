@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pamsim.comparison.experiments import start_pressures
 from pamsim.comparison.imposed_signals import sample_noise, smoothed
+from pamsim.comparison.links import LinkRun
 from pamsim.comparison.sensed_runs import as_read
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
@@ -38,6 +39,18 @@ class LinkInputs:
         for muscle, values in self.pressures.items():
             start[muscle] = max(values[0], 0.0)
         return start
+
+
+def inputs_of_runs(rig: Rig, runs: Iterable[tuple[Trial, LinkRun]]) -> dict[str, LinkInputs]:
+    """Name of each trial to its inputs; empty where none of its runs imposes what was measured."""
+    imposing: dict[str, bool] = {}
+    trials: dict[str, Trial] = {}
+    for trial, run in runs:
+        imposes = run.pressures or bool(run.moved) or "measured" in trial.drives.muscles
+        imposing[trial.name] = imposes or imposing.get(trial.name, False)
+        trials[trial.name] = trial
+    nothing = LinkInputs(pressures={}, positions={}, noise={})
+    return {n: link_inputs(rig, t) if imposing[n] else nothing for n, t in trials.items()}
 
 
 def link_inputs(rig: Rig, trial: Trial) -> LinkInputs:

@@ -22,7 +22,7 @@ import numpy as np
 
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.comparison.imposed_signals import smoothed
-from pamsim.comparison.link_inputs import LinkInputs, link_inputs, with_true_inputs
+from pamsim.comparison.link_inputs import LinkInputs, inputs_of_runs, with_true_inputs
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
@@ -77,7 +77,7 @@ def link_residuals(
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
-    inputs = {trial.name: link_inputs(rig, trial) for trial in trials}
+    inputs = inputs_of_runs(rig, runs)
     wanted = {trial.name for trial, run in runs if run.pulled}
     begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)

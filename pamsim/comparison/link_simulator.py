@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Protocol
 
-from pamsim.comparison.chain_simulator import COARSE, Values
+from pamsim.comparison.chain_runs import COARSE, Values
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.inference.blocks import Block

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate, Probe
-from pamsim.comparison.chain_simulator import Values
+from pamsim.comparison.chain_runs import Values
 from pamsim.comparison.loop_effects import LoopEffect
 from pamsim.comparison.rest_simulator import RestSimulator, row_blocks
 from pamsim.core.errors import InputError

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import COARSE, Values, plain
+from pamsim.comparison.chain_runs import COARSE, Values, plain
 from pamsim.comparison.links import JOINT, MUSCLE, Link
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError

@@ -199,7 +199,7 @@ class _Simulate:
     def _possible(self, values: Mapping[str, float]) -> Rig | None:
         try:
             rig = self._rig.with_parameters(values)
-            check_timestep(rig.model_for(timestep=self._step), rig.muscles)
+            check_timestep(rig.model_for(timestep=self._step), rig.limits)
         except (InputError, ParameterError):  # out of range, or too quick for the time step
             return None
         return rig
@@ -212,7 +212,7 @@ def _long_step(rig: Rig, rates: Sequence[float]) -> float | None:
     if any(abs(r - round(r)) > 1e-6 * r or round(r) < 1 for r in ratios):
         return None
     try:
-        check_timestep(rig.model_for(timestep=step), rig.muscles)
+        check_timestep(rig.model_for(timestep=step), rig.limits)
     except InputError:
         return None
     return step

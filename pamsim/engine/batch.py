@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -112,8 +113,8 @@ def simulate_batch(
 
 def rest_states(runs: Sequence[Run], *, threads: int | None = None) -> list[FloatArray]:
     """States in which runs begin, as `simulate_batch` brings them to rest in some threads."""
-    with _rested(runs, 1, threads, _ReusedData()) as (_, begun):
-        return [save_state(run.model, begun(run)) for run in runs]
+    with _rested(runs, 1, threads, _ReusedData()) as (pool, begun):
+        return list(pool.map(lambda run: save_state(run.model, begun(run)), runs))
 
 
 @contextmanager
@@ -122,27 +123,36 @@ def _rested(
 ) -> Iterator[tuple[ThreadPoolExecutor, _Begun]]:
     """Runs at rest, once for all with the same start: a pool, and what begins a run in a thread."""
 
-    def settled(run: Run) -> tuple[FloatArray, NDArray[np.int32]]:
+    def settled(run: Run) -> mujoco.MjData:
         data = reused.of(run.rig)
-        settle_quickly(run.model, data, run.experiment, run.rig.muscles, steps, run.external)
+        settle_quickly(run.model, data, run.experiment, run.rig.limits, steps, run.external)
+        return data
+
+    def kept(run: Run) -> tuple[FloatArray, NDArray[np.int32]]:
+        data = settled(run)
         return save_state(run.model, data), data.warning.number.copy()
 
     def begun(run: Run) -> mujoco.MjData:
-        data, (state, warnings) = reused.of(run.rig), rests[_start(run)]
-        mujoco.mj_resetData(run.model, data)
-        restore_state(run.model, data, state)
-        quieten(run.model, data, run.experiment.start_pressure)  # under the run's own command
+        start = _start(run)
+        if start in rests:
+            data, (state, warnings) = reused.of(run.rig), rests[start]
+            mujoco.mj_resetData(run.model, data)
+            restore_state(run.model, data, state)
+            quieten(run.model, data, run.experiment.start_pressure)  # under the run's own command
+            data.warning.number[:] = warnings
+        else:
+            data = settled(run)
         set_off(data, run.external, run.experiment, run.model.opt.timestep)
-        data.warning.number[:] = warnings
         return data
 
-    first = {_start(run): run for run in reversed(runs)}
+    begin = Counter(map(_start, runs))
+    shared = {_start(run): run for run in reversed(runs) if begin[_start(run)] > 1}
     with (
         live(*(run.model for run in runs)),
         engine_warnings_held(),
         ThreadPoolExecutor(threads or os.cpu_count()) as pool,
     ):
-        rests = dict(zip(first, pool.map(settled, first.values()), strict=True))
+        rests = dict(zip(shared, pool.map(kept, shared.values()), strict=True))
         yield pool, begun
 
 

@@ -72,8 +72,9 @@ def command_plan(
         return plan
     ends = np.cumsum(plan.timestep * plan.steps)
     acting = experiment.command_at(ends)[:, muscles:]
-    middle = experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
-    acting[:, ~imposed] = middle[:, ~imposed]
+    if not imposed.all():
+        middle = experiment.command_at(ends - 0.5 * plan.timestep)[:, muscles:]
+        acting[:, ~imposed] = middle[:, ~imposed]
     last = int(plan.first[-2])
     if last >= 3:  # the motion goes on, or stopping at the last sample would show as a blow
         one, two, three = acting[last - 3 : last, imposed]
@@ -94,11 +95,13 @@ def arriving(
     """
     whole = np.round(late)
     late = np.where(np.abs(late - whole) < _ROUNDING, whole, late)
+    grid = np.arange(len(values) + 1.0) * each
+    if not late.any():
+        return grid, np.ascontiguousarray(values)
     held = np.vstack([before, values])
     changed, muscle = np.nonzero(np.diff(held, axis=0))
     changes = changed * each + late[muscle]
     changes = changes[changes < len(values) * each]
-    grid = np.arange(len(values) + 1) * float(each)
     edges: Any = np.unique(np.concatenate([grid, changes, np.floor(changes), np.ceil(changes)]))
     # Sums that should be equal differ by rounding.
     edges = edges[np.diff(edges, prepend=-1.0) > 0.5 * _ROUNDING]

@@ -101,7 +101,7 @@ def prepare(rows: Iterable[Any]) -> None:
         InputError: if a law cannot be compiled.
     """
     keys: set[int] = set()
-    for row in rows:
+    for row in {row.tobytes(): row for row in rows}.values():  # runs of one rig have the same
         m = view(row)
         needed = {
             state_rates: True,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -119,7 +120,50 @@ def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -
         raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
 
 
-def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None:
+class MuscleLimits(NamedTuple):
+    """What the dynamics of a muscle ask of a time step.
+
+    Attributes:
+        name: of the muscle.
+        regulator: time in which its pressure regulator settles [s].
+        chain: longest step of its chain [s].
+        damping: steepest slope of its friction over the tendon's speed [N s/m].
+        bristles: stiffness of its dry friction before it slips [N/m].
+        bristle_time: damping time of these [s].
+    """
+
+    name: str
+    regulator: float
+    chain: float
+    damping: float
+    bristles: float
+    bristle_time: float
+
+
+def muscle_limits(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> list[MuscleLimits]:
+    """Limits of a model's muscles, in actuator order."""
+    found: list[MuscleLimits] = []
+    for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
+        start, supply = float(model.actuator_length0[index]), muscle.valve.supply_pressure
+        damping = stribeck_damping(muscle.friction)
+        if muscle.braid is not None:
+            damping += muscle.braid.friction * supply / muscle.braid.nominal_length
+        if muscle.stroke is not None:
+            damping += muscle.stroke.damping
+        found.append(
+            MuscleLimits(
+                name=name,
+                regulator=regulator_time_constant(muscle),
+                chain=chain_step_limit(muscle, start, supply),
+                damping=damping,
+                bristles=bristle_stiffness(muscle, start, supply),
+                bristle_time=muscle.friction.bristle_time,
+            )
+        )
+    return found
+
+
+def check_timestep(model: mujoco.MjModel, limits: Iterable[MuscleLimits]) -> None:
     """Check a model's time step against the fastest dynamics of its muscles, in actuator order.
 
     Raises:
@@ -135,29 +179,23 @@ def check_timestep(model: mujoco.MjModel, muscles: Mapping[str, Muscle]) -> None
     # Sums over the tendons of what acts times inverse inertia: a trace, so no less than any
     # eigenvalue. Damping, stiffness of the bristles, and that times twice their damping time.
     braking = bending = creeping = 0.0
-    for index, (name, muscle) in zip(muscle_ids(model), muscles.items(), strict=True):
-        start, supply = float(model.actuator_length0[index]), muscle.valve.supply_pressure
+    for index, muscle in zip(muscle_ids(model), limits, strict=True):
         require(
             # They hold the start pressures in every experiment, whatever its command.
-            regulator_time_constant(muscle),
-            f"in which the pressure regulator of {name} settles; take a shorter step, a larger"
-            " valve.tube_volume behind a tube, or a wider valve.regulator_band",
+            muscle.regulator,
+            f"in which the pressure regulator of {muscle.name} settles; take a shorter step, a"
+            " larger valve.tube_volume behind a tube, or a wider valve.regulator_band",
         )
         require(
-            chain_step_limit(muscle, start, supply),
-            f"above which the chain of {name} becomes unstable; take a shorter step, a longer"
-            " chain.relaxation_time or, with backlash, a larger chain.seating_damping",
+            muscle.chain,
+            f"above which the chain of {muscle.name} becomes unstable; take a shorter step, a"
+            " longer chain.relaxation_time or, with backlash, a larger chain.seating_damping",
         )
-        slope = stribeck_damping(muscle.friction)
-        if muscle.braid is not None:
-            slope += muscle.braid.friction * supply / muscle.braid.nominal_length
-        if muscle.stroke is not None:
-            slope += muscle.stroke.damping
         weight = float(model.tendon_invweight0[model.actuator_trnid[index, 0]])
-        bristles = weight * bristle_stiffness(muscle, start, supply)
-        braking += weight * slope
+        bristles = weight * muscle.bristles
+        braking += weight * muscle.damping
         bending += bristles
-        creeping += 2.0 * bristles * muscle.friction.bristle_time
+        creeping += 2.0 * bristles * muscle.bristle_time
     require(
         1.0 / braking if braking else math.inf,
         "in which friction stops the arm; take a shorter step, a smaller friction.stribeck_force"

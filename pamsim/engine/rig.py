@@ -8,6 +8,7 @@ import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -18,7 +19,7 @@ from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import compile_model, rig_spec
 from pamsim.engine.parameter_names import ParameterName, muscles_with, sensor_spec
-from pamsim.engine.preflight import state_control_ranges
+from pamsim.engine.preflight import MuscleLimits, muscle_limits, state_control_ranges
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.muscle import Muscle, build_muscle, idle_groups
@@ -95,6 +96,11 @@ class Rig:
     def supply_pressure(self) -> float:
         """Gauge pressure of the supply, the lowest if the muscles' differ [Pa]."""
         return min(muscle.valve.supply_pressure for muscle in self.muscles.values())
+
+    @cached_property
+    def limits(self) -> list[MuscleLimits]:
+        """What each muscle asks of a time step, see `pamsim.engine.preflight.check_timestep`."""
+        return muscle_limits(self.model, self.muscles)
 
     def model_for(
         self,

@@ -198,13 +198,13 @@ def first_breakdown(
         Its number, what it is called, and the reason as a phrase.
     """
     rows = slice(first, last)
-    finite: Any = np.isfinite(np.hstack([trace.act[rows], trace.position[rows]])).all(axis=1)
-    warned: Any = trace.warnings[rows].any(axis=1)
+    finite: Any = np.isfinite(np.hstack([trace.act[rows], trace.position[rows]]))
+    warned: Any = trace.warnings[rows]
     late = ~(np.abs(trace.time[rows] - expected_time[rows]) <= slack)
-    broken = np.flatnonzero(~finite | warned | late)
-    if not len(broken):
+    if finite.all() and not warned.any() and not late.any():
         return None
-    at = int(broken[0])
+    finite, warned = finite.all(axis=1), warned.any(axis=1)
+    at = int(np.argmax(~finite | warned | late))
     sample = first + at
     if not finite[at]:
         remedy = "check parameters and start pressures, or take a smaller time step"

@@ -8,7 +8,7 @@ from there to where the whole rig rests; `quieten` ends that under the command t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
@@ -18,14 +18,13 @@ from pamsim.core.units import FloatArray
 from pamsim.engine import checks
 from pamsim.engine.external import NOTHING, External, place
 from pamsim.engine.mjcf import measure_tendons
-from pamsim.engine.preflight import check_timestep
+from pamsim.engine.preflight import MuscleLimits, check_timestep
 from pamsim.engine.rig import set_command
 from pamsim.engine.stepping import EachStep, advance, muscle_ids
 from pamsim.physics import rest_state
 from pamsim.physics.chain import chain_length
 from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.chosen_law import law_pushes
-from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
 from pamsim.physics.static_muscle import muscle_length
 from pamsim.recordings.experiment import Experiment
@@ -216,11 +215,11 @@ def settle_quickly(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     experiment: Experiment,
-    muscles: Mapping[str, Muscle],
+    limits: Sequence[MuscleLimits],
     steps: int,
     on: External = NOTHING,
 ) -> None:
-    """`settle` in time steps of several steps' length, for a rig with some muscles.
+    """`settle` in time steps of several steps' length, for a rig with `Rig.limits`.
 
     This leaves rest where it is, but memory a little off. It settles in the model's own time step
     where a muscle does not allow a longer one, or the rig breaks down in it.
@@ -229,7 +228,7 @@ def settle_quickly(
     if steps > 1:
         model.opt.timestep = steps * timestep
         try:
-            check_timestep(model, muscles)
+            check_timestep(model, limits)
             settle(model, data, experiment, on)
             if not data.warning.number.any() and np.isfinite(_configuration(data)).all():
                 return

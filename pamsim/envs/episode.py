@@ -193,7 +193,7 @@ class Episodes:
     ) -> tuple[Rig, FloatArray]:
         kind, start = KINDS[self._settings.action], np.array(pressure)
         model = rig.model_for(load=load, command=kind.command, data=self._data)
-        check_timestep(model, rig.muscles)
+        check_timestep(model, rig.limits)
         at_rest = Experiment(
             drive=kind.command,
             command_time=np.zeros(1),
@@ -203,6 +203,6 @@ class Episodes:
             sample_rate=1.0 / self._period,
         )
         with live(model):
-            settle_quickly(model, self._data, at_rest, rig.muscles, steps)
+            settle_quickly(model, self._data, at_rest, rig.limits, steps)
         self._data.ctrl[:] = at_rest.command_value[0]
         return replace(rig, model=model), save_state(model, self._data)

@@ -127,10 +127,13 @@ class Experiment:
             (n, m + j) command values.
         """
         at = np.asarray(times, dtype=float)
-        # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
-        late = at * (1.0 + 1e-12) + 1e-12
-        index = np.searchsorted(self.command_time, late, side="right") - 1
-        found = self.command_value[np.maximum(index, 0)]
+        if all(self.drives.between):
+            found = np.empty((at.size, self.command_value.shape[1]))
+        else:
+            # A breakpoint written k * 0.002 must not miss the sample k / 500 by rounding.
+            late = at * (1.0 + 1e-12) + 1e-12
+            index = np.searchsorted(self.command_time, late, side="right") - 1
+            found = self.command_value[np.maximum(index, 0)]
         for column, kind in enumerate(self.drives.kinds):
             values = self.command_value[:, column]
             if kind in IMPOSED and len(values) > 1:

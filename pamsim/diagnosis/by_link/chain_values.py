@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import in_link, plain
+from pamsim.comparison.chain_runs import in_link, plain
 from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.link_fit import LinkModel

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import plain
+from pamsim.comparison.chain_runs import plain
 from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError

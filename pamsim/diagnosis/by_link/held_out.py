@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import MIDDLE
+from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judge import Difference

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import COARSE, MIDDLE, Values, in_link
+from pamsim.comparison.chain_runs import COARSE, MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import MIDDLE, ChainSimulator
+from pamsim.comparison.chain_runs import MIDDLE
+from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 

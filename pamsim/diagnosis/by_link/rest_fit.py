@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_simulator import Values
+from pamsim.comparison.chain_runs import Values
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel

@@ -286,7 +286,7 @@ def test_no_corner_of_its_range_is_refused_at_twice_the_rig_s_step(name, rig):
         values = dict(zip([p.name for p in one.parameters], corner, strict=True))
         there = rig.with_parameters(values)
         model = there.model_for(timestep=2.0 * rig.model.opt.timestep)
-        check_timestep(model, there.muscles)
+        check_timestep(model, there.limits)
 
 
 def test_names_stand_for_the_rig_s_own_parts(rig):

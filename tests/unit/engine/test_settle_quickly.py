@@ -19,7 +19,7 @@ def at_rest(rig, steps):
     data = mujoco.MjData(model)
     with live(model):
         if steps:
-            settle_quickly(model, data, experiment, rig.muscles, steps)
+            settle_quickly(model, data, experiment, rig.limits, steps)
         else:
             settle(model, data, experiment)
     return data.qpos.copy(), data.qvel.copy(), data.time, model.opt.timestep

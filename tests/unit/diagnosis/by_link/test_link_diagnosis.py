@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pamsim.comparison.chain_simulator import COARSE, MIDDLE
+from pamsim.comparison.chain_runs import COARSE, MIDDLE
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.promise import forms_of, signatures
 from pamsim.diagnosis.by_link.sizes import sizes

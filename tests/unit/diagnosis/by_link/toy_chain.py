@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from pamsim.comparison.chain_simulator import plain
+from pamsim.comparison.chain_runs import plain
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.core.computation import Steps

@@ -1,0 +1,293 @@
+"""Runs of a rig's links beside the means of repeats, simulated with many parameter sets.
+
+What depends on the measured signals alone is found once for all sets: smoothed inputs, the way to
+rest, how each run is driven, the time steps that its sampling allows, moment arms.
+
+A parameter may have a value of its own in each link (`in_link`), as nuisance parameters have: what
+is wrong in one link is then not made up for in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import mujoco
+
+from pamsim.comparison.experiments import grid_rate
+from pamsim.comparison.link_inputs import inputs_of_runs
+from pamsim.comparison.link_simulation import (
+    LinkExperiment,
+    Signals,
+    creeps,
+    forces_read,
+    link_experiment,
+    link_signals,
+    moment_arms,
+    torques_beyond,
+)
+from pamsim.comparison.links import Link, LinkRun
+from pamsim.comparison.way_to_rest import ways_to_rest
+from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.units import FloatArray
+from pamsim.engine.preflight import check_timestep
+from pamsim.engine.rig import Rig
+from pamsim.recordings.trial import Trial
+
+Values = Mapping[str, float]
+"""Name of a rig parameter, alone or `in_link`, to its value [SI]; others are the rig's own."""
+
+_IN = " in "
+
+COARSE, MIDDLE = 10, 2
+"""Fine time steps in one of a search, and of what is judged. Signals of the MAS-20 arm come late by
+half a step or so: what an effect changes is wrong by 2 to 10 % in the first, 1 % or less in the
+second. So a fit that has ended goes on with the second's residual there. A rig or a sampling rate
+that needs shorter steps gets them, as the bristles of sticking friction."""
+
+_STEPS = (COARSE, 5, MIDDLE, 1)
+_SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at most; fine ones
+
+_Torques = Mapping[tuple[int, str], Mapping[str, FloatArray]]
+"""Number of the parameter set and trial to joint to (n,) torque [N m] or force [N]."""
+
+
+def in_link(name: str, link: Link) -> str:
+    """Name of a parameter's value in one link alone."""
+    return f"{name}{_IN}{link.name}"
+
+
+def plain(name: str) -> str:
+    """Name of the rig's parameter, without the link."""
+    return name.partition(_IN)[0]
+
+
+def place(name: str) -> str:
+    """Name of the link in which alone a parameter has a value; empty for all."""
+    return name.partition(_IN)[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outputs:
+    """What a run gives with one parameter set.
+
+    Attributes:
+        signals: channel -> (n,) at the times of the mean [SI].
+        steps: fine time steps in one that it was simulated in.
+    """
+
+    signals: Signals
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """One run to be simulated: number of the parameter set, of the run, its rig and time steps."""
+
+    number: int
+    run: int
+    rig: Rig
+    steps: int
+
+
+class ChainRuns:
+    """Runs that are simulated with many parameter sets.
+
+    Args:
+        rig: as it is.
+        runs: mean of repeats, and how a link is simulated beside it.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        runs: Sequence[tuple[Trial, LinkRun]],
+        *,
+        threads: int | None,
+        simulated: Callable[[], None] | None,
+    ) -> None:
+        self._rig, self._runs = rig, tuple(runs)
+        self._threads, self._simulated = threads, simulated
+        self._links = tuple(dict.fromkeys(run.link for _, run in runs))
+        self._fine = float(rig.model.opt.timestep)
+        self._inputs = inputs_of_runs(rig, runs)
+        begun = {mean.name: mean for mean, run in runs if run.pressures and run.moved}
+        self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
+        self._pulls = {
+            mean.name: (forces_read(rig, mean), moment_arms(rig, self._inputs[mean.name]))
+            for mean in {mean.name: mean for mean, run in runs if run.pulled}.values()
+        }
+        self._data = mujoco.MjData(rig.model)  # in which the constants of other rigs are found
+        self._driven: dict[tuple[object, ...], LinkExperiment] = {}  # with the rig's own sensors
+        self._possible = [self._possible_steps(number) for number in range(len(runs))]
+
+    def simulate(
+        self,
+        sets: Sequence[Values],
+        links: Sequence[Collection[Link]],
+        only: Collection[str] | None,
+        steps: int,
+    ) -> list[dict[int, Outputs] | None]:
+        """Simulate parameter sets.
+
+        Args:
+            sets: values by name.
+            links: of each set, those to simulate.
+            only: names of the means to simulate; None for all.
+            steps: fine time steps in one, at most: `COARSE`, `MIDDLE` or 1.
+
+        Returns:
+            Number of the run to what it gives, for each set; None where a value is out of range or
+            a simulation breaks down. Of a joint that a machine moves, the output is what that
+            takes, less the torque of what cells read beyond the muscles' simulated forces.
+        """
+        rigs = self._rigs(sets, links)
+        jobs = [
+            _Job(number, run, rig, self._longest(run, limit, steps))
+            for number, (own, wanted) in enumerate(zip(rigs, links, strict=True))
+            if own is not None
+            for run, (rig, limit) in self._wanted(own, wanted, only)
+        ]
+        signals = self._signals([job for job in jobs if not self._run(job).pulled], {})
+        torques = {
+            (job.number, self._mean(job).name): self._torques(job, seen)
+            for job, seen in signals.items()
+            if self._pulls and self._run(job).gives_forces and seen is not None
+        }
+        signals |= self._signals([job for job in jobs if self._run(job).pulled], torques)
+        broken = {number for number, own in enumerate(rigs) if own is None}
+        broken |= {job.number for job, seen in signals.items() if seen is None}
+        found: list[dict[int, Outputs] | None] = [
+            None if number in broken else {} for number in range(len(sets))
+        ]
+        for job, seen in signals.items():
+            outputs, run = found[job.number], self._run(job)
+            if outputs is None or seen is None or run.link not in links[job.number]:
+                continue
+            if run.pulled in run.moved:
+                less = torques[job.number, self._mean(job).name][run.pulled]
+                seen = {channel: seen[channel] - less for channel in run.outputs}
+            outputs[job.run] = Outputs(signals=seen, steps=job.steps)
+        return found
+
+    def _mean(self, job: _Job) -> Trial:
+        return self._runs[job.run][0]
+
+    def _run(self, job: _Job) -> LinkRun:
+        return self._runs[job.run][1]
+
+    def _rigs(
+        self, sets: Sequence[Values], links: Sequence[Collection[Link]]
+    ) -> list[dict[Link, tuple[Rig, int]] | None]:
+        """The rig with each set's values in each link, and its most fine time steps in one.
+
+        None where a value is out of range, or too quick for any time step.
+        """
+        made: dict[tuple[tuple[str, float], ...], tuple[Rig, int] | None] = {}
+        found: list[dict[Link, tuple[Rig, int]] | None] = []
+        for values, wanted in zip(sets, links, strict=True):
+            own: dict[Link, tuple[Rig, int]] | None = {}
+            for link in self._links if self._pulls else wanted:
+                inside = {plain(n): v for n, v in values.items() if place(n) == link.name}
+                inside = {n: v for n, v in values.items() if not place(n)} | inside
+                key = tuple(sorted(inside.items()))
+                if key not in made:
+                    made[key] = self._with(inside)
+                one = made[key]
+                if one is None:
+                    own = None
+                    break
+                own[link] = one
+            found.append(own)
+        return found
+
+    def _with(self, values: Values) -> tuple[Rig, int] | None:
+        try:
+            rig = self._rig.with_parameters(values, data=self._data)
+        except (InputError, ParameterError):
+            return None
+        limit = self._limit(rig)
+        return None if limit is None else (rig, limit)
+
+    def _limit(self, rig: Rig) -> int | None:
+        """Most fine time steps in one that a rig allows; None if it allows none."""
+        model = rig.model_for(data=self._data if rig.file is self._rig.file else None)
+        for steps in _STEPS:
+            model.opt.timestep = steps * self._fine
+            try:
+                check_timestep(model, rig.limits)
+            except InputError:
+                continue
+            return steps
+        return None
+
+    def _longest(self, run: int, limit: int, most: int) -> int:
+        """Fine time steps in one: the most that a run and its rig allow."""
+        return next(n for n in _STEPS if n <= min(limit, most) and n in self._possible[run])
+
+    def _possible_steps(self, run: int) -> tuple[int, ...]:
+        """Fine time steps in one that the sampling of a run allows."""
+        mean, how = self._runs[run]
+        rate = grid_rate(mean.time)
+        if not how.pulled:
+            rate = self._experiment(_Job(0, run, self._rig, 1), {}).experiment.sample_rate
+        periods = [1.0 / (rate * steps * self._fine) for steps in _STEPS]
+        whole = [abs(n - round(n)) <= 1e-6 * n and round(n) >= 1 for n in periods]
+        return tuple(n for n, good in zip(_STEPS, whole, strict=True) if good or n == 1)
+
+    def _wanted(
+        self,
+        rigs: Mapping[Link, tuple[Rig, int]],
+        links: Collection[Link],
+        only: Collection[str] | None,
+    ) -> Iterator[tuple[int, tuple[Rig, int]]]:
+        """Runs that are simulated, each with its rig; joints that are pulled need the forces."""
+        pulled = any(run.pulled and run.link in links for _, run in self._runs)
+        for number, (mean, run) in enumerate(self._runs):
+            needed = run.link in links or (pulled and run.gives_forces)
+            if needed and (only is None or mean.name in only):
+                yield number, rigs[run.link]
+
+    def _signals(self, jobs: Sequence[_Job], torques: _Torques) -> dict[_Job, Signals | None]:
+        found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
+        known = [
+            job
+            for job in jobs
+            if not self._run(job).pulled or (job.number, self._mean(job).name) in torques
+        ]
+        for steps in dict.fromkeys(job.steps for job in known):
+            own = [job for job in known if job.steps == steps]
+            signals = link_signals(
+                [(job.rig, self._experiment(job, torques)) for job in own],
+                timestep=steps * self._fine,
+                settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
+                threads=self._threads,
+                simulated=self._simulated,
+            )
+            found.update(zip(own, signals, strict=True))
+        return found
+
+    def _experiment(self, job: _Job, torques: _Torques) -> LinkExperiment:
+        mean, run = self._runs[job.run]
+        leads = run.pressures and bool(run.moved) and not creeps(job.rig)
+        sensor, stops = job.rig.sensor, job.rig.model.jnt_range
+        key = job.run, leads, sensor, stops.tobytes()
+        known = self._driven.get(key)
+        if known is None:
+            known = link_experiment(
+                job.rig,
+                mean,
+                run,
+                self._inputs[mean.name],
+                way=self._ways.get(mean.name) if leads else None,
+                torque=torques[job.number, mean.name][run.pulled] if run.pulled else None,
+            )
+            if not run.pulled and sensor == self._rig.sensor:
+                self._driven[key] = known
+        return known
+
+    def _torques(self, job: _Job, signals: Signals) -> dict[str, FloatArray]:
+        mean = self._mean(job)
+        return torques_beyond(job.rig, mean, *self._pulls[mean.name], signals)
