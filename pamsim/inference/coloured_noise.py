@@ -109,11 +109,7 @@ class ArNoise:
         p = min(self.order, values.shape[0])
         if p == 0:
             return values
-        filtered = self._predictors[-1]
-        if values.ndim == 1:  # as the filter does it, without the way through its general form
-            result = np.convolve(filtered, values)[: values.size]
-        else:
-            result = _lfilter(filtered, [1.0], values, axis=0)
+        result = _lfilter(self._predictors[-1], [1.0], values, axis=0)
         scale = 1.0
         for k in range(p - 1, -1, -1):
             scale *= np.sqrt(1.0 - self.reflections[k] ** 2)
