@@ -21,7 +21,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from blind_study_cases import LIBRARY, OTHER, OUTSIDE, RIG, SIZED, Case, families, write_cases
+from blind_study_cases import LIBRARY, OTHER, RIG, SIZED, Case, families, write_cases
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
@@ -30,6 +30,9 @@ FILE = Path(__file__).parent / "link_study_cases.json"
 SEED = 20261127
 """Of all that is drawn here. The plan of this seed was looked at while rules were made: the cases
 that judge them need another one."""
+
+OUTSIDE = ("soft_stop", "detent", "slow_clock")
+"""Effects of no family of the library."""
 
 TIERS = {
     "nothing": 60, "library": 40, "other_formula": 40, "outside": 20, "removed": 20,
@@ -66,13 +69,13 @@ def of_air(effect: str) -> bool:
 def planned() -> list[Case]:
     """The cases, with the E of each effect that was drawn in place of its size."""
     rng = np.random.default_rng(SEED)
-    other = (*SIZED, *OTHER)
+    own, other = (*LIBRARY, "softening"), (*SIZED, *OTHER)
     singles = {
         "nothing": (("",),),
-        "library": tuple((name,) for name in LIBRARY),
+        "library": tuple((name,) for name in own),
         "other_formula": tuple((name,) for name in other),
         "outside": tuple((name,) for name in OUTSIDE),
-        "removed": tuple((name,) for name in (*LIBRARY, *other)),
+        "removed": tuple((name,) for name in (*own, *other)),
     }
     found: list[tuple[str, tuple[str, ...]]] = []
     for tier, count in TIERS.items():
@@ -110,7 +113,7 @@ def _in_turn(
 
 def _together(rng: np.random.Generator, tier: str) -> Iterator[tuple[str, ...]]:
     """Two or three effects of different families, on the sides that a tier asks for."""
-    pools = (LIBRARY, (*SIZED, *OTHER))
+    pools = ((*LIBRARY, "softening"), (*SIZED, *OTHER))
     count = 3 if tier == "three" else 2
     while True:
         found = tuple(str(rng.choice(pools[rng.integers(2)])) for _ in range(count))

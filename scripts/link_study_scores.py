@@ -31,7 +31,7 @@ Row = Mapping[str, Any]
 
 DEEP = ("place", "family", "name", "form")
 
-OUTSIDE = {"soft_stop": "joint", "ageing_drift": "muscle", "slow_clock": "sensor"}
+OUTSIDE = {"soft_stop": "joint", "detent": "joint", "slow_clock": "sensor"}
 """Where effects act that are in no family of the library."""
 
 PARTS = {

@@ -226,12 +226,14 @@ def link_experiment(
 
 
 def creeps(rig: Rig) -> bool:
-    """Whether a muscle creeps.
+    """Whether a muscle creeps or softens.
 
     Then nothing precedes an imposed motion: a relaxed creep element would be stretched by the way
-    to rest again.
+    to rest again, and a muscle would soften on it.
     """
-    return any(m.creep.stiffness or m.creep.stiffness_2 for m in rig.muscles.values())
+    return any(
+        m.creep.stiffness or m.creep.stiffness_2 or m.softening.share for m in rig.muscles.values()
+    )
 
 
 def torques_beyond(

@@ -451,6 +451,7 @@ TESTS: Mapping[str, VirtualTest] = {
     "muscle_hysteresis": _muscle_loop,
     "viscoelastic_creep": _creep,
     "first_stroke": _stated("first_stroke.force", "force_lost", "N"),
+    "softening": _stated("softening.share", "share_of_force_lost", "1"),
     "braid_friction": _braid_friction,
     "threshold_pressure": _lost_pressure,
     "passive_stiffness": _pull_change,

@@ -129,6 +129,19 @@ EFFECTS = (
         probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
     ),
     Effect(
+        link="muscle", family="softening", name="softening",
+        missing="force that the muscle loses while it works, by its warmth or its age",
+        equation="F = F_static (1 - c w), w' = (1 - w) / tau, w = 0 after a rest",
+        parameters=(
+            size("softening.share", 0.05, -0.5, 0.5),
+            shape("softening.time", 4.0, 0.3, 1000.0, starts=(1.0, 20.0)),
+        ),
+        look_alikes=("viscoelastic_creep", "air_leak", "passive_stiffness"),
+        separating="the same cycle again and again from a rest on: the force falls from cycle to"
+        " cycle, whichever way the muscle moves",
+        path_dependent=True, rare=True,
+    ),
+    Effect(
         link="muscle", family="braid_friction", name="braid_friction",
         missing="friction in the braid, growing with pressure and with the rate of contraction",
         equation="F = F_static - b p kappa'",

@@ -38,6 +38,7 @@ _AWAY = (
     "creep.stiffness",
     "creep.stiffness_2",
     "first_stroke.force",
+    "softening.share",
     "valve.dead_zone",
     "valve.hysteresis",
     "valve.least_set_point",
@@ -176,12 +177,12 @@ def settle(
     """Bring a model to rest at the start pressures of an experiment and set time to 0.
 
     It ends early once nothing moves. Creep, which would delay that, is switched off meanwhile: a
-    relaxed creep element carries no force at rest. So is the first stroke, which is to come, and so
-    is what keeps the valves shut near the set point: the muscles come to rest at the start
-    pressures themselves, however they were reached. Where hysteresis leaves them depends on the way
-    there, which is the same for every command. Joints that are driven from outside are under the
-    first torque or force, or held where their motion begins. The command of the model is that of
-    the experiment afterwards.
+    relaxed creep element carries no force at rest. So are first stroke and softening, which are to
+    come, and so is what keeps the valves shut near the set point: the muscles come to rest at the
+    start pressures themselves, however they were reached. Where hysteresis leaves them depends on
+    the way there, which is the same for every command. Joints that are driven from outside are
+    under the first torque or force, or held where their motion begins. The command of the model is
+    that of the experiment afterwards.
     """
     set_command(model, "pressure_set")
     pressures, timestep = experiment.start_pressure, model.opt.timestep

@@ -47,6 +47,7 @@ _WORDS = {
     "air": "air (a chamber without volume has no pressure)",
     "friction": "dry friction",
     "furthest": "furthest contraction",
+    "softened": "softening",
     "bonds": "bonds of dry friction",
     "line": "command's line",
     "sag": "supply's sag",

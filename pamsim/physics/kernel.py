@@ -23,7 +23,7 @@ from pamsim.physics.muscle_valves import (
     reached_opening,
     tube_step,
 )
-from pamsim.physics.passive import creep_rate, first_stroke_force
+from pamsim.physics.passive import creep_rate, first_stroke_force, softening_rate
 from pamsim.physics.record import MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import (
     contraction,
@@ -62,6 +62,8 @@ def tension_under(
     length = length_at_muscle(m, s, tendon_length)
     kappa = contraction(m, length)
     force = static_force(m, length, pressure)
+    if m.softening.share != 0.0:
+        force *= 1.0 - m.softening.share * s.softened
     above = effective_pressure(pressure, 0.0)
     pushing = law_pushes(m)
     carried = abs(force) if pushing else force
@@ -155,7 +157,9 @@ def state_rates(
         ds.bonds = bond_rate(m.friction, s.bonds, tendon_velocity, timestep)
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
-    ds.furthest = 0.0
+    ds.softened = ds.furthest = 0.0
+    if m.softening.share != 0.0:
+        ds.softened = softening_rate(m.softening, s.softened, timestep)
     if m.first_stroke.force > 0.0 and not kappa <= s.furthest:
         ds.furthest = (kappa - s.furthest) / timestep
     if m.creep.stiffness > 0.0:

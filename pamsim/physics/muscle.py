@@ -20,7 +20,7 @@ from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis, Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
-from pamsim.physics.passive import Creep, FirstStroke, PassiveSpring
+from pamsim.physics.passive import Creep, FirstStroke, PassiveSpring, Softening
 from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import COMMANDS, ValvePair
 
@@ -47,6 +47,7 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     EndShape,
     Creep,
     FirstStroke,
+    Softening,
     ParallelHysteresis,
     Chamber,
     ValvePair,
@@ -94,6 +95,7 @@ class Muscle:
         end_shape: active force lost at high contraction.
         creep: relaxing element beside the muscle.
         first_stroke: force lost to strokes that go further than all before.
+        softening: force lost in the course of a run.
         chain: what the muscle pulls through.
         friction: along its tendon.
         hysteresis: group of the operator on the force, or None.
@@ -112,6 +114,7 @@ class Muscle:
     end_shape: EndShape = field(default_factory=EndShape)
     creep: Creep = field(default_factory=Creep)
     first_stroke: FirstStroke = field(default_factory=FirstStroke)
+    softening: Softening = field(default_factory=Softening)
     chain: Chain = field(default_factory=Chain)
     friction: Friction = field(default_factory=Friction)
     hysteresis: Hysteresis | None = None

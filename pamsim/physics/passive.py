@@ -1,4 +1,4 @@
-"""Passive elasticity, creep and first stroke of tube and braid.
+"""Passive elasticity, creep, first stroke and softening of tube and braid.
 
 The elasticity is a spring that locks on stretch and lets go on contraction. That of the
 tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
@@ -23,6 +23,10 @@ which follows the contraction to its furthest point kappa_m and never comes back
     F = F_1 clip(1 + (kappa - kappa_m) / d, 0, 1)
 
 It takes work from every stroke that goes further than all before, and none from others.
+
+A muscle that is worked softens, by its warmth or by its age. Its force without memory is then the
+share 1 - c w of a fresh one's, with w from 0 to 1 in the time tau: an empirical factor, which knows
+nothing of what the muscle is made of.
 """
 
 from __future__ import annotations
@@ -65,6 +69,13 @@ class FirstStroke(ParameterGroup, group="first_stroke"):
     travel: float = quantity(
         "[1e-4, 0.5]", "d, contraction before the furthest point over which it sets in", 5e-3
     )
+
+
+class Softening(ParameterGroup, group="softening"):
+    """Force lost in the course of a run; share 0 is none, below it the muscle hardens."""
+
+    share: float = quantity("[-0.9, 0.9]", "c, part of the force that is lost in the end", 0.0)
+    time: float = quantity("[0.1, 1e5] s", "tau, in which it is lost", 100.0)
 
 
 def tube_force(spring: PassiveSpring, contraction: float) -> float:
@@ -117,3 +128,8 @@ def creep_rate(
     relaxation time tau [s].
     """
     return (contraction - relaxed_contraction) * -math.expm1(-timestep / relaxation_time) / timestep
+
+
+def softening_rate(softening: Softening, softened: float, timestep: float) -> float:
+    """Rate of w, (1 - w) / tau [1/s], that takes an Euler step [s] to where it is exactly."""
+    return (1.0 - softened) * -math.expm1(-timestep / softening.time) / timestep

@@ -41,6 +41,7 @@ SIGNATURE = 7240.288
 model that was saved as MJCF are no longer exact, and this one shows it."""
 
 STATE_NAMES = (
+    "softened",  # share of the softening that a run has brought so far
     "furthest",  # contraction of all strokes so far
     "bonds",  # of dry friction, as a share of those after a long rest
     "earlier_pressure",  # absolute, of the step before last; used if it has to be searched for
@@ -288,7 +289,7 @@ def parameters(muscle: Muscle) -> Parameters:
 
 
 def split_states(act: Row) -> tuple[States, list[float]]:
-    """States of a muscle by name, and its memory of hysteresis (n - 15,), from its ``act`` (n,).
+    """States of a muscle by name, and its memory of hysteresis (n - 16,), from its ``act`` (n,).
 
     For the kernel in plain Python; copies, in SI.
     """

@@ -38,10 +38,11 @@ def rest(m: Parameters, count: int, tendon_length: float, pressure: float) -> li
 def quieten(m: Parameters, s: States, tendon_length: float, pressure: float) -> None:
     """Relax the creep, and set line or pressure to what keeps the valves shut, or is measured.
 
-    The first stroke is to come. At a tendon length [m] and a gauge pressure [Pa].
+    First stroke and softening are to come. At a tendon length [m] and a gauge pressure [Pa].
     """
     kappa = contraction(m, length_at_muscle(m, s, tendon_length))
     s.creep = s.creep_2 = kappa
+    s.softened = 0.0
     if m.first_stroke.force > 0.0:
         s.furthest = kappa + m.first_stroke.travel
     s.line = pressure if m.command == PRESSURE_SET else 0.0

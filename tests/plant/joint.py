@@ -56,6 +56,9 @@ def free_torque(j: Record, angle: float, speed: float, deflection: float) -> flo
         total -= j.drag * speed * abs(speed) ** (j.drag_power - 1.0)
     if j.ripple != 0.0:
         total += j.ripple * math.sin(j.ripple_periods * angle + j.ripple_phase)
+    if j.detent != 0.0:
+        away = (angle - j.detent_at) / j.detent_width
+        total -= j.detent * away * math.exp(0.5 * (1.0 - away * away))
     if j.stop_stiffness > 0.0 and angle > j.stop_at:
         total -= j.stop_stiffness * (angle - j.stop_at)
     return total

@@ -163,6 +163,8 @@ _COPIED = {
     "end_onset": ("end_shape", "onset"),
     "creep_0": ("creep", "stiffness"),
     "creep_time_0": ("creep", "relaxation_time"),
+    "ageing": ("softening", "share"),
+    "ageing_time": ("softening", "time"),
     "polytropic": ("chamber", "polytropic_index"),
     "temperature": ("chamber", "temperature"),
     "dead_volume": ("chamber", "dead_volume"),

@@ -52,6 +52,9 @@ JOINT_FIELDS = (
     "ripple",  # amplitude [N m]
     "ripple_periods",  # per radian
     "ripple_phase",  # [rad]
+    "detent",  # largest torque of a detent [N m]
+    "detent_at",  # [rad]
+    "detent_width",  # from its middle to that torque [rad]
     "stop_at",  # soft stop on one side: angle [rad]
     "stop_stiffness",  # [N m/rad]
     "tooth_stiffness",  # of elastic teeth; 0 for hard ones [N/m]

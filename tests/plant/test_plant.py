@@ -246,6 +246,7 @@ def test_compiled_and_interpreted_plants_are_one(arm):
         "dry": 0.2, "static": 0.1, "static_speed": 0.1, "carried": 1e-5, "bristle": 0.1,
         "bristle_static": 0.1, "bristle_speed": 0.1, "bristle_slip": 1e-3, "bristle_power": 1.0,
         "smooth_dry": 0.1, "smooth_speed": 0.1, "drag": 0.1, "drag_power": 2.0, "ripple": 0.1,
+        "detent": 0.1, "detent_at": -0.1, "detent_width": 0.05,
         "stop_stiffness": 1.0, "backlash": 1e-4, "tooth_stiffness": 4e5, "reservoir": 1e-4,
         "refill": 1e7,
         "refill_square": 1e11, "cross": 1e-11,

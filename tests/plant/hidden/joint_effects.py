@@ -25,6 +25,8 @@ _TEETH = 16
 _STOP = math.radians(8.0)
 """Angle at which the soft stop begins [rad]."""
 
+_DETENT = {"detent_at": math.radians(-4.0), "detent_width": math.radians(2.0)}
+
 
 def _sticking(n: Numbers, size: float) -> None:
     n.joint.dry += _SLIDING_SHARE * size
@@ -169,6 +171,14 @@ EFFECTS = (
         typical=4.0,
         change=on_joint(lambda s: {"stop_at": _STOP, "stop_stiffness": s}),
         stated="stiffness",
+    ),
+    PlantEffect(
+        name="detent",
+        formulation="a detent that draws the joint to -4 deg from a few degrees around",
+        unit="N*m",
+        typical=0.3,
+        change=on_joint(lambda s: {"detent": s, **_DETENT}),
+        stated="largest_torque",
     ),
     PlantEffect(
         name="cable_spring",

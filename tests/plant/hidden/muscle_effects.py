@@ -164,10 +164,12 @@ EFFECTS = (
     PlantEffect(
         name="ageing_drift",
         formulation="all muscles lose force within each trial, with a time constant of 4 s",
+        stands_for=("softening",),
         unit="1",
         typical=0.03,
         change=on_muscles(lambda s: {"ageing": s, "ageing_time": 4.0}),
         stated="share_lost_in_the_end",
+        equals="softening.share",
         signed=True,
     ),
     PlantEffect(

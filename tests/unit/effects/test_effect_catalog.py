@@ -65,6 +65,7 @@ RARE = [
     "tube_resistance",
     "sprocket_ripple",
     "first_stroke",
+    "softening",
     "leak_between_muscles",
     "valve_hysteresis",
     "regulator_dead_band",

@@ -12,7 +12,7 @@ from pamsim.physics.force_laws.effective_area import EffectiveArea, Stroke
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
 from pamsim.physics.muscle import Mounting, Muscle
-from pamsim.physics.passive import FirstStroke
+from pamsim.physics.passive import FirstStroke, Softening
 from pamsim.physics.record import slot
 from tests.unit.gpu.muscle_batch import TIMESTEP, batch, python_results, warp_results
 from tests.unit.physics.muscles import KINDS, LOOPS, make
@@ -36,6 +36,7 @@ def variants(law: str, loop: str) -> Muscle:
         valve=valve,
         chamber=dataclasses.replace(muscle.chamber, heat_rate=3.0),
         first_stroke=FirstStroke(force=12.0, travel=0.02),
+        softening=Softening(share=0.1, time=0.5),
         parallel_hysteresis=ParallelHysteresis(force=20.0, asymmetry=0.4, dead_zone=0.2),
         command=("pressure_set", "pulse")[len(law) % 2],
     )

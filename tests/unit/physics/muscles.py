@@ -66,7 +66,7 @@ KINDS = [
 def make(law: str = "ideal_mckibben", loop: str = "none", **changes: Any) -> Muscle:
     """A muscle in which every effect is on and every number differs from its default.
 
-    But for the parallel hysteresis and the first stroke, which have tests of their own.
+    But for parallel hysteresis, first stroke and softening, which have tests of their own.
     """
     groups: dict[str, Any] = {
         "mounting": Mounting(length_at_zero=0.05),
@@ -175,7 +175,7 @@ def charged(
     if len(memory) == 1:
         memory[0] = z
     # No step before; neither heat nor tube nor slow valves.
-    early = [*[0.0] * (BLOCKS + 1), BONDED, *[0.0] * 3, RELAXED_2, 0.0, 0.0]
+    early = [*[0.0] * (BLOCKS + 2), BONDED, *[0.0] * 3, RELAXED_2, 0.0, 0.0]
     states = [*memory, *early, SAGGED, RUBBED, carried, RELAXED, SHIFT, EXTENSION, 0.0]
     length = length_at_muscle(row, states, tendon)
     return [*states[:-1], float(charged_air_state(row, states, length, pressure))]

@@ -355,7 +355,7 @@ def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
         tensions.append(kernel.tension(row, act, tendon))
         kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, 1e-3)
         act[0] += out[0] * 2.0 * math.pi / steps
-        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST + 1)  # no search
+        assert [*out[1:-EARLIER], *out[-LAST + 1 :]] == [0.0] * (BLOCKS + LAST + 2)  # no search
     lengthening, shortening = tensions[steps], tensions[steps + steps // 2]
     assert lengthening > shortening > 0.0
     last = slice(steps, None)

@@ -42,7 +42,7 @@ from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, make
 
 GROUP_FIELDS = {
     "mounting", "braid", "force", "passive", "threshold", "end_shape", "creep", "hysteresis",
-    "first_stroke",    "parallel_hysteresis", "chamber", "valve", "chain", "friction",
+    "first_stroke", "softening", "parallel_hysteresis", "chamber", "valve", "chain", "friction",
 }  # fmt: skip
 
 
