@@ -8,7 +8,8 @@ The smoothing is a cubic regression spline. FITPACK puts knots where the signal 
 Curve and Surface Fitting with Splines, 1993, chapter 5): few in a hold, many where a valve opens.
 How many there are is not tuned. Of the splines on offer the one with the least estimated risk is
 taken, Mallows' C_p (Technometrics 15, 1973): squared residual over the noise's variance plus twice
-the number of coefficients, a knot counted as three since its place is chosen as well. The noise is
+the number of coefficients. That knots are placed where the signal asks for them is not counted: too
+little smoothing is noise, which repeats show, too much is an error that they share. The noise is
 what the signal itself shows from sample to sample, so that slower drift is imposed as motion.
 """
 
@@ -21,9 +22,6 @@ from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 
 _DEGREE = 3  # of the spline: the least whose rate has no corners
-_PER_KNOT = 3.0
-"""Coefficients that a knot costs whose place the data have chosen (Friedman, Annals of Statistics
-19, 1991, section 3.6)."""
 
 _SHARES = (1.0, 0.85, 0.7, 0.5)
 """Mean squared residuals of the splines on offer, in variances of the noise: from that of the
@@ -65,9 +63,8 @@ def smoothed(time: FloatArray, values: FloatArray, noise: float | None = None) -
             time, values, w=weight, k=_DEGREE, s=share * values.size, full_output=True, quiet=True
         )
         fitted = make_lsq_spline(time, values, knots, _DEGREE)(time)
-        inner = knots.size - 2 * (_DEGREE + 1)
-        spent = _DEGREE + 1 + _PER_KNOT * inner
-        risk = float(np.sum((weight * (values - fitted)) ** 2)) + 2.0 * spent
+        coefficients = knots.size - _DEGREE - 1
+        risk = float(np.sum((weight * (values - fitted)) ** 2)) + 2.0 * coefficients
         if risk < least:
             best, least = fitted, risk
     return best

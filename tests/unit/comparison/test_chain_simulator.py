@@ -69,8 +69,8 @@ def test_the_rig_as_it_is_has_the_residual_of_its_trials_own_inputs(chain, trial
 
 
 def test_a_rig_without_a_gap_leaves_noise(chain):
-    losses = losses_of(chain)
-    assert np.all(np.abs(losses - 1.0) < 0.25)
+    # Single trials of a second scatter by a quarter beside the noise that two repeats show.
+    assert np.mean(losses_of(chain)) == pytest.approx(1.0, abs=0.2)
 
 
 def test_coarse_steps_change_an_effect_by_little(chain):
