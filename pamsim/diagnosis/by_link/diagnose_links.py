@@ -21,6 +21,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.log_variation import log_variation
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
+from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain
@@ -117,7 +118,7 @@ def diagnose_links(
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
-    left, found = unseen.remainders(model), sizes(fitter, model)
+    left, found = unseen.remainders(model), sizes(fitter, sharpened(fitter, model))
     whole = None
     if effects and not any(one.counts(alpha) for one in left.values()):
         steps.begin("the whole chain with what was found")

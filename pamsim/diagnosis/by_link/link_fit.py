@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.chain_runs import COARSE, MIDDLE, Values, in_link
+from pamsim.comparison.chain_runs import MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
@@ -102,6 +102,7 @@ class LinkFitter:
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
+        short: fine time steps in one of those that a fit ends in.
         link_of: number of the link of each whitened row, (f,).
     """
 
@@ -115,7 +116,7 @@ class LinkFitter:
         short: int = MIDDLE,
     ) -> None:
         self.simulator, self.units = simulator, units
-        self._finer, self._short = finer, short
+        self._finer, self.short = finer, short
         self.link_of = units.fitted.link_of
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
@@ -281,14 +282,20 @@ class LinkFitter:
             return None
         own_columns = fit.jacobian[: self.link_of.size]
         known = {name: own_columns[:, i] for i, name in enumerate(free)}
-        short = self._in_short_steps(model, wanted)
-        if short is None:
-            return None
-        about = short
-        again = descended(fit.x, known)
-        model = model_at(fit.x if again is None else again.x)
-        if model is None:
-            return None
+        place = fit.x
+        for _ in range(_DESCENTS):
+            short = self._in_short_steps(model, wanted)
+            if short is None:
+                return None
+            about = short
+            # What shorter steps change may itself change on the way: a lag as short as a step.
+            again = descended(place, known)
+            place = place if again is None else again.x
+            model = model_at(place)
+            if model is None:
+                return None
+            if again is None or again.start_cost - again.cost <= _FAR * again.cost:
+                break
         return replace(model, sensitivities={**model.sensitivities, **known})
 
     def _in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
@@ -298,16 +305,12 @@ class LinkFitter:
             [links],
             model.residual,
             only=self.units.fitted.groups,
-            steps=self._short,
+            steps=self.short,
         )
         if residual is None:
             return None
         offset = model.offset + residual - model.residual
         return replace(model, residual=residual, offset=offset, rows=self.whiten(residual))
-
-    def of_time_steps(self, model: LinkModel) -> FloatArray:
-        """Change of a model's rows (f,) if its shortest time steps went to zero, to first order."""
-        return self._short / (COARSE - self._short) * self.whiten(model.offset)
 
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.
@@ -340,6 +343,17 @@ class LinkFitter:
         links: frozenset[Link] | None = None,
     ) -> dict[str, FloatArray]:
         """Change of the rows with parameters, in units of their scale."""
+        sets, steps = self.moved(at, names)
+        acts = [self.simulator.acts_in([name]) for name in names]
+        inside = [own & links if links is not None else own for own in acts]
+        found = self.simulate(sets, inside, at)
+        return {
+            name: np.zeros_like(at.rows) if r is None else (self.whiten(r) - at.rows) / step
+            for name, step, r in zip(names, steps, found, strict=True)
+        }
+
+    def moved(self, at: LinkModel, names: Sequence[str]) -> tuple[list[Values], list[float]]:
+        """Values with each parameter moved, and by how much, in units of its scale."""
         own = {p.name: p for effect in at.effects for p in effect.parameters}
         steps: list[float] = []
         sets: list[Values] = []
@@ -350,10 +364,4 @@ class LinkFitter:
                 step = -step
             steps.append(step / scale)
             sets.append({**at.values, name: at.values[name] + step})
-        acts = [self.simulator.acts_in([name]) for name in names]
-        inside = [own & links if links is not None else own for own in acts]
-        found = self.simulate(sets, inside, at)
-        return {
-            name: np.zeros_like(at.rows) if r is None else (self.whiten(r) - at.rows) / step
-            for name, step, r in zip(names, steps, found, strict=True)
-        }
+        return sets, steps

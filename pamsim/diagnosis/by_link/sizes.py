@@ -20,6 +20,7 @@ from scipy.stats import t as student_t
 
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.short_steps import of_time_steps
 
 _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
 
@@ -72,7 +73,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     count = len(moved)
     spread = np.array(moved) - np.mean(moved, axis=0)
     inputs = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
-    moved_by_steps = np.abs(inverse @ (jacobian.T @ fitter.of_time_steps(model)))
+    moved_by_steps = np.abs(inverse @ (jacobian.T @ of_time_steps(fitter, model)))
     shown = np.linalg.norm(jacobian, axis=0) > 0.0
     far_noise = 1.96 * noise
     far_inputs = float(student_t.ppf(0.975, max(count - 1, 1))) * inputs

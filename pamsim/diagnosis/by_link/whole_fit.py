@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import Units
 
@@ -33,7 +34,7 @@ def in_whole_chain(
     fitter = LinkFitter(simulator, nuisance, units, short=1)
     begin = {name: model.values[name] for name in model.freed}
     fit = fitter.fit(fitter.stated, model.effects, begin, simulator.links)
-    return None if fit is None else (fitter, fit)
+    return None if fit is None else (fitter, sharpened(fitter, fit))
 
 
 def confirmed(by_link: Mapping[str, Size], whole: Mapping[str, Size]) -> dict[str, Size]:

@@ -23,7 +23,9 @@ DIAGNOSE = {
     "schema": "pamsim-sweep/1",
     "job": "diagnose",
     "experiment": {
-        **RECORDED, "repeats": 5, "forces": False, "effects": ["air_leak", "coulomb_friction"],
+        # In a second a laminar leak fits as well.
+        **RECORDED, "repeats": 5, "duration": 2.0, "forces": False,
+        "effects": ["air_leak", "coulomb_friction"],
     },
     "vary": {"air_leak": {"values": [0, 3]}},
 }  # fmt: skip
