@@ -1,6 +1,6 @@
 """What shorter time steps than those of a search show of a fitted model.
 
-Fits take their slopes from long time steps, which may hide what is as short as they are: a lag of
+Fits take their sensitivities from long steps, which may hide what is as short as they are: a lag of
 4 ms changed next to nothing in steps of 5 ms.
 """
 
