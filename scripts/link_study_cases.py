@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from blind_study_cases import LIBRARY, OTHER, RIG, SIZED, Case, families, write_cases
+from link_study_scores import OUTSIDE
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
@@ -31,8 +32,8 @@ SEED = 20261127
 """Of all that is drawn here. The plan of this seed was looked at while rules were made: the cases
 that judge them need another one."""
 
-OUTSIDE = ("soft_stop", "detent", "slow_clock")
-"""Effects of no family of the library."""
+OWN, OTHERS = (*LIBRARY, "softening"), (*SIZED, *OTHER)
+"""Effects that are hidden by the library's formulas, and by others."""
 
 TIERS = {
     "nothing": 60, "library": 40, "other_formula": 40, "outside": 20, "removed": 20,
@@ -69,13 +70,12 @@ def of_air(effect: str) -> bool:
 def planned() -> list[Case]:
     """The cases, with the E of each effect that was drawn in place of its size."""
     rng = np.random.default_rng(SEED)
-    own, other = (*LIBRARY, "softening"), (*SIZED, *OTHER)
     singles = {
         "nothing": (("",),),
-        "library": tuple((name,) for name in own),
-        "other_formula": tuple((name,) for name in other),
+        "library": tuple((name,) for name in OWN),
+        "other_formula": tuple((name,) for name in OTHERS),
         "outside": tuple((name,) for name in OUTSIDE),
-        "removed": tuple((name,) for name in (*own, *other)),
+        "removed": tuple((name,) for name in (*OWN, *OTHERS)),
     }
     found: list[tuple[str, tuple[str, ...]]] = []
     for tier, count in TIERS.items():
@@ -113,7 +113,7 @@ def _in_turn(
 
 def _together(rng: np.random.Generator, tier: str) -> Iterator[tuple[str, ...]]:
     """Two or three effects of different families, on the sides that a tier asks for."""
-    pools = ((*LIBRARY, "softening"), (*SIZED, *OTHER))
+    pools = (OWN, OTHERS)
     count = 3 if tier == "three" else 2
     while True:
         found = tuple(str(rng.choice(pools[rng.integers(2)])) for _ in range(count))

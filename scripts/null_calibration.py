@@ -7,8 +7,8 @@ its own null hypothesis. Its p-values should then be uniform: one in twenty belo
 with exact 95 % intervals (Clopper and Pearson, Biometrika 26, 1934), the whole distribution with
 the Kolmogorov-Smirnov test. A test is too eager if p-values below one of the levels are more
 frequent than the level, conservative if they are rarer, below 0.05 or anywhere; either is only said
-if it stays significant (5 %) after Bonferroni's correction for all cases here. It takes five
-minutes.
+if it stays significant (5 %) after Bonferroni's correction for all cases here. It takes about a
+minute.
 """
 
 from __future__ import annotations

@@ -79,7 +79,9 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     inputs = inputs_of_runs(rig, runs)
     wanted = {trial.name for trial, run in runs if run.pulled}
-    begun = {} if creeps(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
+    begun = (
+        {} if changes_with_time(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
+    )
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
 
     def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:
@@ -225,8 +227,8 @@ def link_experiment(
     return LinkExperiment(trial=driven, run=run, experiment=experiment)
 
 
-def creeps(rig: Rig) -> bool:
-    """Whether a muscle creeps or softens.
+def changes_with_time(rig: Rig) -> bool:
+    """Whether a muscle changes with time, by creep or softening.
 
     Then nothing precedes an imposed motion: a relaxed creep element would be stretched by the way
     to rest again, and a muscle would soften on it.

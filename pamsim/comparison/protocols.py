@@ -24,7 +24,7 @@ RATE = 100.0
 MULTISINE_PERIOD = 4.0
 """Period of the multisines' fundamental [s]; two fit into a trial."""
 
-MULTISINE_LINES = 12  # odd harmonics up to 5.75 Hz, where the MAS-20 arm hardly moves
+MULTISINE_LINES = 12  # odd harmonics, up to 5.75 Hz
 
 _MIDDLE = 2.5e5  # common pressure about which trials move [Pa]
 

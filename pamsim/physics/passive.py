@@ -25,8 +25,8 @@ which follows the contraction to its furthest point kappa_m and never comes back
 It takes work from every stroke that goes further than all before, and none from others.
 
 A muscle that is worked softens, by its warmth or by its age. Its force without memory is then the
-share 1 - c w of a fresh one's, with w from 0 to 1 in the time tau: an empirical factor, which knows
-nothing of what the muscle is made of.
+share 1 - c w of a fresh one's, with w from 0 to 1 in the time tau. That is an assumption; since the
+volume stays, the work of the air is no longer that of the force.
 """
 
 from __future__ import annotations

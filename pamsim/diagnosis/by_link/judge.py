@@ -26,7 +26,7 @@ from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.diagnosis.by_link.promise import of_families, promises, seen_in
+from pamsim.diagnosis.by_link.promise import left_beside, of_families, promises, seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
 from pamsim.inference.hannan_quinn import TIE
@@ -191,7 +191,8 @@ def judge(
         model, rests = _needed(case, model)
         if not rests:
             return searched.base, ()
-        left, unlike = unseen.remainders(model), _unlike_families(case, model)
+        left = unseen.remainders(model)
+        unexplained = _unexplained(case, model, left)
         judged: list[Judged] = []
         for one in rests:
             rivals = _rival_fits(case, model, one)
@@ -199,7 +200,7 @@ def judge(
             if best.criterion <= model.criterion - TIE:
                 model = fitter.everywhere(best)
                 break
-            judged.append(_beside(case, model, one, rivals, left, unlike))
+            judged.append(_beside(case, model, one, rivals, left, unexplained))
         else:
             return model, tuple(sorted(judged, key=lambda one: -one.gain))
 
@@ -251,24 +252,27 @@ def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
         model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
 
 
-def _unlike_families(case: _Case, model: LinkModel) -> dict[Link, float]:
-    """Share of what a model leaves in each link that no formula of its families takes away.
+def _unexplained(
+    case: _Case, model: LinkModel, left: Mapping[Link, Remainder]
+) -> dict[Link, float]:
+    """Mean square that is left in each link for certain and that no formula of its families takes.
 
-    Of the fitted rows. What is left there is known to a standard error, which is added to what is
-    left with and without these formulas: where little is left, little is known of its cause.
+    The share that they take is that of the fitted rows. What is left there is known to a standard
+    error, which is added to what is left with and without these formulas: where little is left,
+    little is known of its cause.
     """
-    fitter, known = case.fitter, case.searched.known
-    count = fitter.by_link(np.ones_like(model.rows))
-    error = np.sqrt(2.0 * count)
-    both = [
-        np.clip(fitter.by_link(left**2) - count, 0.0, None) + error
-        for left, _ in (
-            promises(model, (), of_families(model, known)),
-            promises(model, ()),
-        )
-    ]
-    shares = np.clip(both[0] / both[1], 0.0, 1.0).tolist()
-    return dict(zip(fitter.simulator.links, shares, strict=True))
+    fitter = case.fitter
+    formulas = of_families(model, case.searched.known)
+    with_them, without_them = (
+        np.clip(fitter.by_link(left_beside(model, forms) ** 2) - fitter.counts, 0.0, None)
+        + np.sqrt(2.0 * fitter.counts)
+        for forms in (formulas, formulas[:, :0])
+    )
+    shares = np.clip(with_them / without_them, 0.0, 1.0).tolist()
+    return {
+        link: share * left[link].excess if left[link].counts(case.alpha) else 0.0
+        for link, share in zip(fitter.simulator.links, shares, strict=True)
+    }
 
 
 def _beside(
@@ -277,7 +281,7 @@ def _beside(
     one: _Needed,
     fits: Collection[LinkModel],
     left: Mapping[Link, Remainder],
-    unlike: Mapping[Link, float],
+    unexplained: Mapping[Link, float],
 ) -> Judged:
     rivals: list[Rival] = []
     for fit in fits:
@@ -299,14 +303,7 @@ def _beside(
         p_value=one.found.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
         exact=all(left[link].excluded(case.alpha) for link in one.links),
-        left=float(
-            np.mean(
-                [
-                    unlike[n] * left[n].excess if left[n].counts(case.alpha) else 0.0
-                    for n in one.links
-                ]
-            )
-        ),
+        left=float(np.mean([unexplained[link] for link in one.links])),
     )
 
 

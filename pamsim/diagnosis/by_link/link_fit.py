@@ -104,6 +104,7 @@ class LinkFitter:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
         short: fine time steps in one of those that a fit ends in.
         link_of: number of the link of each whitened row, (f,).
+        counts: whitened rows of each link, (links,).
     """
 
     def __init__(
@@ -118,6 +119,7 @@ class LinkFitter:
         self.simulator, self.units = simulator, units
         self._finer, self.short = finer, short
         self.link_of = units.fitted.link_of
+        self.counts = self.by_link(np.ones(self.link_of.size))
         self.nuisance = {
             in_link(name, link): simulator.own_value(name)
             for name in nuisance
@@ -300,17 +302,35 @@ class LinkFitter:
 
     def _in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
         """A model whose residual is that of shorter time steps; None if it breaks down in them."""
-        (residual,) = self.simulator.residuals(
-            [model.values],
-            [links],
-            model.residual,
-            only=self.units.fitted.groups,
-            steps=self.short,
-        )
+        (residual,) = self.in_steps(model, [model.values], self.short, links)
         if residual is None:
             return None
         offset = model.offset + residual - model.residual
         return replace(model, residual=residual, offset=offset, rows=self.whiten(residual))
+
+    def in_steps(
+        self,
+        model: LinkModel,
+        sets: Sequence[Values],
+        steps: int,
+        links: Collection[Link] | None = None,
+    ) -> list[FloatArray | None]:
+        """Residuals (n,) [SI] of parameter sets, in time steps of a length.
+
+        Args:
+            model: whose residual the rows of the other links have.
+            sets: values by name.
+            steps: fine time steps in one.
+            links: that are simulated; all if left out.
+        """
+        wanted = self.simulator.links if links is None else links
+        return self.simulator.residuals(
+            sets,
+            [wanted] * len(sets),
+            model.residual,
+            only=self.units.fitted.groups,
+            steps=steps,
+        )
 
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.

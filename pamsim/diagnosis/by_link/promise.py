@@ -84,6 +84,12 @@ def first_probe(effect: Candidate) -> Probe:
     return sizes[len(sizes) // 2]
 
 
+def left_beside(model: LinkModel, forms: FloatArray) -> FloatArray:
+    """Rows (f,) that neither a model's parameters nor some forms (f, k) can take away."""
+    basis = orthonormal(np.hstack([model.jacobian(), forms]))
+    return model.rows - basis @ (basis.T @ model.rows)
+
+
 def promises(
     model: LinkModel, known: Iterable[Signature], forms: FloatArray | None = None
 ) -> tuple[FloatArray, list[Promise]]:

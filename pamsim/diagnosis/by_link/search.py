@@ -222,8 +222,7 @@ def _untried(
 
 def _more_left(fitter: LinkFitter, left: FloatArray) -> bool:
     """Whether a link keeps a remainder that counts, errors of formulas taken off."""
-    count = fitter.by_link(np.ones_like(left))
-    return bool(np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * count))
+    return bool(np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * fitter.counts))
 
 
 def _about(
@@ -239,7 +238,7 @@ def _about(
 
 def _is_worth(fitter: LinkFitter, promise: Promise, left: FloatArray, material: float) -> bool:
     """Whether an effect is fitted."""
-    unknown = fitter.by_link(left**2) - fitter.by_link(np.ones_like(left))
+    unknown = fitter.by_link(left**2) - fitter.counts
     falls = _falls(fitter, promise, left)
     return bool(np.any(falls >= np.maximum(_least(fitter, material), _OF_LEFT * unknown)))
 
@@ -251,4 +250,4 @@ def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray
 
 def _least(fitter: LinkFitter, material: float) -> FloatArray:
     """Fall of the sum of squares of each link from which an effect is material."""
-    return material * fitter.by_link(np.ones_like(fitter.stated.rows))
+    return material * fitter.counts

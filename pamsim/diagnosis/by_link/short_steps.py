@@ -6,12 +6,11 @@ Fits take their sensitivities from long steps, which may hide what is as short a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from pamsim.comparison.chain_runs import MIDDLE, Values
+from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 
@@ -20,7 +19,7 @@ def sharpened(fitter: LinkFitter, model: LinkModel) -> LinkModel:
     """A model with the sensitivities of the time steps that its fit has ended in."""
     names = list(model.sensitivities)
     sets, steps = fitter.moved(model, names)
-    base, *moved = _in_steps(fitter, model, [model.values, *sets], fitter.short)
+    base, *moved = fitter.in_steps(model, [model.values, *sets], fitter.short)
     if base is None:
         return model
     found = {
@@ -32,20 +31,7 @@ def sharpened(fitter: LinkFitter, model: LinkModel) -> LinkModel:
 
 def of_time_steps(fitter: LinkFitter, model: LinkModel) -> FloatArray:
     """Change of a model's rows (f,) if these time steps went to zero, to first order."""
-    longer, shorter = (_in_steps(fitter, model, [model.values], n)[0] for n in (MIDDLE, 1))
+    longer, shorter = (fitter.in_steps(model, [model.values], n)[0] for n in (MIDDLE, 1))
     if longer is None or shorter is None:
         return np.zeros_like(model.rows)
     return fitter.short * fitter.whiten(longer - shorter)
-
-
-def _in_steps(
-    fitter: LinkFitter, model: LinkModel, sets: Sequence[Values], steps: int
-) -> list[FloatArray | None]:
-    """Residuals (n,) [SI] of parameter sets in all links, in time steps of a length."""
-    return fitter.simulator.residuals(
-        sets,
-        [frozenset(fitter.simulator.links)] * len(sets),
-        model.residual,
-        only=fitter.units.fitted.groups,
-        steps=steps,
-    )

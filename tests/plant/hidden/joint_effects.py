@@ -26,6 +26,7 @@ _STOP = math.radians(8.0)
 """Angle at which the soft stop begins [rad]."""
 
 _DETENT = {"detent_at": math.radians(-4.0), "detent_width": math.radians(2.0)}
+"""Middle of the detent, and how far from it the torque is largest [rad]."""
 
 
 def _sticking(n: Numbers, size: float) -> None:
