@@ -1,11 +1,13 @@
 """Fresh cases for the diagnosis by link: what is hidden in each, of which size, under which noise.
 
-    python scripts/link_study_cases.py [--workers 2]
+    python scripts/link_study_cases.py [--seed N --to N --json FILE] [--workers 2]
 
 writes link_study_cases.json, which is to be drawn once the rules of the diagnosis are frozen, and
-before any case is run. All cases are drawn from one seed; each tier is spread evenly over them, so
-that any beginning is a fair sample. Sizes are drawn as in scripts/blind_study_cases.py: first the
-excess E that an effect shall leave, log-uniformly, then the size that leaves about that much.
+before any case is run. Cases to make rules with are drawn by another seed, into another file; 60
+of them take two minutes. All cases of a file are drawn from one seed; each tier is spread evenly
+over them, so that any beginning is a fair sample. Sizes are drawn as in
+scripts/blind_study_cases.py: first the excess E that an effect shall leave, log-uniformly, then the
+size that leaves about that much.
 
 Two and three effects together are of different families. In the tier ``two_links`` one of them acts
 between command and pressure, the other between pressure and angle; in ``one_link`` both act on the
@@ -67,9 +69,9 @@ def of_air(effect: str) -> bool:
     return bool(links & _AIR) or "pressure_sensor" in own
 
 
-def planned() -> list[Case]:
+def planned(seed: int = SEED) -> list[Case]:
     """The cases, with the E of each effect that was drawn in place of its size."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(seed)
     singles = {
         "nothing": (("",),),
         "library": tuple((name,) for name in OWN),
@@ -142,9 +144,13 @@ def _spread(
 def main() -> None:
     """Draw the cases, size them, write them."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--to", type=int, help="number of the last case; all if left out")
+    parser.add_argument("--json", type=Path, default=FILE)
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
-    write_cases(FILE, planned(), ABOUT, options.workers)
+    cases = planned(options.seed)[: options.to]
+    write_cases(options.json, cases, ABOUT, options.workers)
 
 
 if __name__ == "__main__":
