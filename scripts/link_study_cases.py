@@ -149,6 +149,8 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=FILE)
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
+    if options.json == FILE and (options.seed != SEED or options.to is not None):
+        parser.error(f"{FILE.name} holds all cases of seed {SEED}; give another file by --json")
     cases = planned(options.seed)[: options.to]
     write_cases(options.json, cases, ABOUT, options.workers)
 

@@ -79,9 +79,8 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     inputs = inputs_of_runs(rig, runs)
     wanted = {trial.name for trial, run in runs if run.pulled}
-    begun = (
-        {} if changes_with_time(rig) else {t.name: t for t, r in runs if r.pressures and r.moved}
-    )
+    moved = [] if changes_with_time(rig) else [t for t, r in runs if r.pressures and r.moved]
+    begun = {trial.name: trial for trial in moved}
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
 
     def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:

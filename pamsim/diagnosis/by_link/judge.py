@@ -266,7 +266,7 @@ def _unexplained(
     with_them, without_them = (
         np.clip(fitter.by_link(left_beside(model, forms) ** 2) - fitter.counts, 0.0, None)
         + np.sqrt(2.0 * fitter.counts)
-        for forms in (formulas, formulas[:, :0])
+        for forms in (formulas, None)
     )
     shares = np.clip(with_them / without_them, 0.0, 1.0).tolist()
     return {

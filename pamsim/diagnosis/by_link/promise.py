@@ -84,10 +84,18 @@ def first_probe(effect: Candidate) -> Probe:
     return sizes[len(sizes) // 2]
 
 
-def left_beside(model: LinkModel, forms: FloatArray) -> FloatArray:
+def left_beside(model: LinkModel, forms: FloatArray | None = None) -> FloatArray:
     """Rows (f,) that neither a model's parameters nor some forms (f, k) can take away."""
-    basis = orthonormal(np.hstack([model.jacobian(), forms]))
-    return model.rows - basis @ (basis.T @ model.rows)
+    return _without(model.rows, _free(model, forms))
+
+
+def _free(model: LinkModel, forms: FloatArray | None) -> FloatArray:
+    own = model.jacobian()
+    return orthonormal(own if forms is None else np.hstack([own, forms]))
+
+
+def _without(rows: FloatArray, basis: FloatArray) -> FloatArray:
+    return rows - basis @ (basis.T @ rows)
 
 
 def promises(
@@ -105,15 +113,14 @@ def promises(
         Rows (f,) that neither the model's parameters nor the forms can take away, and the best
         promise of each probe, the largest gain first.
     """
-    own = model.jacobian()
-    basis = orthonormal(own if forms is None else np.hstack([own, forms]))
-    left = model.rows - basis @ (basis.T @ model.rows)
+    basis = _free(model, forms)
+    left = _without(model.rows, basis)
     found: list[Promise] = []
     for signature in known:
         effect = signature.effect
         if effect.name in model.names or model.freed & {p.name for p in effect.parameters}:
             continue
-        kept = signature.rows - basis @ (basis.T @ signature.rows)
+        kept = _without(signature.rows, basis)
         square = float(kept @ kept)
         if square <= _NONE_LEFT * float(signature.rows @ signature.rows):
             continue
