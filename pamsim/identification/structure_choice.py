@@ -135,15 +135,17 @@ def choice_by_free_run(
     """Judge the fits of a scan on held-out data where there are any, else by AICc.
 
     Without held-out trials one or two trials are judged by their last third, if the output moves
-    there: the structures are fitted again to the rest.
+    there: the structures are fitted again to the rest. Each simulates the whole trial; its state
+    where the last third begins is fitted to that third.
 
     Args:
         fits: simplest first.
         records: the trials that they were fitted to.
         held_out: trials that judge; may be none.
     """
-    fitted, judges, judged_by = _parts(records, held_out)
-    if judges and not held_out:
+    judges, judged_by = _judges(records, held_out)
+    fitted = [one.fitted for one in judges if one.since] or records
+    if fitted is not records:
         fits = [rough_fit(fit.structure, fitted, [fit.x]) for fit in fits]
     percent = tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits)
     if not judges:
@@ -155,16 +157,15 @@ def choice_by_free_run(
             judged_by=judged_by,
             basis=f"{effective:.0f} effective samples; nothing was held out",
         )
-    errors = [
-        [record.output - y for record, y in zip(judges, _runs(fit, judges), strict=True)]
-        for fit in fits
-    ]
+    errors = [[one.output - one.run(fit) for one in judges] for fit in fits]
     errors = _without_own_degrees(fits, errors, judges)
     return StructureChoice(
         fits=tuple(fits),
         fit_percent=percent,
         held_out=tuple(
-            _percent(judges, [r.output - e for r, e in zip(judges, own, strict=True)])
+            pooled_fit_percent(
+                [(one.output, one.output - e) for one, e in zip(judges, own, strict=True)]
+            )
             for own in errors
         ),
         errors=tuple(errors),
@@ -172,29 +173,50 @@ def choice_by_free_run(
     )
 
 
-def _parts(
+@dataclass(frozen=True)
+class _Judge:
+    """A record of which the samples from one on judge; the others are fitted."""
+
+    record: SignalRecord
+    since: int = 0
+
+    @property
+    def output(self) -> FloatArray:
+        return self.record.output[self.since :]
+
+    @property
+    def fitted(self) -> SignalRecord:
+        return self.record.part(slice(0, self.since))
+
+    def run(self, fit: RoughFit) -> FloatArray:
+        return fit.structure.free_run(fit.coordinates, self.record, self.since)[0]
+
+    def own(self, fit: RoughFit) -> int:
+        """Number of coefficients that are fitted to what judges."""
+        return (fit.structure.moving if self.since else fit.structure).per_trial
+
+
+def _judges(
     records: Sequence[SignalRecord], held_out: Sequence[SignalRecord]
-) -> tuple[Sequence[SignalRecord], Sequence[SignalRecord], str]:
-    """Records to fit, those that judge, and what these are."""
+) -> tuple[list[_Judge], str]:
+    """What judges, in records and in words; nothing where AICc does."""
     if held_out:
-        return records, held_out, "the held-out trials"
+        return [_Judge(record) for record in held_out], "the held-out trials"
     if len(records) > _FEW_TRIALS:
-        return records, (), AICC
-    first: list[SignalRecord] = []
-    last: list[SignalRecord] = []
+        return [], AICC
+    found: list[_Judge] = []
     for record in records:
         cut = round((1.0 - _LAST) * record.output.size)
         head, tail = record.output[:cut], record.output[cut:]
         few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
         if few or np.std(tail) < _MOVES * np.std(head):
-            return records, (), AICC
-        first.append(record.part(slice(0, cut)))
-        last.append(record.part(slice(cut, None), held_out=True))
-    return first, last, "the last third of each trial"
+            return [], AICC
+        found.append(_Judge(record, cut))
+    return found, "the last third of each trial"
 
 
 def _without_own_degrees(
-    fits: Sequence[RoughFit], errors: list[list[FloatArray]], judges: Sequence[SignalRecord]
+    fits: Sequence[RoughFit], errors: list[list[FloatArray]], judges: Sequence[_Judge]
 ) -> list[list[FloatArray]]:
     """Errors as large as they were if no initial state were fitted to what judges.
 
@@ -202,10 +224,10 @@ def _without_own_degrees(
     up noise with them: of noise that is slow much, as it has few independent samples.
     """
     best = min(errors, key=lambda own: sum(float(e @ e) for e in own))
-    effective = _effective_samples(best, judges)
+    effective = _effective_samples(best, [one.record for one in judges])
 
     def factor(fit: RoughFit) -> float:
-        room = effective - fit.structure.per_trial * len(judges)
+        room = effective - sum(one.own(fit) for one in judges)
         return math.sqrt(effective / max(room, 1.0))
 
     return [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
@@ -213,7 +235,7 @@ def _without_own_degrees(
 
 def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalRecord]) -> float:
     """Number of independent samples of a residual."""
-    samples = sum(record.output.size for record in records)
+    samples = sum(part.size for part in residual)
     interval = float(np.median([record.sample_time for record in records]))
     noise = fit_ar_noise(residual)
     return min(samples * interval / (2.0 * noise.correlation_time(interval)), samples)

@@ -300,21 +300,29 @@ class ContinuousStructure:
         return np.hstack([polynomial, modes])
 
     def free_run(
-        self, coordinates: FloatArray, record: SignalRecord
+        self, coordinates: FloatArray, record: SignalRecord, since: int = 0
     ) -> tuple[FloatArray, FloatArray]:
         """Simulate a record, its offset (and initial state) fitted to its output.
 
         Args:
             coordinates: shape ``(k,)``.
             record: the trial.
+            since: sample from which its output is wanted. It moves there, so that a state there is
+                fitted whatever the start.
 
         Returns:
-            Output, shape ``(N,)``, and the trial's own coefficients, offset first.
+            Output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
         """
-        forced = self.responses(coordinates, record) @ coordinates[self.searched :]
-        own = self.trial_columns(coordinates, record)
-        coefficients: Any = np.linalg.lstsq(own, record.output - forced, rcond=None)[0]
+        forced = (self.responses(coordinates, record) @ coordinates[self.searched :])[since:]
+        rest = record.part(slice(since, None), held_out=True) if since else record
+        own = (self.moving if since else self).trial_columns(coordinates, rest)
+        coefficients: Any = np.linalg.lstsq(own, rest.output - forced, rcond=None)[0]
         return forced + own @ coefficients, coefficients
+
+    @property
+    def moving(self) -> ContinuousStructure:
+        """The structure of a trial that does not begin at rest."""
+        return replace(self, start="free")
 
     def problem(self, records: Sequence[SignalRecord]) -> Separable:
         """Return the least-squares problem: x is poles and dead times, theta the rest.

@@ -7,8 +7,11 @@ import pytest
 
 from pamsim.identification.choice import recommend
 from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.structure_choice import choice_by_free_run
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.residual_nonlinearity import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.structure_scan import rough_fit
 from tests.unit.linear.planted import coloured, sampled, steps
 
 TS = 0.05
@@ -122,3 +125,23 @@ def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_o
         fitted = fit_models([record], [], ModelSet(start="free", dead_time=dead_time))
         chosen = next(c.fit.structure for c in fitted.candidates if c.name == fitted.chosen)
         assert chosen.dead_time is expected
+
+
+@pytest.mark.parametrize("integrators", [0, 1])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_there(
+    integrators, seed
+):
+    draw = np.random.default_rng(seed)
+    denominator = [0.3, 1.0, 0.0] if integrators else [3.0, 1.0]
+    given = steps(draw, 600, 10)
+    output = sampled([1.0], denominator, given, TS)
+    output += 0.02 * np.std(output) * draw.normal(size=output.size)
+    record = SignalRecord("trial", TS * np.arange(output.size), given, output)
+    scores: list[float] = []
+    for start in ("rest", "free"):
+        structure = ContinuousStructure(order=1, integrators=integrators, start=start)
+        fit = rough_fit(structure, [record], [np.log(denominator[:1])])
+        scores += choice_by_free_run([fit], [record], []).held_out
+    assert scores[0] == pytest.approx(scores[1], abs=1.0)
+    assert scores[0] > 90.0
