@@ -23,8 +23,7 @@ from tests.unit.core import law_rooms
 from tests.unit.core.refusals import refused
 
 GROUPS = law_rooms.parameter_groups()
-FIELDS = [(group, name) for group in GROUPS for name, _ in specs(GROUPS[group])]
-IDS = [f"{group}.{name}" for group, name in FIELDS]
+FIELDS = [(group, name, spec) for group in GROUPS for name, spec in specs(GROUPS[group])]
 UNITS = pint.UnitRegistry()
 
 
@@ -49,17 +48,16 @@ def test_the_walk_finds_the_groups():
     assert len(FIELDS) > 30
 
 
-@pytest.mark.parametrize("name", GROUPS)
-def test_group_is_a_frozen_dataclass_whose_every_number_is_declared(name):
-    group = GROUPS[name]
-    assert group.group
-    assert dataclasses.fields(group)
-    undeclared = {f.name for f in dataclasses.fields(group)} - {n for n, _ in specs(group)}
-    assert not undeclared, "a field without parameter(...) is never checked"
-    made = group(**{field: middle(spec) for field, spec in specs(group)})
-    first = dataclasses.fields(group)[0].name
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        setattr(made, first, 1.0)
+def test_groups_are_frozen_dataclasses_whose_every_number_is_declared():
+    for name, group in GROUPS.items():
+        assert group.group
+        declared = {field for field, _ in specs(group)}
+        fields = [field.name for field in dataclasses.fields(group)]
+        assert fields
+        assert set(fields) == declared, f"{name}: a field without parameter(...) is never checked"
+        made = group(**{field: middle(spec) for field, spec in specs(group)})
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(made, fields[0], 1.0)
 
 
 def test_a_quantity_is_declared_as_its_range_is_printed():
@@ -81,48 +79,46 @@ def test_names_of_groups_and_laws_are_unique():
     assert len(set(names)) == len(names)
 
 
-@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
-def test_field_states_si_unit_range_and_meaning(group, name):
-    spec = dict(specs(GROUPS[group]))[name]
-    assert math.isfinite(spec.low)
-    assert math.isfinite(spec.high)
-    assert spec.low < spec.high
-    assert spec.doc.strip()
-    assert to_si(1.0, spec.unit, spec.unit, where=name) == 1.0
-    assert UNITS.Quantity(1.0, spec.unit).to_base_units().magnitude == pytest.approx(1.0)
+def test_fields_state_si_unit_range_and_meaning():
+    for group, name, spec in FIELDS:
+        place = f"{group}.{name}"
+        assert np.all(np.isfinite([spec.low, spec.high])), place
+        assert spec.low < spec.high, place
+        assert spec.doc.strip(), place
+        assert to_si(1.0, spec.unit, spec.unit, where=place) == 1.0
+        assert UNITS.Quantity(1.0, spec.unit).to_base_units().magnitude == pytest.approx(1.0), place
 
 
-@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
-def test_field_takes_its_range_and_nothing_else(group, name):
-    spec = dict(specs(GROUPS[group]))[name]
-    beyond = 1e-6 * (spec.high - spec.low)
-    good = [middle(spec), spec.high, spec.low + beyond]
-    bad = [spec.low - beyond, spec.high + beyond]
-    (bad if spec.low_open else good).append(spec.low)
-    for value in good:  # not through the group, where a field may also be bound by another
-        assert check_value(name, value, spec) == value
-    assert getattr(with_field(group, name, middle(spec)), name) == middle(spec)
-    for value in bad:
-        place = f"{GROUPS[group].group}.{name} = {value:g}"
-        with refused(place, spec.range_text(), spec.doc, error=ParameterError):
-            with_field(group, name, value)
+def test_fields_take_their_range_and_nothing_else():
+    for group, name, spec in FIELDS:
+        beyond = 1e-6 * (spec.high - spec.low)
+        good = [middle(spec), spec.high, spec.low + beyond]
+        bad = [spec.low - beyond, spec.high + beyond]
+        (bad if spec.low_open else good).append(spec.low)
+        for value in good:  # not through the group, where a field may also be bound by another
+            assert check_value(name, value, spec) == value
+        assert getattr(with_field(group, name, middle(spec)), name) == middle(spec)
+        for value in bad:
+            place = f"{GROUPS[group].group}.{name} = {value:g}"
+            with refused(place, spec.range_text(), spec.doc, error=ParameterError):
+                with_field(group, name, value)
 
 
-@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
-def test_field_refuses_what_is_no_finite_number(group, name):
-    spec = dict(specs(GROUPS[group]))[name]
-    for value in (math.nan, math.inf, -math.inf, True, False, "1", None, [1.0], 1.0 + 0j):
+@pytest.mark.parametrize(
+    "value", [math.nan, math.inf, -math.inf, True, False, "1", None, [1.0], 1.0 + 0j]
+)
+def test_fields_refuse_what_is_no_finite_number(value):
+    for group, name, spec in FIELDS:
         place = f"{GROUPS[group].group}.{name} = {value!r}"
         with refused(place, spec.range_text(), error=ParameterError):
             with_field(group, name, value)
 
 
-@pytest.mark.parametrize(("group", "name"), FIELDS, ids=IDS)
-def test_default_lies_inside_the_range(group, name):
-    (field,) = (f for f in dataclasses.fields(GROUPS[group]) if f.name == name)
-    if field.default is not dataclasses.MISSING:
-        spec = dict(specs(GROUPS[group]))[name]
-        assert check_value(name, field.default, spec) == field.default
+def test_defaults_lie_inside_their_ranges():
+    for group, name, spec in FIELDS:
+        (field,) = (f for f in dataclasses.fields(GROUPS[group]) if f.name == name)
+        if field.default is not dataclasses.MISSING:
+            assert check_value(f"{group}.{name}", field.default, spec) == field.default
 
 
 def test_checked_value_comes_back_as_a_plain_float():

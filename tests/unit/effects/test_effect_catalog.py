@@ -161,14 +161,14 @@ def test_an_effect_at_one_muscle_has_it_among_its_levels(rig):
     assert leak.levels == ("air", "muscle_2", "leak", "air_leak", "laminar")
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_it_says_what_it_is(name):
-    one = effect(name)
-    assert one.name == name.partition(":")[0]
-    assert one.missing
-    assert one.separating
-    assert set(one.look_alikes) <= set(EFFECTS) - {one.name}
-    assert not one.parameters[0].shape
+def test_every_effect_states_what_it_is():
+    for name in EVERY:
+        one = effect(name)
+        assert one.name == name.partition(":")[0]
+        assert one.missing, name
+        assert one.separating, name
+        assert set(one.look_alikes) <= set(EFFECTS) - {one.name}, name
+        assert not one.parameters[0].shape, name
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -205,40 +205,40 @@ def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain, emptie
     assert moved[0] > 0.01
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_a_search_may_reach_neutral_and_every_probe(name, rig):
-    one = candidate(rig, effect(name))
-    for parameter in one.parameters:
-        neutral = one.neutral.get(parameter.name, parameter.start)
-        assert parameter.low <= neutral <= parameter.high
-        spec = rig_parameter(rig, parameter.name).spec
-        assert spec.low <= parameter.low < parameter.high <= spec.high
-        for probe in one.probes:
-            assert parameter.low < probe.values[parameter.name] < parameter.high
-    assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes)
-    assert len({probe.size for probe in one.probes}) == len(effect(name).probes)
+def test_a_search_may_reach_neutral_and_every_probe(rig):
+    for name in EVERY:
+        one = candidate(rig, effect(name))
+        for parameter in one.parameters:
+            neutral = one.neutral.get(parameter.name, parameter.start)
+            assert parameter.low <= neutral <= parameter.high, name
+            spec = rig_parameter(rig, parameter.name).spec
+            assert spec.low <= parameter.low < parameter.high <= spec.high, name
+            for probe in one.probes:
+                assert parameter.low < probe.values[parameter.name] < parameter.high, name
+        assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes), name
+        assert len({probe.size for probe in one.probes}) == len(effect(name).probes), name
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_a_search_begins_at_different_places_inside_the_range(name):
-    for parameter in effect(name).parameters:
-        begins = [*parameter.starts, parameter.typical] if parameter.shape else parameter.starts
-        assert all(parameter.low <= begin <= parameter.high for begin in begins)
-        assert len(set(begins)) == len(begins)
+def test_a_search_begins_at_different_places_inside_the_range():
+    for name in EVERY:
+        for parameter in effect(name).parameters:
+            begins = [*parameter.starts, *([parameter.typical] if parameter.shape else [])]
+            assert all(parameter.low <= begin <= parameter.high for begin in begins), name
+            assert len(set(begins)) == len(begins), name
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_an_effect_with_a_threshold_acts_at_one_of_its_probes(name):
+def test_an_effect_with_a_threshold_acts_at_one_of_its_probes():
     """The first probe is small, and none is passed by: each is some three to five times the last,
     or the last that the range holds."""
-    first, *others = effect(name).probes
-    if len(others) == 1:  # slower and faster than the trials, no threshold
-        return
-    assert first <= 0.3
-    typical, high = effect(name).parameters[0].typical, effect(name).parameters[0].high
-    for last, probe in itertools.pairwise((first, *others)):
-        assert probe <= 5.0 * last
-        assert probe >= 3.0 * last or 3.0 * last * typical > high
+    for name in EVERY:
+        first, *others = effect(name).probes
+        if len(others) == 1:  # slower and faster than the trials, no threshold
+            continue
+        assert first <= 0.3, name
+        typical, high = effect(name).parameters[0].typical, effect(name).parameters[0].high
+        for last, probe in itertools.pairwise((first, *others)):
+            assert probe <= 5.0 * last, name
+            assert probe >= 3.0 * last or 3.0 * last * typical > high, name
 
 
 def test_a_search_begins_from_every_combination_of_shapes_where_one_needs_the_other(rig):
