@@ -110,6 +110,7 @@ def fit_continuous(
         structure=structure,
         coordinates=at.coordinates,
         covariance=at.covariance,
+        quantile=at.quantile,
         estimates=continuous_estimates(structure, at, unit_output, units_input, latest),
         **score_trials(structure, at.coordinates, trials, held_out),
         noise=fit.noise,

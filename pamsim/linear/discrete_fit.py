@@ -138,6 +138,7 @@ def _identified(
         structure=structure,
         coordinates=at.coordinates,
         covariance=at.covariance,
+        quantile=at.quantile,
         estimates=discrete_estimates(structure, at, f"{unit_output}/{unit_input}"),
         **scores,
         fit_percent_one_step=one_step,

@@ -123,6 +123,7 @@ def fit_frequency_response(
         structure=structure,
         coordinates=at.coordinates,
         covariance=at.covariance,
+        quantile=at.quantile,
         estimates=estimates,
         trials=(),
         fit_percent=100.0 * (1.0 - float(np.sqrt(np.mean(np.abs(error) ** 2)))),

@@ -66,6 +66,7 @@ class IdentifiedModel:
         coordinates: shape ``(k,)``.
         covariance: of the coordinates, shape ``(k, k)``; None if the data do not determine them.
             Rows of a coordinate that was held are zero.
+        quantile: half width of a 95 % interval in standard errors, of Student's t.
         estimates: the user's parameters with 95 % intervals: ``K``; ``T`` or ``T1``, ``T2`` ...
             rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of several inputs
             ``K[1]`` ..., ``Tz[1]`` ..., ``L[1]`` ...; of a discrete model also ``a1`` ... and
@@ -88,6 +89,7 @@ class IdentifiedModel:
     structure: ContinuousStructure | DiscreteStructure
     coordinates: FloatArray
     covariance: FloatArray | None
+    quantile: float
     estimates: tuple[Estimate, ...]
     trials: tuple[TrialScore, ...]
     held_out: tuple[TrialScore, ...] = ()

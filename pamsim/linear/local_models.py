@@ -11,8 +11,6 @@ from pamsim.core.errors import InputError
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.operating_regression import Dependence, dependence
 
-_NORMAL = 1.959964
-
 
 @dataclass(frozen=True)
 class OperatingPoint:
@@ -96,11 +94,11 @@ def _dependence(name: str, models: Sequence[LocalModel]) -> Dependence | None:
                 continue
             low, high = item.interval95
             if logarithmic:
-                error = float(np.log(high / low)) / (2.0 * _NORMAL)
+                error = float(np.log(high / low)) / (2.0 * model.fit.quantile)
                 rows.append((float(np.log(item.value)), error, model.point))
             elif item.value > low:
                 # A dead time's interval may be cut at 0 below: its upper half is whole.
-                rows.append((item.value, (high - item.value) / _NORMAL, model.point))
+                rows.append((item.value, (high - item.value) / model.fit.quantile, model.point))
     rows = [row for row in rows if np.isfinite(row[1]) and row[1] > 0.0]
     if len(rows) < 2:
         return None

@@ -14,8 +14,6 @@ from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.optimum import Optimum
 
-_NORMAL = 1.959964
-
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
@@ -137,4 +135,4 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
 
 
 def _optimum(fit: IdentifiedModel) -> Optimum:
-    return Optimum(fit.coordinates, fit.covariance, _NORMAL)
+    return Optimum(fit.coordinates, fit.covariance, fit.quantile)

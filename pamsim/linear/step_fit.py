@@ -220,6 +220,7 @@ def fit_step(
         structure=structure,
         coordinates=at.coordinates,
         covariance=at.covariance,
+        quantile=at.quantile,
         estimates=estimates,
         trials=(score,),
         fit_percent=score.fit_percent,

@@ -74,6 +74,13 @@ def test_bands_cover_the_truth() -> None:
     assert np.all(hits >= [17, 19, 19])
 
 
+def test_the_band_of_a_short_record_ends_in_the_interval_of_the_gain() -> None:
+    fit = fit_continuous([record(64, n=30, hold=4, noise=0.05, interval=0.1)], order=1)
+    step = step_response_band(fit, np.linspace(0.0, 50.0, 3))
+    assert step.band is not None
+    assert tuple(step.band[:, -1]) == pytest.approx(fit["K"].interval95)
+
+
 def test_step_band_is_closed_at_the_start_and_json_safe() -> None:
     step = step_response_band(fit_continuous(GIVEN, order=2), TIME)
     assert step.band is not None
