@@ -72,15 +72,12 @@ def out_option(help: str, *, required: bool = False, default: str | None = None)
         root = context.find_root()
         return root.with_resource(results_folder(value, force=forced(), resume=resume))
 
+    # Click takes a default of None for a value that an option has, and lets it be left out.
+    usual = {} if default is None else {"default": default, "show_default": True}
+
     def add(function: Any) -> Any:
         option = click.option(
-            "--out",
-            type=PATH,
-            required=required,
-            default=default,
-            show_default=default is not None,
-            callback=keep,
-            help=help,
+            "--out", type=PATH, required=required, callback=keep, help=help, **usual
         )
         return option(force_option(function))
 

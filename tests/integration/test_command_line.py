@@ -57,6 +57,8 @@ BAD_INPUT = {
     "no start": (["step", "--valve", "1,0"], "--valve needs --start"),
     "nothing to step": (["step"], "either --pressure or --valve"),
     "wrong number of muscles": (["step", "--pressure", "300"], "commands 1 muscles"),
+    "nowhere to hide": (["hide", "coulomb_friction"], "Missing option '--out'"),
+    "nowhere to sweep": (["sweep", "study.toml"], "Missing option '--out'"),
     "no number": (["step", "--pressure", "high,low"], "'high' is not a number"),
     "negative load": (["step", "--pressure", "300,0", "--load", "-1"], "experiment.load = -1"),
     "sampling off the grid": (
