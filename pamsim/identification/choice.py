@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
 from pamsim.inference.aicc import aicc_above_best
@@ -112,9 +110,7 @@ def _squares(fit: IdentifiedModel) -> float:
 def _effective_samples(fits: dict[str, IdentifiedModel], records: Sequence[SignalRecord]) -> float:
     """Samples divided by twice the correlation time of the residuals that are left at best."""
     best = min(fits.values(), key=_squares)
-    samples = sum(record.output.size for record in records)
-    interval = float(np.median([record.sample_time for record in records]))
-    return min(samples * interval / (2.0 * best.noise.correlation_time(interval)), samples)
+    return best.noise.independent([record.output.size for record in records])
 
 
 def _aicc(fits: dict[str, IdentifiedModel], effective: float) -> dict[str, float]:

@@ -273,12 +273,10 @@ def _trusted(fit: IdentifiedModel) -> bool:
 def _aicc(fits: Mapping[str, IdentifiedModel], frequencies: int) -> dict[str, float]:
     """AICc of the relative error, by the number of errors that are independent at best."""
     best = max(fits.values(), key=lambda fit: fit.fit_percent)
-    samples = frequencies / best.noise.correlation_time(1.0)  # of both parts
+    samples = best.noise.independent([frequencies, frequencies])
     errors = [max(1.0 - fit.fit_percent / 100.0, 1e-12) for fit in fits.values()]
     unknowns = [fit.coordinates.size + 1.0 for fit in fits.values()]
-    scores = aicc_above_best(
-        [error**2 for error in errors], unknowns, min(samples, 2.0 * frequencies)
-    )
+    scores = aicc_above_best([error**2 for error in errors], unknowns, samples)
     return dict(zip(fits, scores, strict=True))
 
 

@@ -194,7 +194,8 @@ class Identification:
     def _model(self, candidate: Candidate) -> dict[str, Any]:
         fit, structure = candidate.fit, candidate.fit.structure
         discrete = not candidate.continuous
-        interval = self.used[0].record.sample_time
+        # Of the sample time of the first trial.
+        interval, noise = self.used[0].record.sample_time, fit.noise.models[0]
         return {
             "name": candidate.name,
             "kind": structure.kind,
@@ -214,9 +215,9 @@ class Identification:
             "trials": self._scores(fit.trials),
             "held_out": self._scores(fit.held_out),
             "noise": {
-                "ar_order": fit.noise.order,
-                "standard_deviation": fit.noise.standard_deviation / self.output.factor,
-                "correlation_s": fit.noise.correlation_time(interval),
+                "ar_order": noise.order,
+                "standard_deviation": noise.standard_deviation / self.output.factor,
+                "correlation_s": noise.correlation_time(interval),
             },
         }
 

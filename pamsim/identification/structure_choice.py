@@ -16,10 +16,9 @@ import numpy as np
 from pamsim.core.units import FloatArray
 from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
-from pamsim.inference.coloured_noise import fit_ar_noise
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE
+from pamsim.inference.trial_noise import WHITE, fit_trial_noise
 from pamsim.linear.identified_model import pooled_fit_percent
-from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
 from pamsim.linear.structure_scan import RoughFit, rough_fit
 
@@ -235,10 +234,8 @@ def _without_own_degrees(
 
 def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalRecord]) -> float:
     """Number of independent samples of a residual."""
-    samples = sum(part.size for part in residual)
-    interval = float(np.median([record.sample_time for record in records]))
-    noise = fit_ar_noise(residual)
-    return min(samples * interval / (2.0 * noise.correlation_time(interval)), samples)
+    noise = fit_trial_noise(residual, [record.sample_time for record in records])
+    return noise.independent([part.size for part in residual])
 
 
 def _runs(fit: RoughFit, records: Sequence[SignalRecord]) -> list[FloatArray]:
@@ -258,7 +255,8 @@ def _aicc(
     samples = sum(record.output.size for record in records)
     best = min(fits, key=lambda fit: fit.cost)
     residual = best.structure.problem(records).solved(best.x, WHITE)[1]
-    effective = _effective_samples([residual], records)
+    ends = np.cumsum([record.output.size for record in records])[:-1]
+    effective = _effective_samples(np.split(residual, ends), records)
     scores = aicc_above_best(
         [fit.cost / samples for fit in fits],
         [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.separable_fit import Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
@@ -348,11 +348,12 @@ class ContinuousStructure:
             own=lambda x, i: self.trial_columns(x, records[i]),
             lower=np.array(lower),
             upper=np.array(upper),
+            sample_times=tuple(record.sample_time for record in records),
         )
 
     def linearised(
-        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: ArNoise
+        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: TrialNoise
     ) -> Linearised:
-        """Return residuals and Jacobian at the coordinates, whitened by a noise model."""
+        """Return residuals and Jacobian at the coordinates, whitened by a model of the noise."""
         x, theta = np.split(coordinates, [self.searched])
         return linearise(self.problem(records), x, theta, noise)

@@ -16,7 +16,7 @@ import scipy.special
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.inference.trial_noise import TrialNoise, fit_trial_noise
 from pamsim.linear.arx import UnderdeterminedError, centred_regression
 from pamsim.linear.discrete_estimates import discrete_estimates, discrete_status
 from pamsim.linear.discrete_structure import DiscreteStructure, from_differences
@@ -67,9 +67,8 @@ def fit_arx_records(
         (r.output[r.output.size - e.size :], r.output[r.output.size - e.size :] - e)
         for r, e in zip(trials, residuals, strict=True)
     ]
-    return _identified(
-        structure, at, trials, fit_ar_noise(residuals), one_step=pooled_fit_percent(ahead)
-    )
+    noise = fit_trial_noise(residuals, [interval] * len(trials))
+    return _identified(structure, at, trials, noise, one_step=pooled_fit_percent(ahead))
 
 
 def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> IdentifiedModel:
@@ -122,7 +121,7 @@ def _identified(
     structure: DiscreteStructure,
     at: Optimum,
     trials: Sequence[SignalRecord],
-    noise: ArNoise,
+    noise: TrialNoise,
     *,
     one_step: float | None = None,
     weighted: bool = False,

@@ -16,9 +16,9 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import WHITE, TrialNoise
 from pamsim.linear.arx import centred_regression
-from pamsim.linear.separable_fit import WHITE, Linearised, Separable, linearise
+from pamsim.linear.separable_fit import Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
 
 _lfilter: Any = scipy.signal.lfilter
@@ -138,12 +138,13 @@ class DiscreteStructure:
             own=lambda _, i: np.ones((records[i].output.size, 1)),
             lower=np.full(self.na, -np.inf),
             upper=np.full(self.na, np.inf),
+            sample_times=(self.sample_time,) * len(records),
         )
 
     def linearised(
-        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: ArNoise
+        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: TrialNoise
     ) -> Linearised:
-        """Return residuals and Jacobian at the coordinates, whitened by a noise model.
+        """Return residuals and Jacobian at the coordinates, whitened by a model of the noise.
 
         ARX assumes a white equation error: whitening it would test another model.
         """

@@ -18,15 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 from pamsim.inference.estimate import Estimate
 from pamsim.inference.record_checks import finite_samples
+from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 from pamsim.linear.continuous_estimates import continuous_estimates
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.optimum import Optimum
 from pamsim.linear.separable_fit import (
-    WHITE,
     Separable,
     Solution,
     linearise,
@@ -112,6 +111,7 @@ def fit_frequency_response(
         own=lambda x, part: none,
         lower=np.array(lower),
         upper=np.array(upper),
+        sample_times=(1.0, 1.0),  # both parts: from one frequency to the next
     )
     starts = [_start(structure, w, g, float(delay)) for delay in delays]
     found = minimise(problem, starts, refined=_FOLLOWED)
@@ -212,14 +212,13 @@ def _coordinates(structure: ContinuousStructure, poles: ComplexArray) -> FloatAr
     return np.array(result)
 
 
-def _optimum(problem: Separable, found: Solution) -> tuple[Optimum, ArNoise]:
+def _optimum(problem: Separable, found: Solution) -> tuple[Optimum, TrialNoise]:
     """Where a search ended, and the model of what is left over the frequencies."""
     line = linearise(problem, found.x, found.theta, WHITE)
-    noise = fit_ar_noise(line.residuals)
+    noise = fit_trial_noise(line.residuals, problem.sample_times)
     total, free = sum(output.size for output in problem.outputs), found.x.size + found.theta.size
     # The residuals of a fit are smaller than the errors.
-    errors = ArNoise(noise.reflections, noise.variance * total / (total - free))
-    covariance = sandwich_covariance(line, errors)
+    covariance = sandwich_covariance(line, noise.scaled(total / (total - free)))
     quantile = float(_student_quantile(total - free, 0.975))
     return Optimum(np.concatenate([found.x, found.theta]), covariance, quantile), noise
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
+from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.fit_percent import fit_percent
@@ -76,7 +76,7 @@ class IdentifiedModel:
         fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
         fit_percent_held_out: pooled over the held-out trials; None without any [%].
         fit_percent_one_step: of the one-step prediction; of ARX only [%].
-        noise: model of the residuals.
+        noise: of the residuals.
         weighted: whether the estimates minimise the whitened error; otherwise they minimise the
             plain error, and only the intervals use the noise model.
         status: whether to trust the numbers; quote them only if it is ``converged``.
@@ -96,7 +96,7 @@ class IdentifiedModel:
     fit_percent: float
     fit_percent_held_out: float | None = None
     fit_percent_one_step: float | None = None
-    noise: ArNoise
+    noise: TrialNoise
     weighted: bool = False
     status: FitStatus
     sentence: str

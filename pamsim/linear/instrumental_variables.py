@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
+from pamsim.inference.trial_noise import WHITE
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.pole_coordinates import constants_of_roots, pole_coordinates
-from pamsim.linear.separable_fit import WHITE
 from pamsim.linear.signal_record import SignalRecord
 
 _ROUNDS = 4

@@ -21,9 +21,9 @@ import numpy as np
 import scipy.special
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 from pamsim.linear.separable_fit import (
-    WHITE,
     Separable,
     Solution,
     linearise,
@@ -50,7 +50,7 @@ class NoiseWeightedFit:
     Attributes:
         solution: the optimum that is kept.
         covariance: of (x, theta); None if the data do not determine them.
-        noise: model of the residuals.
+        noise: of the residuals.
         weighted: whether the kept optimum minimises the whitened residual.
         disagreement: p-value of weighted against unweighted estimates; None if not weighted.
         quantile: of Student's t, for 95 % intervals [-].
@@ -58,7 +58,7 @@ class NoiseWeightedFit:
 
     solution: Solution
     covariance: FloatArray | None
-    noise: ArNoise
+    noise: TrialNoise
     weighted: bool
     disagreement: float | None
     quantile: float
@@ -82,11 +82,11 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     quantile = float(_student_quantile(freedom, 0.975))
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
     if plain.cost <= _PERFECT**2 * moves:
-        noise = ArNoise((), plain.cost / freedom)
+        noise = TrialNoise((ArNoise((), plain.cost / freedom),) * len(problem.outputs))
         return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
-    noise = fit_ar_noise(line.residuals)
-    robust = sandwich_covariance(line, _unbiased(noise, total / freedom))
-    if noise.order == 0 or robust is None:
+    noise = fit_trial_noise(line.residuals, problem.sample_times)
+    robust = sandwich_covariance(line, noise.scaled(total / freedom))
+    if noise.white or robust is None:
         return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
     evaluations = plain.evaluations
     kept, covariance = plain, robust
@@ -109,11 +109,8 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     much_worse = float(free_run @ free_run) > _MUCH_WORSE**2 * plain.cost
     if p_value < _DISAGREE or much_worse:
         plain = replace(plain, evaluations=evaluations)
-        first = fit_ar_noise(linearise(problem, plain.x, plain.theta, WHITE).residuals)
-        return NoiseWeightedFit(plain, robust, first, False, p_value, quantile)
+        first = linearise(problem, plain.x, plain.theta, WHITE).residuals
+        noise = fit_trial_noise(first, problem.sample_times)
+        return NoiseWeightedFit(plain, robust, noise, False, p_value, quantile)
     kept = replace(kept, evaluations=evaluations)
     return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile)
-
-
-def _unbiased(noise: ArNoise, inflation: float) -> ArNoise:
-    return ArNoise(noise.reflections, noise.variance * inflation)

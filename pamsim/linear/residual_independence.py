@@ -148,10 +148,10 @@ def added_regressors(
     """
     line = fit.structure.linearised(fit.coordinates, records, fit.noise)
     blocks: list[FloatArray] = []
-    for columns, residual in zip(added, line.residuals, strict=True):
+    for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
         # ARX has no equations for its first samples.
-        used = line.noise.whiten(columns[columns.shape[0] - residual.size :])
-        ones = line.noise.whiten(np.ones((residual.size, 1)))
+        used = line.noise.whiten(columns[columns.shape[0] - residual.size :], i)
+        ones = line.noise.whiten(np.ones((residual.size, 1)), i)
         ones /= np.linalg.norm(ones)
         blocks.append(used - ones @ (ones.T @ used))
     residual = np.concatenate(line.residuals)

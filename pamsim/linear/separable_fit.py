@@ -21,7 +21,7 @@ import scipy.linalg
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
-from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 from pamsim.linear.optimum import central_differences
 
 _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
@@ -33,8 +33,6 @@ _ROUGH, _ROUGH_STEPS = 1e-4, 20
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
 _FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
-
-WHITE = ArNoise((), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ class LinearPart:
     theta: FloatArray
     own: list[FloatArray]
     blocks: list[FloatArray]
-    noise: ArNoise
+    noise: TrialNoise
 
     @property
     def residual(self) -> FloatArray:
@@ -72,6 +70,7 @@ class Separable:
         own: ``(x, i)`` -> columns with coefficients of each trial's own, shape ``(N_i, l)``.
         lower: bounds of x, shape ``(p,)``.
         upper: same.
+        sample_times: of the trials [s]; those of one share a model of their noise.
     """
 
     outputs: tuple[FloatArray, ...]
@@ -79,8 +78,9 @@ class Separable:
     own: Callable[[FloatArray, int], FloatArray]
     lower: FloatArray
     upper: FloatArray
+    sample_times: tuple[float, ...]
 
-    def solved(self, x: FloatArray, noise: ArNoise) -> tuple[FloatArray, FloatArray]:
+    def solved(self, x: FloatArray, noise: TrialNoise) -> tuple[FloatArray, FloatArray]:
         """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
 
         Where the columns overflow, both are NaN.
@@ -112,14 +112,14 @@ class Separable:
             for k, at in enumerate(x + np.diag(step)):
                 slope[:, k] = self.shared(at, i) @ theta + self.own(at, i) @ eta
             here = block[:, :-1] @ np.append(eta, theta)
-            slope = (part.noise.whiten(slope) - here[:, np.newaxis]) / step
+            slope = (part.noise.whiten(slope, i) - here[:, np.newaxis]) / step
             basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
             jacobians.append(slope - basis @ (basis.T @ slope))
             shared.append(rest - basis @ (basis.T @ rest))
         basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(jacobians)
         return basis @ (basis.T @ slope) - slope
 
-    def linear_part(self, x: FloatArray, noise: ArNoise) -> LinearPart:
+    def linear_part(self, x: FloatArray, noise: TrialNoise) -> LinearPart:
         """Return the best linear coefficients at x; NaN where the columns overflow."""
         with np.errstate(over="ignore", invalid="ignore"):
             blocks: list[FloatArray] = []
@@ -127,7 +127,9 @@ class Separable:
             for i, output in enumerate(self.outputs):
                 columns = self.own(x, i)
                 own = columns.shape[1]
-                blocks.append(noise.whiten(np.column_stack([columns, self.shared(x, i), output])))
+                blocks.append(
+                    noise.whiten(np.column_stack([columns, self.shared(x, i), output]), i)
+                )
             if not all(np.max(np.abs(block)) <= _FAR for block in blocks):
                 lost = np.full(blocks[0].shape[1] - 1, np.nan)
                 return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
@@ -176,7 +178,7 @@ class Solution:
 
 
 def minimise(
-    problem: Separable, starts: Sequence[FloatArray], noise: ArNoise = WHITE, refined: int = 4
+    problem: Separable, starts: Sequence[FloatArray], noise: TrialNoise = WHITE, refined: int = 4
 ) -> Solution:
     """Search from the best few of the starts.
 
@@ -207,7 +209,7 @@ def minimise(
 def _search(
     problem: Separable,
     starts: Sequence[FloatArray],
-    noise: ArNoise,
+    noise: TrialNoise,
     *,
     tolerance: float,
     steps: int,
@@ -271,16 +273,20 @@ class Linearised:
         noise: the model that whitened both.
         plain: residual, own columns and Jacobian of each trial before whitening: the own columns
             are orthonormal after it, and the Jacobian is orthogonal to them. Empty of ARX.
+        sample_times: of the trials [s]; empty of ARX.
     """
 
     residuals: tuple[FloatArray, ...]
     jacobians: tuple[FloatArray, ...]
     own: int
-    noise: ArNoise
+    noise: TrialNoise
     plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
+    sample_times: tuple[float, ...] = ()
 
 
-def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoise) -> Linearised:
+def linearise(
+    problem: Separable, x: FloatArray, theta: FloatArray, noise: TrialNoise
+) -> Linearised:
     """Differentiate the prediction by central differences.
 
     Args:
@@ -296,25 +302,25 @@ def linearise(problem: Separable, x: FloatArray, theta: FloatArray, noise: ArNoi
     count = 0
     for i, output in enumerate(problem.outputs):
         shared, own = problem.shared(x, i), problem.own(x, i)
-        basis, sizes, back = np.linalg.svd(noise.whiten(own), full_matrices=False)
+        basis, sizes, back = np.linalg.svd(noise.whiten(own, i), full_matrices=False)
         some = sizes > _DEPENDENT * np.max(sizes, initial=0.0)
         basis, back = basis[:, some], back[some].T / sizes[some]
         left = output - shared @ theta
-        eta = back @ (basis.T @ noise.whiten(left))
+        eta = back @ (basis.T @ noise.whiten(left, i))
 
         def predicted(at: FloatArray, i: int = i, eta: FloatArray = eta) -> FloatArray:
             return problem.shared(at, i) @ theta + problem.own(at, i) @ eta
 
         jacobian = np.hstack([central_differences(predicted, x), shared])
-        rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian)))
+        rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian, i)))
         plain.append((left - own @ eta, own @ back, rest))
         count += own.shape[1]
-    residuals = tuple(noise.whiten(residual) for residual, _, _ in plain)
-    jacobians = tuple(noise.whiten(jacobian) for _, _, jacobian in plain)
-    return Linearised(residuals, jacobians, count, noise, tuple(plain))
+    residuals = tuple(noise.whiten(residual, i) for i, (residual, _, _) in enumerate(plain))
+    jacobians = tuple(noise.whiten(jacobian, i) for i, (_, _, jacobian) in enumerate(plain))
+    return Linearised(residuals, jacobians, count, noise, tuple(plain), problem.sample_times)
 
 
-def noise_of_fit(line: Linearised, covariance: FloatArray) -> ArNoise:
+def noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:
     """Return a noise model of the residuals that allows for what the fit took up of the noise.
 
     Args:
@@ -325,7 +331,8 @@ def noise_of_fit(line: Linearised, covariance: FloatArray) -> ArNoise:
     half = vectors * np.sqrt(np.maximum(sizes, 0.0))
     deviation = np.sqrt(line.noise.variance)
     absorbed = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
-    return fit_ar_noise([residual for residual, _, _ in line.plain], absorbed=absorbed)
+    residuals = [residual for residual, _, _ in line.plain]
+    return fit_trial_noise(residuals, line.sample_times, absorbed)
 
 
 def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:
@@ -365,12 +372,12 @@ def whitened_covariance(line: Linearised) -> FloatArray | None:
     return inverse * float(residual @ residual) / freedom
 
 
-def sandwich_covariance(line: Linearised, noise: ArNoise) -> FloatArray | None:
+def sandwich_covariance(line: Linearised, noise: TrialNoise) -> FloatArray | None:
     """Return the covariance of (x, theta) of a fit that minimised the plain residual.
 
     Args:
         line: linearised without whitening.
-        noise: model of its residuals.
+        noise: of its residuals.
 
     Returns:
         ``(J^T J)^-1 J^T S J (J^T J)^-1`` with S the noise's covariance, or None.
@@ -380,7 +387,7 @@ def sandwich_covariance(line: Linearised, noise: ArNoise) -> FloatArray | None:
     if inverse is None:
         return None
     meat = np.zeros_like(inverse)
-    for block in line.jacobians:
-        covariance = noise.autocovariance(block.shape[0])
+    for block, own in zip(line.jacobians, noise.models, strict=True):
+        covariance = own.autocovariance(block.shape[0])
         meat += block.T @ _toeplitz_product(covariance, block)
     return inverse @ meat @ inverse

@@ -19,6 +19,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.record_checks import increasing_time, varying_output
+from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.continuous_estimates import continuous_estimates, merged_lags
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.first_second_order import unit_step
@@ -224,7 +225,7 @@ def fit_step(
         estimates=estimates,
         trials=(score,),
         fit_percent=score.fit_percent,
-        noise=ArNoise((), variance * final**2),
+        noise=TrialNoise((ArNoise((), variance * final**2),)),
         status=status,
         sentence=sentence,
         evaluations=solution.evaluations,

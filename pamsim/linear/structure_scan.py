@@ -9,11 +9,12 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE, hannan_quinn
+from pamsim.inference.trial_noise import WHITE
 from pamsim.linear.continuous_fit import delay_starts
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.separable_fit import WHITE, rough_minimum
+from pamsim.linear.separable_fit import rough_minimum
 from pamsim.linear.signal_record import SignalRecord
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
@@ -294,6 +295,7 @@ def rough_fit(
         cost=found.cost,
         criterion=hannan_quinn(
             np.split(residual, samples[:-1]),
+            [record.sample_time for record in records],
             structure.unknowns + structure.per_trial * len(records),
             rounding=_ROUNDING**2 * moves / float(samples[-1]),
         ),

@@ -18,7 +18,7 @@ def slow_noise(seed, n=1000, phi=0.9):
 def test_white_residuals_have_the_criterion_of_the_book():
     residual = np.random.default_rng(2).normal(size=500)
     assert fit_ar_noise([residual]).order == 0
-    found = hannan_quinn([residual], 3)
+    found = hannan_quinn([residual], [0.01], 3)
     expected = 500 * np.log(np.mean(residual**2)) + 2.0 * np.log(np.log(500)) * 3
     assert found == pytest.approx(expected, rel=1e-12)
 
@@ -30,17 +30,19 @@ def test_what_takes_up_slow_noise_is_not_preferred_but_a_real_effect_is():
     for seed in range(20):
         noise = slow_noise(seed)
         left = noise - bends @ np.linalg.lstsq(bends, noise, rcond=None)[0]
-        preferred += hannan_quinn([left], 8) < hannan_quinn([noise], 1)
+        preferred += hannan_quinn([left], [0.01], 8) < hannan_quinn([noise], [0.01], 1)
         effect = noise + 2.0 * np.sign(np.sin(40.0 * along))
-        detected += hannan_quinn([noise], 2) < hannan_quinn([effect], 1)
+        detected += hannan_quinn([noise], [0.01], 2) < hannan_quinn([effect], [0.01], 1)
     assert preferred <= 2
     assert detected == 20
 
 
 def test_trials_are_pooled_and_rounding_is_equal():
     noise = slow_noise(3)
-    apart = hannan_quinn([noise[:500], noise[500:]], 2)
-    assert apart == pytest.approx(hannan_quinn([noise], 2), abs=20.0)
+    apart = hannan_quinn([noise[:500], noise[500:]], [0.01, 0.01], 2)
+    assert apart == pytest.approx(hannan_quinn([noise], [0.01], 2), abs=20.0)
     residual = 1e-12 * np.random.default_rng(2).normal(size=100)
-    assert hannan_quinn([residual], 2, rounding=1.0) > hannan_quinn([0.1 * residual], 1, 1.0)
-    assert np.isfinite(hannan_quinn([np.zeros(100)], 2))
+    assert hannan_quinn([residual], [0.01], 2, rounding=1.0) > hannan_quinn(
+        [0.1 * residual], [0.01], 1, 1.0
+    )
+    assert np.isfinite(hannan_quinn([np.zeros(100)], [0.01], 2))

@@ -149,6 +149,20 @@ def test_intervals_cover_under_white_and_coloured_noise(phi: float) -> None:
     assert np.mean(widths) == pytest.approx(3.92 * np.std(logs), rel=0.3)
 
 
+def test_intervals_cover_where_slow_noise_is_sampled_at_two_rates() -> None:
+    held = 0
+    for seed in range(30):
+        fast, slow = (
+            record(seed + 500 * i, interval=interval, n=n, hold=hold, noise=0.1, phi=phi)
+            for i, (interval, n, hold, phi) in enumerate(
+                [(0.005, 2000, 100, np.exp(-0.005 / 0.2)), (0.1, 100, 5, np.exp(-0.1 / 0.2))]
+            )
+        )
+        low, high = fit_continuous([fast, slow], order=1)["T"].interval95
+        held += low <= 0.3 <= high
+    assert held >= 25  # 15 with one model of the noise for both
+
+
 def test_a_wrong_structure_keeps_the_estimates_that_simulate_best() -> None:
     given = record(16, constants=(0.15, 0.5), noise=0.01)
     fit = fit_continuous([given], order=1)

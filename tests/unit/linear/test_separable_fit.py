@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
 from pamsim.linear.separable_fit import Separable, minimise
 from tests.unit.linear.planted import record
 
+NOISES = [TrialNoise((ArNoise(own, 1.0), ArNoise(own, 4.0))) for own in ((), (-0.8, 0.2))]
 
-@pytest.mark.parametrize("noise", [ArNoise((), 1.0), ArNoise((-0.8, 0.2), 1.0)])
-def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: ArNoise) -> None:
+
+@pytest.mark.parametrize("noise", NOISES)
+def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: TrialNoise) -> None:
     records = [record(1, noise=0.1), record(2, noise=0.1)]
     structure = ContinuousStructure(2, 1, dead_time=True, real_lags=False, start="free")
     problem = structure.problem(records)
@@ -38,8 +41,8 @@ def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: ArNoi
     assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
 
 
-@pytest.mark.parametrize("noise", [ArNoise((), 1.0), ArNoise((-0.8, 0.2), 1.0)])
-def test_without_a_coordinate_there_is_no_slope(noise: ArNoise) -> None:
+@pytest.mark.parametrize("noise", NOISES)
+def test_without_a_coordinate_there_is_no_slope(noise: TrialNoise) -> None:
     structure = ContinuousStructure(0, 0, integrators=1)
     problem = structure.problem([record(1), record(2)])
     part = problem.linear_part(np.empty(0), noise)
@@ -55,6 +58,7 @@ def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
         own=lambda x, i: np.ones((t.size, 1)),
         lower=np.empty(0),
         upper=np.empty(0),
+        sample_times=(1.0,),
     )
     fit = noise_weighted_fit(problem, [np.empty(0)])
     # They lie within their uncertainty, which after slow noise is wide, and leave 1.57 times more.
