@@ -19,7 +19,6 @@ from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
     LinkExperiment,
     Signals,
-    changes_with_time,
     forces_read,
     link_experiment,
     link_signals,
@@ -271,9 +270,9 @@ class ChainRuns:
 
     def _experiment(self, job: _Job, torques: _Torques) -> LinkExperiment:
         mean, run = self._runs[job.run]
-        leads = run.pressures and bool(run.moved) and not changes_with_time(job.rig)
+        leads = run.pressures and bool(run.moved)
         sensor, stops = job.rig.sensor, job.rig.model.jnt_range
-        key = job.run, leads, sensor, stops.tobytes()
+        key = job.run, sensor, stops.tobytes()
         known = self._driven.get(key)
         if known is None:
             known = link_experiment(

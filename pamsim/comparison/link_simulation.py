@@ -2,8 +2,8 @@
 
 Imposed pressures and motion are smoothed, see `pamsim.comparison.imposed_signals`. A run starts at
 rest at the first of them; as read, noise and all, the start of a muscle whose valves are shut would
-be wrong for the whole trial. Before an imposed motion a rig without creep comes to rest as it would
-with its joints free, so that its hysteresis begins as in any other run.
+be wrong for the whole trial. Before an imposed motion a rig comes to rest as it would with its
+joints free, so that its hysteresis begins as in any other run.
 
 A joint that is given measured forces keeps its muscles in the simulation, since a joint under
 forces alone would drift away with the noise of the load cells. The muscles have their measured
@@ -79,8 +79,7 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     inputs = inputs_of_runs(rig, runs)
     wanted = {trial.name for trial, run in runs if run.pulled}
-    moved = [] if changes_with_time(rig) else [t for t, r in runs if r.pressures and r.moved]
-    begun = {trial.name: trial for trial in moved}
+    begun = {t.name: t for t, r in runs if r.pressures and r.moved}
     ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
 
     def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:
@@ -215,26 +214,21 @@ def link_experiment(
         if way is None:
             experiment = replace(experiment_of(driven), start_pressure=start)
         else:
-            driven = replace(driven, lead_in=way_as_lead(rig, driven, run, start, way))
+            lead = way_as_lead(rig, driven, run, start, way)
+            driven = replace(driven, lead_in=lead)
             # All that is imposed runs on between its values, so that samples may be further apart.
             experiment = experiment_of(driven, sample_rate=way_rate(trial))
-            rate = grid_rate(trial.time)
-            experiment = replace(experiment, start_pressure=start, settle=0.0, sample_rate=rate)
+            experiment = replace(
+                experiment,
+                start_pressure=start,
+                settle=0.0,
+                approach=lead.duration,
+                sample_rate=grid_rate(trial.time),
+            )
     else:
         experiment = experiment_of(driven)
     experiment = with_true_inputs(rig, experiment)
     return LinkExperiment(trial=driven, run=run, experiment=experiment)
-
-
-def changes_with_time(rig: Rig) -> bool:
-    """Whether a muscle changes with time, by creep or softening.
-
-    Then nothing precedes an imposed motion: a relaxed creep element would be stretched by the way
-    to rest again, and a muscle would soften on it.
-    """
-    return any(
-        m.creep.stiffness or m.creep.stiffness_2 or m.softening.share for m in rig.muscles.values()
-    )
 
 
 def torques_beyond(

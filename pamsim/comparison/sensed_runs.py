@@ -27,6 +27,7 @@ def identity(experiment: Experiment) -> tuple[object, ...]:
         experiment.sample_rate,
         experiment.load,
         experiment.settle,
+        experiment.approach,
     )
 
 

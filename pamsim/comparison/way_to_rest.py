@@ -63,6 +63,7 @@ def ways_to_rest(
             sample_rate=way_rate(trial),
             load=trial.load,
             settle=0.0,
+            approach=_REST,
         )
         experiments.append(with_true_inputs(rig, alone))
     jobs = [(rig, experiment) for experiment in experiments]

@@ -29,7 +29,7 @@ from pamsim.engine.sampling import (
     note_tendons,
     take_samples,
 )
-from pamsim.engine.state import restore_state, save_state, settle
+from pamsim.engine.state import put_away, put_back, quieten, restore_state, save_state, settle
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
@@ -286,8 +286,14 @@ def record(
     native = backend == "compiled" and each_step is None and not may_collide(model)
     addresses = int(model._address), int(data._address)
     last, broken = run.samples - 1, None
+    arrival = round(experiment.approach * experiment.sample_rate)
+    kept = put_away(model) if arrival else None
     # A model that cannot be stepped raises an error at the first sample, in the engine's binding.
-    for begin, end in pairwise((0, *range(1, run.samples, _CHECK_EVERY), run.samples)):
+    stops = {0, min(arrival, last), *range(1, run.samples, _CHECK_EVERY), run.samples}
+    for begin, end in pairwise(sorted(stops)):
+        if kept is not None and begin == arrival:
+            put_back(model, kept)
+            quieten(model, data, experiment.start_pressure)
         fields = memory, plan, on, trace, begin, min(end, last)
         if native and begin:
             compiled_loop()(*addresses, *fields)
@@ -310,6 +316,8 @@ def record(
         if broken is not None:
             break
     model.opt.timestep = timestep
+    if kept is not None:
+        put_back(model, kept)
     if each_step is None:
         gauge(0, run.samples if broken is None else broken[0])
     given = commands[:, len(muscles) :]  # what an imposed motion took is measured

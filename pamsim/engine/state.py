@@ -190,8 +190,7 @@ def settle(
     mujoco.mj_resetData(model, data)
     place(data, on, first)
     charge(model, data, pressures)
-    kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
-    model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
+    kept = put_away(model)
     data.ctrl[:] = pressures
     data.time = -experiment.settle
     left, block = round(experiment.settle / timestep), max(1, round(_REST_BLOCK / timestep))
@@ -206,10 +205,22 @@ def settle(
         still = np.abs(now - before) <= _REST * np.abs(now) + 1e-3 * _REST
         if still.all() and (np.abs(data.qvel) <= _REST).all():
             break
-    model.actuator_user[:, _AWAY_MEANWHILE] = kept
+    put_back(model, kept)
     set_command(model, experiment.drives.muscles)
     quieten(model, data, pressures)
     data.time = 0.0
+
+
+def put_away(model: mujoco.MjModel) -> FloatArray:
+    """Switch off what is not to act while a rig comes to rest; returns it for `put_back`."""
+    kept = model.actuator_user[:, _AWAY_MEANWHILE].copy()
+    model.actuator_user[:, _AWAY_MEANWHILE] = 0.0
+    return kept
+
+
+def put_back(model: mujoco.MjModel, kept: FloatArray) -> None:
+    """Switch on what `put_away` has switched off."""
+    model.actuator_user[:, _AWAY_MEANWHILE] = kept
 
 
 def settle_quickly(

@@ -39,6 +39,8 @@ class Experiment:
         sample_rate: of recording and of changes of command [Hz].
         load: mass on the arm [kg].
         settle: time allowed to come to rest at the start pressures [s].
+        approach: time at its beginning in which it goes on to come to rest [s]: creep is relaxed
+            at the end of it, and first stroke and softening begin there.
         name: for messages and legends.
     """
 
@@ -52,6 +54,7 @@ class Experiment:
     )
     load: float = parameter(unit="kg", low=0.0, high=1e4, doc="load", default=0.0)
     settle: float = parameter(unit="s", low=0.0, high=1e4, doc="settle", default=4.0)
+    approach: float = parameter(unit="s", low=0.0, high=1e6, doc="approach", default=0.0)
     name: str = ""
 
     def __post_init__(self) -> None:
