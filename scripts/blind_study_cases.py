@@ -119,6 +119,8 @@ effect leaves by itself, in units of the noise variance."""
 _STEP = 2e-3
 """Of the integrator [s]; at 1.7e-4 s E is the same within 0.1 %."""
 
+_REPEATS = 12  # of each input, from which the variance of what varies is taken
+
 _CHANNELS = {"angle": ANGLE_NOISE, "pressure": PRESSURE_NOISE, "tension": FORCE_NOISE}
 
 Case = dict[str, Any]
@@ -197,18 +199,27 @@ def _spread(
     return [one for _, one in sorted((next(at[one[0]]), one) for one in shuffled)]
 
 
-def signals(effects: Mapping[str, float], values: Mapping[str, float], rig: str) -> Signals:
+def signals(
+    effects: Mapping[str, float],
+    values: Mapping[str, float],
+    rig: str,
+    *,
+    repeats: int = 1,
+    variation: float = 0.0,
+) -> Signals:
     """Noise-free recordings of a rig: channel -> all samples over their noise.
 
     Args:
         effects: hidden, name -> size.
         values: parameters that the rig has in place of its own.
         rig: name.
+        repeats: of every input, one after the other.
+        variation: by which they differ.
     """
     there = pamsim.load_rig(rig).with_parameters(values)
     made = functools.partial(
-        hide, there, effects, protocols=INPUTS, duration=DURATION, repeats=1, variation=0.0,
-        noise=0.0, formulation="plant", seed=SEED,
+        hide, there, effects, protocols=INPUTS, duration=DURATION, repeats=repeats,
+        variation=variation, noise=0.0, formulation="plant", seed=SEED,
     )  # fmt: skip
     try:
         runs = made(step=_STEP).trials.values()
@@ -232,14 +243,29 @@ def without(rig: str) -> tuple[Signals, tuple[Signals, ...]]:
 
 
 @functools.cache
-def excess(effect: str, size: float, forces: bool, rig: str) -> float:
+def repeated(rig: str, variation: float) -> Mapping[str, float]:
+    """Channel -> variance of what repeats differ by: sensors' noise and a variation of trials."""
+    if variation == 0.0:
+        return dict.fromkeys(_CHANNELS, 1.0)
+    runs = signals({}, {}, rig, repeats=_REPEATS, variation=variation)
+    return {
+        c: 1.0 + float(np.var(one.reshape(2 * len(INPUTS), _REPEATS, -1), axis=1, ddof=1).mean())
+        for c, one in runs.items()
+    }
+
+
+@functools.cache
+def excess(effect: str, size: float, forces: bool, rig: str, variation: float) -> float:
     """E that an effect leaves on a rig, see above [noise variance]."""
     own, nuisance = without(rig)
     found = _signals_of(effect, size, rig)
     measured = list(_CHANNELS) if forces else list(_CHANNELS)[:2]
+    variance = repeated(rig, variation)
 
     def stacked(change: Signals) -> FloatArray:
-        return np.concatenate([change[c] / math.sqrt(change[c].size) for c in measured])
+        return np.concatenate(
+            [change[c] / math.sqrt(change[c].size * variance[c]) for c in measured]
+        )
 
     change = stacked({c: found[c] - own[c] for c in own})
     columns = np.stack([stacked(one) for one in nuisance], axis=1)
@@ -252,20 +278,20 @@ def _signals_of(effect: str, size: float, rig: str) -> Signals:
     return signals({effect: size}, {}, rig)
 
 
-def between(effect: str, size: float, forces: bool, rig: str) -> float:
+def between(effect: str, size: float, *where: Any) -> float:
     """E of any size, from runs at the two sizes of `GRID` beside it."""
     k = min(max(int(np.searchsorted(GRID, size)), 1), len(GRID) - 1)
-    low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k - 1, k))
+    low, high = (math.log(excess(effect, GRID[i], *where)) for i in (k - 1, k))
     return math.exp(low + (high - low) * math.log(size / GRID[k - 1]) / math.log(_RATIO))
 
 
-def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> float:
+def size_that_leaves(effect: str, wanted: float, *where: Any) -> float:
     """Size of an effect that leaves an E, as far as `GRID` goes [typical sizes]."""
     up, down = range(_BELOW, len(GRID) - 1), range(_BELOW - 1, -1, -1)
-    first = excess(effect, MIDDLE, forces, rig) < wanted
+    first = excess(effect, MIDDLE, *where) < wanted
     for k in (*up, *down) if first else (*down, *up):
         try:
-            low, high = (math.log(excess(effect, GRID[i], forces, rig)) for i in (k, k + 1))
+            low, high = (math.log(excess(effect, GRID[i], *where)) for i in (k, k + 1))
         except SimulationError:  # a lag too short for the plant's steps
             break
         share = (math.log(wanted) - low) / (high - low) if high != low else -1.0
@@ -274,26 +300,32 @@ def size_that_leaves(effect: str, wanted: float, forces: bool, rig: str) -> floa
     return GRID[-1] if first else MIDDLE
 
 
-def answered(asked: tuple[str, Sequence[Case]]) -> list[tuple[float, float]]:
+def answered(asked: tuple[str, Sequence[Case], bool]) -> list[tuple[float, float]]:
     """Size of an effect in each case that leaves about the E drawn, and the E that it leaves."""
-    effect, cases = asked
+    effect, cases, varying = asked
     found: list[tuple[float, float]] = []
     for case in cases:
-        where = (case["forces"], case["rig"])
+        where = (case["forces"], case["rig"], case["variation"] if varying else 0.0)
         size = float(f"{size_that_leaves(effect, case['effects'][effect], *where):.3g}")
         found.append((size, float(f"{between(effect, size, *where):.3g}")))
     return found
 
 
-def write_cases(file: Path, planned: Sequence[Case], about: str, workers: int) -> None:
-    """Size the effects of planned cases in some processes, and write the cases."""
+def write_cases(
+    file: Path, planned: Sequence[Case], about: str, workers: int, *, varying: bool = False
+) -> None:
+    """Size the effects of planned cases in some processes, and write the cases.
+
+    With ``varying`` the variance that E is stated in holds what trials vary by, not noise alone.
+    """
     cases: list[Case] = [{**case, "excess": {}} for case in planned]
     asked: dict[str, list[Case]] = {}
     for case in cases:
         for effect in case["effects"]:
             asked.setdefault(effect, []).append(case)
     with ProcessPoolExecutor(workers) as pool:
-        results = tqdm(pool.map(answered, asked.items()), total=len(asked), desc="effects")
+        tasks = [(effect, those, varying) for effect, those in asked.items()]
+        results = tqdm(pool.map(answered, tasks), total=len(asked), desc="effects")
         for (effect, those), found in zip(asked.items(), results, strict=True):
             for case, (size, left) in zip(those, found, strict=True):
                 case["effects"][effect], case["excess"][effect] = size, left

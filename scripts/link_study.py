@@ -1,7 +1,7 @@
 """How often the diagnosis by link is right about effects that an independent plant hides.
 
     python scripts/link_study.py [--cases FILE] [--repeats 3|2|1] [--from N] [--to N]
-        [--tier TIER] [--workers 2] [--stopped] [--json FILE]
+        [--tier TIER] [--workers 2] [--threads 1] [--stopped] [--json FILE]
 
 Every case is a recording on disk (five inputs that no diagnosis contains, in two settings, 5 s at
 100 Hz) of a rig as the independent plant simulates it: its own equations, integrator and steps. It
@@ -96,7 +96,7 @@ def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
 
 def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """Record a case, diagnose it link by link, and write down what was found."""
-    repeats, file = kind.split(" ", 1)
+    repeats, threads, file = kind.split(" ", 2)
     (case,) = [c for c in _cases(Path(file)) if c["name"] == name]
     rig = pamsim.load_rig(case["rig"])
     with tempfile.TemporaryDirectory() as folder:
@@ -112,7 +112,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             held_out=held_out_split(data, ()).trials,
             nuisance=NUISANCE,
             seed=seed,
-            threads=1,
+            threads=int(threads),
         )
     except InputError as error:
         return as_text({"refused": str(error), "links": {}, "effects": [], "sizes": {}})
@@ -169,6 +169,7 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
                 "exact": one.exact,
                 "gain": _rounded(one.gain),
                 "share": _rounded(one.share),
+                "left": _rounded(one.left),
                 "p_value": _rounded(one.p_value),
                 "rivals": [
                     [
@@ -211,6 +212,7 @@ def main() -> None:
     parser.add_argument("--to", type=int, help="number of the last case; all if left out")
     parser.add_argument("--tier", default="", help="only cases of this tier")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1, help="of each case")
     parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
@@ -219,17 +221,18 @@ def main() -> None:
     mark = fingerprint(("pamsim", "tests.plant"), __file__, options.cases)
     some = _cases(options.cases)[options.begin - 1 : options.to]
     chosen = [c for c in some if options.tier in ("", c["tier"])]
-    kind = f"{options.repeats} {options.cases}"
+    kind = f"{options.repeats} {options.threads} {options.cases}"
     tasks = [(kind, case["name"], case["seed"]) for case in chosen]
     ends = f"{options.begin}_to_{options.begin + len(some) - 1}{options.tier}"
-    folder = KEPT / f"{options.cases.stem}_{options.repeats}_repeats_{ends}"
+    folder = KEPT / f"{options.cases.stem}_{options.repeats}_repeats_{options.threads}_{ends}"
     rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
     done = [
         {**case, **rows[task]} for case, task in zip(chosen, tasks, strict=True) if task in rows
     ]
     result = {
         "schema": "pamsim-link-study/1",
-        "command": f"python scripts/link_study.py --repeats {options.repeats}",
+        "command": f"python scripts/link_study.py --repeats {options.repeats}"
+        + (f" --workers {options.workers} --threads {options.threads}" * (options.threads > 1)),
         "cases": hashlib.sha256(options.cases.read_bytes()).hexdigest()[:16],
         "fingerprint": mark,
         "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},

@@ -7,7 +7,8 @@ before any case is run. Cases to make rules with are drawn by another seed, into
 of them take two minutes. All cases of a file are drawn from one seed; each tier is spread evenly
 over them, so that any beginning is a fair sample. Sizes are drawn as in
 scripts/blind_study_cases.py: first the excess E that an effect shall leave, log-uniformly, then the
-size that leaves about that much.
+size that leaves about that much. E is stated in the variance by which repeats differ: of the
+sensors' noise, and of what varies from trial to trial.
 
 Two and three effects together are of different families. In the tier ``two_links`` one of them acts
 between command and pressure, the other between pressure and angle; in ``one_link`` both act on the
@@ -30,9 +31,8 @@ from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
 FILE = Path(__file__).parent / "link_study_cases.json"
 
-SEED = 20261127
-"""Of all that is drawn here. The plan of this seed was looked at while rules were made: the cases
-that judge them need another one."""
+SEED = 20261128
+"""Of all that is drawn here. Cases that rules are made with have others."""
 
 OWN, OTHERS = (*LIBRARY, "softening"), (*SIZED, *OTHER)
 """Effects that are hidden by the library's formulas, and by others."""
@@ -59,7 +59,7 @@ _AIR = frozenset({"command", "supply", "air"})  # links between command and pres
 
 ABOUT = """Cases of scripts/link_study.py, all drawn by the rule of scripts/link_study_cases.py
 before any of them was run. Sizes are in typical sizes of the effect; excess is the E that each
-effect leaves by itself, in units of the noise variance."""
+effect leaves by itself, in units of the variance by which repeats differ."""
 
 
 def of_air(effect: str) -> bool:
@@ -152,7 +152,7 @@ def main() -> None:
     if options.json == FILE and (options.seed != SEED or options.to is not None):
         parser.error(f"{FILE.name} holds all cases of seed {SEED}; give another file by --json")
     cases = planned(options.seed)[: options.to]
-    write_cases(options.json, cases, ABOUT, options.workers)
+    write_cases(options.json, cases, ABOUT, options.workers, varying=True)
 
 
 if __name__ == "__main__":

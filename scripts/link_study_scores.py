@@ -245,6 +245,35 @@ def printed(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def table(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """The quantities of some studies beside each other, as the Markdown table of the documents.
+
+    Args:
+        records: heading of the column -> what a study has written.
+    """
+    columns = [{row["quantity"]: row for row in one["must_show"]} for one in records.values()]
+    lines = ["| cases of an independent plant | bar | " + " | ".join(records) + " |"]
+    lines.append("|---|---|" + "---|" * len(records))
+    for quantity, row in columns[0].items():
+        factor = 100.0 if row["unit"] == "%" else 1.0
+        ends = [f"{sign} {factor * row[name]:g}" for name, sign in _SIGNS.items() if row.get(name)]
+        bar = f"{' and '.join(ends)} {row['unit']}" if ends else ""
+        lines.append(
+            "| "
+            + " | ".join([quantity, bar, *(_cell(own.get(quantity, {})) for own in columns)])
+            + " |"
+        )
+    return lines
+
+
+def _cell(row: Mapping[str, Any]) -> str:
+    if "hits" in row:
+        low, high = (100.0 * end for end in row["interval95"])
+        hits = f"{row['hits']} of {row['count']}"
+        return f"{hits}: {100.0 * row['share']:.1f} [{low:.1f}, {high:.1f}] %"
+    return f"{row['median']:.1f} {row['unit']}" if "median" in row else ""
+
+
 def share(rows: Sequence[Row], hit: Callable[[Row], bool]) -> dict[str, Any]:
     """Share of rows that hit, its interval, and the fewer of those that do and do not."""
     hits = [hit(row) for row in rows]

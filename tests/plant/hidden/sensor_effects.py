@@ -101,6 +101,8 @@ EFFECTS = (
         name="angle_filter",
         formulation="the angle behind a critically damped filter of second order",
         stands_for=("angle_lag",),
+        # To a part in a thousand of the arm's motion it is a dead time.
+        resembles=("clock_offset",),
         unit="s",
         typical=0.01,
         sensed=lambda run, size: run.with_angle(_twice_behind(run, run.angle, size)),
