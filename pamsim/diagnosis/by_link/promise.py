@@ -56,9 +56,9 @@ class Promise:
         """Which effect it is."""
         return self.signature.effect
 
-    def start(self) -> dict[str, float]:
-        """Values of the effect's parameters that a fit begins with [SI]."""
-        factor = float(np.clip(self.factor, -_FARTHEST, _FARTHEST))
+    def start(self, share: float = 1.0) -> dict[str, float]:
+        """Values of the effect's parameters that a fit begins with: a share of the promise [SI]."""
+        factor = share * float(np.clip(self.factor, -_FARTHEST, _FARTHEST))
         return self.effect.moved(self.signature.probe, factor)
 
 
@@ -158,9 +158,14 @@ def of_families(model: LinkModel, known: Iterable[Signature]) -> FloatArray:
 
 def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:
     """Links whose rows an effect changes by a share that counts."""
+    return fitter.shown_in(shares_by_link(fitter, known, name))
+
+
+def shares_by_link(fitter: LinkFitter, known: Iterable[Signature], name: str) -> FloatArray:
+    """Squares of an effect's signatures in each link, each signature's over its sum, (links,)."""
     squares = np.zeros(len(fitter.simulator.links))
     for signature in known:
         if signature.effect.name == name:
             own = fitter.by_link(signature.rows**2)
             squares += own / max(float(own.sum()), np.finfo(float).tiny)
-    return fitter.shown_in(squares)
+    return squares

@@ -45,6 +45,10 @@ _WORTH = 0.5
 """Share of the largest promise from which an effect, or a form of one, is fitted: promises are of
 first order."""
 
+_NEARER = 0.1
+"""Share of a promise that a fit begins with again where it has ended worse than without the effect:
+begun too far away, other parameters of the model went to another minimum."""
+
 _MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
 _ROUNDS = 8  # effects at most
 
@@ -147,9 +151,11 @@ def best_fits(
                 break
             steps.begin(label)
             effects = (*model.effects, promise.effect)
-            fit = fitter.fit(model, effects, promise.start(), where)
-            if fit is not None:
-                tried.append(fit)
+            for share in (1.0, _NEARER):
+                fit = fitter.fit(model, effects, promise.start(share), where)
+                if fit is not None and fit.cost <= model.cost:
+                    tried.append(fit)
+                    break
         if tried:
             fits.append(min(tried, key=lambda fit: fit.criterion))
     return fits

@@ -1,0 +1,84 @@
+"""When a name is certain, when a rival takes an effect's place, and when a fit begins again."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pamsim.diagnosis.by_link.judge import Judged, Rival
+from pamsim.diagnosis.by_link.promise import Promise, Signature
+from pamsim.diagnosis.by_link.search import best_fits
+from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
+
+(FRICTION,) = tried("viscous_friction")
+
+
+def judged(gain, left, before):
+    return Judged(
+        effect=FRICTION,
+        links=frozenset([ARMLINK]),
+        gain=gain,
+        before=before,
+        p_value=0.001,
+        rivals=(),
+        exact=False,
+        left=left,
+    )
+
+
+@pytest.mark.parametrize(
+    ("gain", "left", "before", "level"),
+    [
+        (9.0, 1.0, 10.0, "family"),  # alone: nine tenths of what it takes away and what is left
+        (8.9, 1.0, 9.9, ""),
+        (0.3, 0.1, 2.0, "family"),  # beside a larger effect, together with which it explains enough
+        (0.3, 0.1, 0.8, ""),
+        (0.15, 0.1, 2.0, ""),  # less than twice of what is left
+    ],
+)
+def test_a_small_effect_beside_a_large_one_may_leave_as_much_as_that_ones_formula(
+    gain, left, before, level
+):
+    assert judged(gain, left, before).level() == level
+
+
+@pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
+def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess, preferred):
+    rival = Rival(
+        effect=FRICTION,
+        model=SimpleNamespace(criterion=10.0),
+        excess=excess,
+        p_value=0.5,
+        by_trial=np.array([excess]),
+    )
+    assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
+
+
+def test_a_fit_that_ends_worse_than_without_the_effect_begins_again_nearer():
+    begun = []
+
+    class Fitter:
+        simulator = SimpleNamespace(links=(ARMLINK,))
+
+        def fit(self, model, effects, start, links):
+            (size,) = start.values()
+            begun.append(size)
+            cost = 200.0 if len(begun) == 1 else 50.0
+            return SimpleNamespace(cost=cost, criterion=cost, effects=effects)
+
+        def by_link(self, squares):
+            return np.array([squares.sum()])
+
+        def shown_in(self, squares):
+            return frozenset([ARMLINK])
+
+    rows, (probe, *_) = np.ones(4), FRICTION.probes
+    signature = Signature(effect=FRICTION, probe=probe, rows=rows)
+    promise = Promise(signature=signature, gain=4.0, factor=2.0, rows=rows)
+    model = SimpleNamespace(cost=100.0, effects=())
+    (fit,) = best_fits(Fitter(), model, [promise], [signature], steps=STEPS)
+    (neutral,) = FRICTION.neutral.values()
+    assert fit.cost == 50.0
+    assert begun[1] - neutral == pytest.approx(0.1 * (begun[0] - neutral))
