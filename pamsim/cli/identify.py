@@ -122,8 +122,6 @@ def command(
     """
     from pamsim.identification.identify import identify
 
-    if len(data) == 1 and _is_over_frequency(data[0]):
-        return _identify_frequency_response(data[0], out, json_file, hold_out=hold_out, **choices)
     source = _source(data, rig, pressure, load, duration)
     with progress_bar() as progress:
         identification = identify(
@@ -136,41 +134,7 @@ def command(
 
         page, *_ = write_identification(identification, out)
         show_page(page)
-    return OK if identification.recommendation.best else FINDING
-
-
-def _is_over_frequency(path: Path) -> bool:
-    from pamsim.identification.frequency_table import is_over_frequency
-    from pamsim.recordings.table_reader import read_columns
-
-    return path.is_file() and path.suffix != ".toml" and is_over_frequency(read_columns(path))
-
-
-def _identify_frequency_response(
-    path: Path, out: Path | None, json_file: Path | None, **choices: Any
-) -> int:
-    from pamsim.identification.frequency import identify_frequency_response
-
-    known = ("order", "zeros", "poles", "dead_time")
-    refuse(
-        f"is for trials; {path} is a frequency response",
-        **{
-            name: choices[name] or None
-            for name in ("input", "output", "time", "dt", "hold", "arx", "oe", "hold_out", "trials")
-        },
-    )
-    with progress_bar() as progress:
-        identification = identify_frequency_response(
-            path, progress=progress, **{name: choices[name] for name in known}
-        )
-    save_json(json_file, identification.to_dict())
-    show_summary(identification.summary())
-    if out is not None:
-        from pamsim.report.frequency_figure import write_frequency_identification
-
-        identification.save(out)
-        show_page(write_frequency_identification(identification, out))
-    return OK if identification.recommended else FINDING
+    return OK if identification.best else FINDING
 
 
 def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:

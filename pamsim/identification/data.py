@@ -6,15 +6,18 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
+from pamsim.recordings.columns import Columns
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
 
 
@@ -35,8 +38,25 @@ class IdentifyData:
     notes: tuple[str, ...]
 
 
+Source: TypeAlias = str | os.PathLike[str]
+
+
+def only_table(data: Source | TrialSet | Sequence[Source]) -> Columns | None:
+    """The table that all data are in, as read; None for recordings and several files."""
+    if isinstance(data, TrialSet):
+        return None
+    paths = [data] if isinstance(data, str | os.PathLike) else list(data)
+    if len(paths) != 1 or _is_recording(Path(paths[0])):
+        return None
+    return read_columns(Path(paths[0]), numbers_only=True)
+
+
+def _is_recording(path: Path) -> bool:
+    return path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir()
+
+
 def load_data(
-    data: str | os.PathLike[str] | TrialSet | Sequence[str | os.PathLike[str]],
+    data: Source | TrialSet | Columns | Sequence[Source],
     *,
     time: str | None = None,
     dt: float | None = None,
@@ -45,8 +65,8 @@ def load_data(
     """Read what is to be identified.
 
     Args:
-        data: folder of a recording or its ``recording.toml``; a table of any columns; trials; or
-            several paths, whose trials are identified together.
+        data: folder of a recording or its ``recording.toml``; a table of any columns, or as it was
+            read; trials; or several paths, whose trials are identified together.
         time: column of the clock of a table; ``time_s`` or the only one called like a clock if
             None.
         dt: time between two rows of a table without a clock [s].
@@ -62,16 +82,18 @@ def load_data(
         _refuse_for_recording(data.rig, stated)
         source = f"{', '.join(trial.name for trial in data.trials)} of {data.rig}"
         return _recorded(data, source)
-    paths = [Path(data)] if isinstance(data, str | os.PathLike) else [Path(path) for path in data]
+    given = [data] if isinstance(data, str | os.PathLike | Columns) else list(data)
+    paths = [one.path if isinstance(one, Columns) else Path(one) for one in given]
     if not paths:
         raise InputError("no data given; give a recording or a table")
     parts: list[IdentifyData] = []
-    for path in paths:
-        if path.suffix.lower() == ".toml" or not (path.suffix or path.is_file()) or path.is_dir():
+    for path, one in zip(paths, given, strict=True):
+        if _is_recording(path):
             _refuse_for_recording(path, stated)
             parts.append(_recorded(read_recordings(path), str(path)))
         else:
-            tables, notes = plain_trials(path, time=time, dt=dt, hold=hold)
+            table = one if isinstance(one, Columns) else read_columns(path, numbers_only=True)
+            tables, notes = plain_trials(table, time=time, dt=dt, hold=hold)
             parts.append(IdentifyData(source=str(path), rig="", tables=tables, notes=notes))
     names = [table.name for part in parts for table in part.tables]
     twice = {name for name in names if names.count(name) > 1}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import os
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.recordings.table_reader import read_columns
+from pamsim.recordings.columns import Columns
 
 SCHEMA = "pamsim-identify-frequency/2"
 _BETTER = 2.0  # in AICc, from which a richer model is preferred
@@ -58,6 +57,11 @@ class FrequencyIdentification:
     reason: str
     notes: tuple[str, ...]
     seconds: float
+
+    @property
+    def best(self) -> str:
+        """Name of the model to use; empty if none can be trusted."""
+        return self.recommended
 
     @property
     def shown(self) -> IdentifiedModel:
@@ -151,7 +155,7 @@ class FrequencyIdentification:
 
 @one_blas_thread()
 def identify_frequency_response(
-    data: str | os.PathLike[str],
+    table: Columns,
     *,
     order: int | None = None,
     zeros: int = 0,
@@ -166,7 +170,7 @@ def identify_frequency_response(
     constants where all are real.
 
     Args:
-        data: a table, see `pamsim.identification.frequency_table.frequency_response_of`.
+        table: see `pamsim.identification.frequency_table.frequency_response_of`.
         order: of the model; all if left out.
         zeros: of the model of that order.
         poles: ``real`` lags, or ``any`` stable poles, as ``auto``.
@@ -181,8 +185,7 @@ def identify_frequency_response(
     """
     began = time.perf_counter()
     chosen = ModelSet(order=order, zeros=zeros, poles=poles, dead_time=dead_time)
-    path = Path(data)
-    frequency, response, notes = frequency_response_of(read_columns(path))
+    frequency, response, notes = frequency_response_of(table)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
     refusals: list[InputError] = []
@@ -209,7 +212,7 @@ def identify_frequency_response(
     smallest = min(scores[name] for name in shown)
     recommended, reason = _recommended(fits, scores, shown)
     return FrequencyIdentification(
-        source=str(path),
+        source=str(table.path),
         frequency=frequency,
         response=response,
         models=shown,

@@ -11,7 +11,9 @@ import numpy as np
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.identification.choice import recommend
-from pamsim.identification.data import load_data, select_trials
+from pamsim.identification.data import load_data, only_table, select_trials
+from pamsim.identification.frequency import FrequencyIdentification, identify_frequency_response
+from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.result import Identification
@@ -51,12 +53,14 @@ def identify(
     hold_out: Sequence[str] | float = (),
     local: bool = True,
     progress: Progress | None = None,
-) -> Identification:
+) -> Identification | FrequencyIdentification:
     """Fit continuous models to inputs and one output; ARX and output error to a single input.
 
     Args:
         data: folder of a recording, a table of any columns, trials, or several paths, whose
-            trials are fitted together.
+            trials are fitted together. Or a table over frequency, of magnitude and phase, or real
+            and imaginary part, to which continuous models are fitted: see
+            `pamsim.identification.frequency.identify_frequency_response`.
         input: a column, or columns joined by + and -; several as a list; if left out, the set
             pressure difference, else the valves', else the first of two columns.
         output: one likewise; if left out, ``angle_deg``, the only joint, or the second column.
@@ -90,7 +94,22 @@ def identify(
         InputError: for data that cannot be read or identified from, or an unknown name.
     """
     began = perf_counter()
-    loaded = load_data(data, time=time, dt=dt, hold=hold)
+    table = only_table(data)
+    if table is not None and is_over_frequency(table):
+        of_trials = {
+            "input": input, "output": output, "time": time, "dt": dt, "hold": hold, "arx": arx,
+            "oe": oe, "start": start if start != "auto" else None, "integrators": integrators,
+            "trials": trials, "protocols": protocols, "hold_out": hold_out,
+        }  # fmt: skip
+        for argument, value in of_trials.items():
+            if value:
+                raise InputError(
+                    f"`{argument}` is for trials; {table.path} is a frequency response, omit it"
+                )
+        return identify_frequency_response(
+            table, order=order, zeros=zeros, poles=poles, dead_time=dead_time, progress=progress
+        )
+    loaded = load_data(data if table is None else table, time=time, dt=dt, hold=hold)
     to_fit, to_test = select_trials(loaded, trials, protocols, hold_out)
     tables = [*to_fit, *to_test]
     given = [input] if isinstance(input, str) else [*(input or ())]

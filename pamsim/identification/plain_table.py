@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from pamsim.linear.signal_record import HOLDS
 from pamsim.recordings.column_guess import kind_of_unit, unit_in_name, unit_of
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import LONGEST_GAP
-from pamsim.recordings.table_reader import read_columns
 
 # A column counts as held from row to row with up to this share of distinct values. That it jumps
 # from row to row does not count: the public heat exchanger's flow does, and held it predicts worse.
@@ -57,13 +55,12 @@ _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": 
 
 
 def plain_trials(
-    path: Path, *, time: str | None = None, dt: float | None = None, hold: str | None = None
+    table: Columns, *, time: str | None = None, dt: float | None = None, hold: str | None = None
 ) -> tuple[tuple[SignalTable, ...], tuple[str, ...]]:
-    """Read a table of any columns.
+    """Trials of a table of any columns.
 
     Args:
-        path: as `pamsim.recordings.table_reader.read_columns`; a file without a header may have
-            numbers only.
+        table: as read.
         time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
         dt: time between two rows, of a table without a clock [s].
         hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those
@@ -73,12 +70,12 @@ def plain_trials(
         One trial, or one for each part between gaps of the clock; and what a reader should know.
 
     Raises:
-        InputError: as `read_columns`; for no clock or two, one that does not increase, or an
+        InputError: for no clock or two, one that does not increase, or an
             unknown hold.
     """
     if hold not in (None, *HOLDS):
         raise InputError(f"`hold` {hold!r} is not known; {nearest(hold, HOLDS)}")
-    table = read_columns(path, numbers_only=True)
+    path = table.path
     clocks = _clocks(table)
     notes: list[str] = []
     if dt is not None:
@@ -169,10 +166,7 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
     if table.header == 0 and len(table.cells) > 2 and _runs(table, first):
         return first  # of a table without names
     if is_over_frequency(table):
-        raise InputError(
-            f"{table.path} is a frequency response, not a trial: identify it alone, from Python by"
-            " pamsim.identification.frequency.identify_frequency_response"
-        )
+        raise InputError(f"{table.path} is a frequency response, not a trial: identify it alone")
     found = f"{' and '.join(clocks)} look like clocks" if clocks else "no column is a clock"
     for name in [] if clocks else _called_clocks(table):
         found += (

@@ -63,6 +63,11 @@ class Identification:
     seconds: float
 
     @property
+    def best(self) -> str:
+        """Name of the model to use; empty if none can be trusted."""
+        return self.recommendation.best
+
+    @property
     def shown(self) -> Candidate:
         """The best model, recommended or not; else the continuous one that simulates best."""
         continuous = [candidate for candidate in self.candidates if candidate.continuous]

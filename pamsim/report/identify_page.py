@@ -9,8 +9,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.identification.curves import Curves
+from pamsim.identification.frequency import FrequencyIdentification
 from pamsim.identification.result import SCHEMA, Identification
 from pamsim.identification.summary import inputs_in_words
+from pamsim.report.frequency_figure import write_frequency_identification
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,
@@ -24,7 +26,9 @@ from pamsim.report.numbers import significant
 from pamsim.report.page import write_page
 
 
-def write_identification(identification: Identification, out: Path) -> list[Path]:
+def write_identification(
+    identification: Identification | FrequencyIdentification, out: Path
+) -> list[Path]:
     """Write page, figures and ``curves.csv`` of an identification.
 
     Args:
@@ -37,6 +41,9 @@ def write_identification(identification: Identification, out: Path) -> list[Path
     Raises:
         InputError: if the place cannot be written.
     """
+    if isinstance(identification, FrequencyIdentification):
+        page = write_frequency_identification(identification, out)
+        return [page, *identification.save(out)]
     written = page_of(identification.to_dict(), identification.curves(), out)
     return [*written, identification.save_curves(out)]
 

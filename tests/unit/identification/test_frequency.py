@@ -77,8 +77,8 @@ def test_every_dialect_gives_the_same_response(name, tmp_path):
 def test_the_planted_order_is_recommended(zeros, tmp_path):
     path, response = tmp_path / "bode.csv", planted(zeros)
     path.write_text(text(["omega_rad_s", "real", "imag"], *lists(W, response.real, response.imag)))
-    result = identify_frequency_response(path)
-    assert result.recommended == ("order_2_zeros_1" if zeros else "order_2")
+    result = pamsim.identify(path)
+    assert result.best == result.recommended == ("order_2_zeros_1" if zeros else "order_2")
     for name, value in (("K", 3.0), ("T1", 0.1), ("T2", 2.0)):
         assert result.shown[name].value == pytest.approx(value, rel=0.05)
     assert f"* {result.recommended}: fits 97." in result.summary()
@@ -97,11 +97,11 @@ def test_the_planted_order_is_recommended(zeros, tmp_path):
 def test_an_order_that_is_asked_for_is_the_only_one(tmp_path):
     path = tmp_path / "bode.csv"
     path.write_text(DIALECTS["real and imaginary"])
-    result = identify_frequency_response(path, order=2, zeros=1, dead_time="none")
+    result = identify(path, order=2, zeros=1, dead_time="none")
     assert list(result.models) == ["order_2_zeros_1"]
     with pytest.raises(InputError, match="`zeros` needs `order`"):
-        identify_frequency_response(path, zeros=1)
-    unlikely = identify_frequency_response(path, order=5, dead_time="none")
+        identify(path, zeros=1)
+    unlikely = identify(path, order=5, dead_time="none")
     assert unlikely.recommended == ""
     assert "no model can be trusted" in unlikely.reason
 
@@ -109,8 +109,10 @@ def test_an_order_that_is_asked_for_is_the_only_one(tmp_path):
 def test_what_is_no_response_and_what_is_no_trial_are_told_apart(tmp_path):
     path = tmp_path / "bode.csv"
     path.write_text(DIALECTS["hertz and decibels"])
+    with pytest.raises(InputError, match=r"`hold_out` is for trials; .*bode.csv is a frequency"):
+        identify(path, hold_out=0.3)
     with pytest.raises(InputError, match="is a frequency response, not a trial"):
-        identify(path)
+        identify([path, path])
     path.write_text("time_s,magnitude,phase_deg\n1,2,3\n2,3,4\n")
     with pytest.raises(InputError, match="no frequency response: name columns"):
-        identify_frequency_response(path)
+        identify_frequency_response(read_columns(path))
