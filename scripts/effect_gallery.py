@@ -57,7 +57,7 @@ LAYERS = {
 
 INTRODUCTION = f"""# The effects
 
-What `pamsim diagnose` can name, one card each; `pamsim effects NAME` prints it. Written by
+What `pamsim diagnose` can name, one card each; `pamsim list effects NAME` prints it. Written by
 `scripts/effect_gallery.py` from the catalog (`pamsim/effects/`). Symbols and sources:
 [theory](theory.md). How to find an effect: [diagnose](diagnose.md). One of your own:
 [own_physics](own_physics.md).

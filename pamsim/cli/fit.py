@@ -30,7 +30,9 @@ _MILLIMETRES = Quantity("mm", "m")
 @click.command(name="fit", cls=Command)
 @click.argument("data", type=PATH)
 @click.option(
-    "--model", shell_complete=completed(law_names), help="Law to fit; `pamsim models` lists them."
+    "--model",
+    shell_complete=completed(law_names),
+    help="Law to fit; `pamsim list models` lists them.",
 )
 @click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")

@@ -33,11 +33,7 @@ _COMMANDS = {
     "step": "One step response of any rig: pressures or valves, load, plot, CSV.",
     "identify": "Transfer functions from a recording or a simulation, with intervals and verdict.",
     "fit": "Fit a law to your force, length or pressure data, or rank all laws on them.",
-    "models": "The force laws and hysteresis operators, with parameters, ranges and sources.",
-    "effects": "What a diagnosis can name, its look-alikes, and what separates them.",
-    "rigs": "The rigs that come with pamsim: joints, muscles, drives, what each is for.",
-    "params": "Every parameter of a rig: value, unit, range, source.",
-    "protocols": "The inputs of synthetic recordings, and what each shows.",
+    "list": "The rigs, parameters, laws, effects and inputs that there are, or all about one.",
     "new-rig": "A rig folder to start from, by a template or from your own MJCF.",
     "import": "A recording of your own log: CSV, MAT, npz or Parquet, its columns guessed.",
     "check": "What recordings are, what is implausible in them, and what they could show.",
@@ -51,11 +47,30 @@ _COMMANDS = {
     "view": "A window on a rig that you drive by sliders, or on a recording.",
 }
 
-_MODULES = {"new-rig": "new_rig", "import": "import_log"}
-"""Module of a command whose name is none of Python's."""
+_MODULES = {"new-rig": "new_rig", "import": "import_log", "list": "catalogs", "simulate": "step"}
+"""Module of a command that has not the command's name."""
+
+_ALIASES = ("simulate",)
+"""Further names, which the list of commands does not show."""
+
+_LISTED = ("rigs", "params", "models", "effects", "protocols")
+"""What ``pamsim list`` lists."""
 
 
-class _LazyGroup(click.Group):
+class NamedGroup(click.Group):
+    """A group that suggests the nearest of its commands for a mistyped name."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Find the command of the arguments."""
+        known = self.list_commands(ctx)
+        if args and args[0] in _LISTED and args[0] not in known:
+            raise click.UsageError(f"no command {args[0]!r}; it is `pamsim list {args[0]}`")
+        if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
+            raise click.UsageError(f"no command {args[0]!r}; {nearest(args[0], known)}")
+        return super().resolve_command(ctx, args)
+
+
+class _LazyGroup(NamedGroup):
     """A group whose commands live in modules of the same name beside this one."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
@@ -64,16 +79,10 @@ class _LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import and return a command, or None."""
-        if cmd_name not in _COMMANDS:
+        if cmd_name not in _COMMANDS and cmd_name not in _ALIASES:
             return None
         module = _MODULES.get(cmd_name, cmd_name)
         return importlib.import_module(f"pamsim.cli.{module}").command
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Find the command of the arguments; suggest the nearest for a mistyped name."""
-        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
-            raise click.UsageError(f"no command {args[0]!r}; {nearest(args[0], _COMMANDS)}")
-        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; an error of ours is one line, with the command's own flags."""
@@ -107,17 +116,19 @@ def with_flags(message: str, command: click.Command | None) -> str:
 
     Args:
         message: such as "`hold_out` leaves nothing to fit".
-        command: the one that ran.
+        command: the one that ran, or the group of it.
 
     Returns:
         For example ``--hold-out leaves nothing to fit``; what is no parameter of the command keeps
         its backticks.
     """
+    own = command.commands.values() if isinstance(command, click.Group) else (command,)
     flags = {
         parameter.name: parameter.opts[0]
         if isinstance(parameter, click.Option)
         else parameter.human_readable_name
-        for parameter in (command.params if command else ())
+        for one in own
+        for parameter in (one.params if one else ())
     }
     return re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)
 

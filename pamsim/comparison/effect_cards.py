@@ -1,4 +1,4 @@
-"""``pamsim effects``: what a diagnosis can name, with parameters, look-alikes and experiments."""
+"""``pamsim list effects``: what a diagnosis can name, its look-alikes and what separates them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``pamsim rigs`` and ``pamsim params``: the shipped rigs, and every parameter of a rig."""
+"""``pamsim list rigs`` and ``params``: the shipped rigs, and every parameter of a rig."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``pamsim models``: every force law and hysteresis operator, with parameters, units and ranges."""
+"""``pamsim list models``: force laws and hysteresis operators, with parameters and ranges."""
 
 from __future__ import annotations
 

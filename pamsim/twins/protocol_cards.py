@@ -1,4 +1,4 @@
-"""``pamsim protocols``: the inputs that synthetic recordings may have."""
+"""``pamsim list protocols``: the inputs that synthetic recordings may have."""
 
 from __future__ import annotations
 

@@ -73,6 +73,8 @@ BAD_INPUT = {
     "unknown backend": (["step", "--pressure", "9,0", "--backend", "gpu"], "no backend 'gpu'"),
     "unknown start": (["reproduce", "--start", "vnet"], "did you mean 'vent'"),
     "unknown command": (["reprodcue"], "did you mean 'reproduce'"),
+    "command of a list": (["rigs"], "it is `pamsim list rigs`"),
+    "unknown list": (["list", "rig"], "did you mean 'rigs'"),
     "unknown option": (["reproduce", "--ot", "x"], "--ot"),
     "unknown camera": (["render", "x.png", "--camera", "sky"], "no camera 'sky'"),
 }
@@ -186,12 +188,12 @@ def test_arguments_of_the_library_are_shown_as_flags_of_the_command(message, sho
 
 def test_nothing_is_written_over_without_force(tmp_path, monkeypatch, capsys):
     file = tmp_path / "models.json"
-    assert run(monkeypatch, capsys, "models", "--json", str(file))[0] == 0
+    assert run(monkeypatch, capsys, "list", "models", "--json", str(file))[0] == 0
     file.write_text("mine")
-    code, _, err = run(monkeypatch, capsys, "models", "--json", str(file))
+    code, _, err = run(monkeypatch, capsys, "list", "models", "--json", str(file))
     assert (code, file.read_text()) == (2, "mine")
     assert err.endswith("is there already; --force replaces it\n")
-    assert run(monkeypatch, capsys, "models", "--json", str(file), "--force")[0] == 0
+    assert run(monkeypatch, capsys, "list", "models", "--json", str(file), "--force")[0] == 0
     assert json.loads(file.read_text())["schema"] == "pamsim-models/1"
 
 
@@ -231,7 +233,7 @@ def test_what_the_system_refuses_is_one_line(monkeypatch, capsys):
         raise OSError(errno.ENOSPC, "No space left on device", "/disk/page.html")
 
     monkeypatch.setattr("pamsim.fitting.models.models", full)
-    code, _, err = run(monkeypatch, capsys, "models")
+    code, _, err = run(monkeypatch, capsys, "list", "models")
     assert (code, err) == (2, "pamsim: error: /disk/page.html: No space left on device\n")
 
 
@@ -248,7 +250,7 @@ def test_to_be_ended_is_to_be_interrupted(monkeypatch, capsys):
         "pamsim.fitting.models.models", lambda *_: os.kill(os.getpid(), signal.SIGTERM)
     )
     try:
-        code, _, err = run(monkeypatch, capsys, "models")
+        code, _, err = run(monkeypatch, capsys, "list", "models")
     finally:
         signal.signal(signal.SIGTERM, before)
     assert (code, err.strip()) == (130, "pamsim: interrupted")

@@ -1,4 +1,4 @@
-"""``pamsim fit`` and ``pamsim models`` as a user types them."""
+"""``pamsim fit`` and ``pamsim list models`` as a user types them."""
 
 from __future__ import annotations
 
@@ -234,7 +234,7 @@ def test_loops_that_do_not_determine_the_element_are_refused(tmp_path, monkeypat
 
 
 def test_models_lists_everything_and_shows_one(tmp_path, monkeypatch, capsys):
-    code, out, _ = run(monkeypatch, capsys, "models", "--json", tmp_path / "m.json")
+    code, out, _ = run(monkeypatch, capsys, "list", "models", "--json", tmp_path / "m.json")
     assert code == 0
     result = json.loads((tmp_path / "m.json").read_text())
     names = [e["name"] for e in (*result["force_laws"], *result["operators"])]
@@ -246,9 +246,9 @@ def test_models_lists_everything_and_shows_one(tmp_path, monkeypatch, capsys):
         assert entry["equation"]
         assert entry["source"]
         assert all(p["unit"] and p["doc"] for p in entry["parameters"])
-    code, out, _ = run(monkeypatch, capsys, "models", "six_parameter")
+    code, out, _ = run(monkeypatch, capsys, "list", "models", "six_parameter")
     assert code == 0
     assert "[-200, 0]" in out
     assert re.search(r"inverse p\(F, kappa\): +yes", out)
-    code, out, _ = run(monkeypatch, capsys, "models", "bouc_wen")
+    code, out, _ = run(monkeypatch, capsys, "list", "models", "bouc_wen")
     assert re.search(r"rate-independent: +yes", out)

@@ -69,7 +69,7 @@ def derivative(function, x: float, h: float) -> float:
 @LAWS
 @given(pressure=PRESSURES, share=SHARES)
 def test_a_force_has_one_pressure_unless_the_law_holds_at_one_only(name, pressure, share):
-    """What `pamsim models` reports as the inverse."""
+    """What `pamsim list models` reports as the inverse."""
     this = case(name)
     # At the largest contraction the force does not depend on pressure, or hardly.
     kappa = this.contraction(0.98 * share)

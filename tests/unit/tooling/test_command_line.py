@@ -39,13 +39,17 @@ def names():
     return cli.list_commands(click.Context(cli))
 
 
+CATALOGS = [["list", one] for one in ("rigs", "protocols", "params", "effects", "models")]
+
+
 def test_every_command_is_quiet_or_verbose_by_the_same_flags():
     for name in names():
-        command = cli.get_command(click.Context(cli), name)
-        assert isinstance(command, Command), name
-        flags = [flag for p in command.params for flag in p.opts]
-        assert {"-q", "--quiet", "-v", "--verbose"} <= set(flags), name
-        assert len(flags) == len(set(flags)), name
+        found = cli.get_command(click.Context(cli), name)
+        for command in found.commands.values() if isinstance(found, click.Group) else (found,):
+            assert isinstance(command, Command), name
+            flags = [flag for p in command.params for flag in p.opts]
+            assert {"-q", "--quiet", "-v", "--verbose"} <= set(flags), name
+            assert len(flags) == len(set(flags)), name
 
 
 @pytest.mark.parametrize(
@@ -67,7 +71,7 @@ def test_quiet_prints_the_answer_alone_which_is_last_otherwise(monkeypatch, caps
     assert answer.err == whole.err == ""
 
 
-@pytest.mark.parametrize("words", [["rigs"], ["protocols"], ["params"], ["effects"], ["models"]])
+@pytest.mark.parametrize("words", CATALOGS)
 def test_a_quiet_list_has_a_name_in_each_line_which_shows_a_card(monkeypatch, capsys, words):
     assert ended(monkeypatch, *words, "-q") == 0
     listed = capsys.readouterr().out.split("\n")[:-1]
@@ -80,14 +84,14 @@ def test_a_quiet_list_has_a_name_in_each_line_which_shows_a_card(monkeypatch, ca
 
 
 def test_a_quiet_command_may_give_json_on_standard_output(monkeypatch, capsys):
-    assert ended(monkeypatch, "rigs", "mas20_arm", "-q", "--json", "-") == 0
+    assert ended(monkeypatch, "list", "rigs", "mas20_arm", "-q", "--json", "-") == 0
     printed = capsys.readouterr()
     assert json.loads(printed.out)["rigs"][0]["name"] == "mas20_arm"
     assert printed.err.startswith("mas20_arm: ")
 
 
 def test_verbose_logs_on_standard_error_and_prints_no_less(monkeypatch, capsys):
-    words = ["protocols", "bursts"]
+    words = ["list", "protocols", "bursts"]
     assert ended(monkeypatch, *words) == 0
     plain = capsys.readouterr().out
     assert ended(monkeypatch, *words, "-v") == 0
@@ -99,10 +103,10 @@ def test_verbose_logs_on_standard_error_and_prints_no_less(monkeypatch, capsys):
 
 
 def test_only_verbose_shows_where_an_error_comes_from(monkeypatch, capsys):
-    assert ended(monkeypatch, "protocols", "bursst") == 2
+    assert ended(monkeypatch, "list", "protocols", "bursst") == 2
     plain = capsys.readouterr().err
     assert "Traceback" not in plain
-    assert ended(monkeypatch, "protocols", "bursst", "-v") == 2
+    assert ended(monkeypatch, "list", "protocols", "bursst", "-v") == 2
     log = capsys.readouterr().err
     assert "Traceback" in log
     assert log.endswith(plain)
@@ -121,7 +125,7 @@ def on_a_terminal(command, **environment):
 
 
 def test_colours_are_for_terminals(monkeypatch, capsys):
-    words = ["protocols", "bursst"]
+    words = ["list", "protocols", "bursst"]
     assert ended(monkeypatch, *words) == 2
     plain = capsys.readouterr().err
     assert "\x1b" not in plain
@@ -156,18 +160,18 @@ def test_a_progress_line_has_total_and_time_left_and_verbose_logs_the_stages(mon
 
 
 def test_json_on_standard_output_is_all_that_is_there(monkeypatch, capsys):
-    assert ended(monkeypatch, "models", "--json", "-") == 0
+    assert ended(monkeypatch, "list", "models", "--json", "-") == 0
     printed = capsys.readouterr()
     assert json.loads(printed.out)["schema"] == "pamsim-models/1"
     assert "force laws" in printed.err
-    assert ended(monkeypatch, "models") == 0
+    assert ended(monkeypatch, "list", "models") == 0
     printed = capsys.readouterr()
     assert "force laws" in printed.out  # the next command prints where it should
     assert printed.err == ""
 
 
 def test_an_error_with_json_on_standard_output_leaves_it_empty(monkeypatch, capsys):
-    assert ended(monkeypatch, "effects", "no_such_effect", "--json", "-") == 2
+    assert ended(monkeypatch, "list", "effects", "no_such_effect", "--json", "-") == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     assert "no_such_effect" in printed.err
@@ -208,14 +212,14 @@ def test_a_shell_completes_commands_rigs_and_effects():
 @pytest.mark.parametrize(
     ("words", "known"),
     [
-        (["models", "plea"], {"pleated", "pleated_shape", "pleated_factor"}),
+        (["list", "models", "plea"], {"pleated", "pleated_shape", "pleated_factor"}),
         (["fit", "map.csv", "--model", "six"], {"six_parameter"}),
-        (["effects", "air"], {"air_leak"}),
-        (["protocols", "burs"], {"bursts"}),
+        (["list", "effects", "air"], {"air_leak"}),
+        (["list", "protocols", "burs"], {"bursts"}),
         (["hide", "air_leak+coulomb"], {"air_leak+coulomb_friction"}),
         (["hide", "none", "--protocols", "triangle,burs"], {"triangle,bursts"}),
-        (["params", "joint.shaft.da"], {"joint.shaft.damping"}),
-        (["params", "--rig", "two_joint_arm", "joint.elbow.da"], {"joint.elbow.damping"}),
+        (["list", "params", "joint.shaft.da"], {"joint.shaft.damping"}),
+        (["list", "params", "--rig", "two_joint_arm", "joint.elbow.da"], {"joint.elbow.damping"}),
         (["calibrate", "data", "--free", "valve.delay,force.sc"], {"valve.delay,force.scale"}),
         (["replicate", "--paper", "sa"], {"sarosi"}),
         (["reproduce", "--start", "v"], {"vent"}),
