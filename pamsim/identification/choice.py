@@ -142,9 +142,10 @@ def _by_held_out(
         name: [fits[name].simulate(record) - record.output for record in held_out]
         for name in converged
     }
+    times = [record.sample_time for record in held_out]
     name, reason = converged[0], "the only model whose parameters the data determine"
     for richer in converged[1:]:
-        p_value = p_value_of_improvement(errors[name], errors[richer])
+        p_value = p_value_of_improvement(errors[name], errors[richer], times)
         shown = f"p = {p_value:.2g}, {len(held_out)} trial(s)"
         if p_value < _LEVEL:
             before = name.replace("_", " ")

@@ -41,6 +41,7 @@ class StructureChoice:
         held_out: fit percent of each on what judges, less what its own initial state takes up of
             the noise there; empty where a criterion decides [%].
         errors: of each on every record that judges, enlarged by the same [output unit].
+        sample_times: of these records [s].
         scores: criterion of each above the smallest; empty where held-out data decide.
         judged_by: such as ``the last third of each trial`` or ``AICc``.
         basis: of the criterion, in words; empty where held-out data decide.
@@ -52,6 +53,7 @@ class StructureChoice:
     judged_by: str
     held_out: tuple[float, ...] = ()
     errors: tuple[list[FloatArray], ...] = ()
+    sample_times: tuple[float, ...] = ()
     scores: tuple[float, ...] = ()
     basis: str = ""
     material: float = TIE
@@ -100,7 +102,8 @@ class StructureChoice:
     def _as_good(self, place: int, best: int) -> bool:
         if 100.0 - self.held_out[place] > _MATERIAL * (100.0 - self.held_out[best]):
             return False
-        return p_value_of_improvement(self.errors[place], self.errors[best]) >= _LEVEL
+        p_value = p_value_of_improvement(self.errors[place], self.errors[best], self.sample_times)
+        return p_value >= _LEVEL
 
 
 def choice_by_likelihood(
@@ -168,6 +171,7 @@ def choice_by_free_run(
             for own in errors
         ),
         errors=tuple(errors),
+        sample_times=tuple(one.record.sample_time for one in judges),
         judged_by=judged_by,
     )
 

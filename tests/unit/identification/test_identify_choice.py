@@ -92,14 +92,24 @@ def test_models_of_equal_error_differ_no_more_often_than_the_level():
         shared = [coloured(draw, 400) for _ in range(2)]
         first = [s + coloured(draw, 400) for s in shared]
         second = [s + coloured(draw, 400) for s in shared]
-        p_values.append(p_value_of_improvement(first, second))
+        p_values.append(p_value_of_improvement(first, second, [0.01, 0.01]))
     assert np.mean(np.array(p_values) < 0.05) < 0.09
     assert np.mean(np.array(p_values) < 0.5) == pytest.approx(0.5, abs=0.09)
+
+
+def test_slow_errors_at_two_rates_are_no_more_often_taken_for_a_difference():
+    p_values = []
+    for seed in range(200):
+        draw = np.random.default_rng(seed)
+        # Of one correlation time: sampled fifty times as slowly it is white.
+        first, second = ([coloured(draw, 600), draw.normal(size=600)] for _ in range(2))
+        p_values.append(p_value_of_improvement(first, second, [0.01, 0.5]))
+    assert np.mean(np.array(p_values) < 0.05) == pytest.approx(0.05, abs=0.04)
 
 
 def test_a_smaller_error_is_seen_and_an_equal_one_is_not():
     draw = np.random.default_rng(0)
     small = [coloured(draw, 800)]
-    assert p_value_of_improvement([1.5 * small[0]], small) < 0.01
-    assert p_value_of_improvement(small, [1.5 * small[0]]) > 0.99
-    assert p_value_of_improvement(small, small) == 1.0
+    assert p_value_of_improvement([1.5 * small[0]], small, [0.01]) < 0.01
+    assert p_value_of_improvement(small, [1.5 * small[0]], [0.01]) > 0.99
+    assert p_value_of_improvement(small, small, [0.01]) == 1.0
