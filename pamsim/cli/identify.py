@@ -86,7 +86,8 @@ class _Orders(click.ParamType):
 @click.option("--arx", type=_Orders(), metavar="NA,NB,NK", help="Orders of an ARX model.")
 @click.option("--oe", type=_Orders(), metavar="NB,NF,NK", help="Orders of an output-error model.")
 @click.option(
-    "--start",
+    "--initial-state",
+    "start",
     default="auto",
     show_default=True,
     help="State at the start of a trial: rest, free (it is fitted), or auto.",

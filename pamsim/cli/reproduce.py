@@ -16,7 +16,8 @@ from pamsim.cli.output import progress_bar, save_json, show_page
 @click.command(name="reproduce", cls=Command)
 @rig_option
 @click.option(
-    "--start",
+    "--from",
+    "start",
     default="vent",
     shell_complete=completed(listed("pamsim.papers.printed_steps", "STARTS")),
     show_default=True,

@@ -71,7 +71,7 @@ BAD_INPUT = {
     ),
     "zero time step": (["step", "--pressure", "300,0", "--timestep-ms", "0"], "time step"),
     "unknown backend": (["step", "--pressure", "9,0", "--backend", "gpu"], "no backend 'gpu'"),
-    "unknown start": (["reproduce", "--start", "vnet"], "did you mean 'vent'"),
+    "unknown start": (["reproduce", "--from", "vnet"], "did you mean 'vent'"),
     "unknown command": (["reprodcue"], "did you mean 'reproduce'"),
     "command of a list": (["rigs"], "it is `pamsim list rigs`"),
     "unknown list": (["list", "rig"], "did you mean 'rigs'"),

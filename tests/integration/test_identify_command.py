@@ -293,7 +293,7 @@ BAD = {
     "too many zeros": (["DATA", "--order", "2", "--zeros", "3"], "zeros = 3 of 2 poles"),
     "dead time": (["DATA", "--dead-time", "fre"], "did you mean 'free'"),
     "poles": (["DATA", "--poles", "complex"], "--poles 'complex' is not known"),
-    "start": (["DATA", "--start", "fre"], "did you mean 'free'"),
+    "start": (["DATA", "--initial-state", "fre"], "did you mean 'free'"),
     "arx": (["DATA", "--arx", "2,2"], "write three whole numbers"),
     "place": (["DATA", "--order", "1", "--out", "FILE"], "cannot write"),
 }

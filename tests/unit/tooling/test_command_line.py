@@ -222,7 +222,7 @@ def test_a_shell_completes_commands_rigs_and_effects():
         (["list", "params", "--rig", "two_joint_arm", "joint.elbow.da"], {"joint.elbow.damping"}),
         (["calibrate", "data", "--free", "valve.delay,force.sc"], {"valve.delay,force.scale"}),
         (["replicate", "--paper", "sa"], {"sarosi"}),
-        (["reproduce", "--start", "v"], {"vent"}),
+        (["reproduce", "--from", "v"], {"vent"}),
         (["step", "--backend", "py"], {"python"}),
         (["fit", "map.csv", "--hold-out", "l"], {"length"}),
         (["new-rig", "mine", "--kind", "b"], {"bench", "bellows"}),
