@@ -172,13 +172,7 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
                 "left": _rounded(one.left),
                 "p_value": _rounded(one.p_value),
                 "rivals": [
-                    [
-                        r.effect.label,
-                        r.effect.family,
-                        _rounded(r.excess),
-                        _rounded(r.p_value),
-                        [_rounded(float(one)) for one in r.by_trial],
-                    ]
+                    [r.effect.label, r.effect.family, _rounded(r.excess), _rounded(r.p_value)]
                     for r in one.rivals
                 ],
             }

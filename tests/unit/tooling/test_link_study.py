@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import sys
 from itertools import combinations
@@ -27,6 +28,14 @@ def drawn():
 @pytest.fixture(scope="module")
 def must_show():
     return runpy.run_path(str(SCRIPTS / "link_study_scores.py"))["must_show"]
+
+
+def test_the_table_of_the_document_is_that_of_the_record():
+    scores = runpy.run_path(str(SCRIPTS / "link_study_scores.py"))
+    record = json.loads((SCRIPTS / "results/link_study.json").read_text(encoding="utf-8"))
+    text = (SCRIPTS.parent / "docs/diagnose.md").read_text(encoding="utf-8")
+    assert "\n".join(scores["table"]({"three repeats": record})) in text
+    assert scores["must_show"](record["rows"]) == record["must_show"]
 
 
 def test_effects_together_are_of_different_families_on_the_sides_of_their_tier(drawn):
