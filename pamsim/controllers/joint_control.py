@@ -18,14 +18,14 @@ from numpy.typing import ArrayLike
 
 from pamsim.controllers.cascade import regulated_lag
 from pamsim.controllers.controller import Command, Observation, PressureSplit
+from pamsim.controllers.imc_tuning import imc_gains
 from pamsim.controllers.pid import PidLaw, PidMemory
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import still_torques
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.linear.imc_tuning import imc_gains
-from pamsim.linear.second_order_model import SecondOrderModel
 from pamsim.physics.record import view
 
 # scipy carries no types: what it returns is Any at this file's boundary.

@@ -21,14 +21,14 @@ from pamsim.controllers.controller import (
     PressureSplit,
     present_reference,
 )
+from pamsim.controllers.lead_lag_design import LeadLagDesign
+from pamsim.controllers.regulator_design import RegulatorDesign
+from pamsim.controllers.sampled_controller import SampledController
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.lead_lag_design import LeadLagDesign
-from pamsim.linear.regulator_design import RegulatorDesign
-from pamsim.linear.sampled_controller import SampledController
-from pamsim.linear.second_order_model import SecondOrderModel
 from pamsim.linear.signal_record import SignalRecord
 
 _STEPS = 2e4 * np.array([0.0, 1.0, 0.0, -1.0, 0.0])  # Pa
@@ -144,7 +144,7 @@ class Lqg(LinearisedController):
     """Sampled LQG regulator with integral action.
 
     Attributes:
-        design: gains, see `pamsim.linear.regulator_design.design_regulator`.
+        design: gains, see `pamsim.controllers.regulator_design.design_regulator`.
         tracking_time: in which the integral follows what the limits take; infinite: not [s].
     """
 
@@ -225,7 +225,7 @@ class Lti(LinearisedController):
     output is the departure of the pressure difference [Pa].
 
     Attributes:
-        design: see `pamsim.linear.sampled_controller.sampled_controller`.
+        design: see `pamsim.controllers.sampled_controller.sampled_controller`.
         model: G2, whose own input goes ahead; or None.
     """
 

@@ -26,9 +26,9 @@ from pamsim.controllers.controller import (
     PressureSplit,
     present_reference,
 )
+from pamsim.controllers.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.core.errors import InputError, nearest
 from pamsim.linear.identified_model import FitStatus
-from pamsim.linear.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.linear.local_models import LocalModelMap
 
 SCHEDULES = ("difference", "angle")

@@ -17,6 +17,8 @@ from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import Controller, PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
+from pamsim.controllers.imc_tuning import imc_gains
+from pamsim.controllers.lead_lag_design import design_lead_lag
 from pamsim.controllers.model_based import (
     LinearisedArm,
     Lqg,
@@ -26,13 +28,11 @@ from pamsim.controllers.model_based import (
     linearise_arm,
 )
 from pamsim.controllers.pid import GainSchedule, Pid
+from pamsim.controllers.regulator_design import design_regulator
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.imc_tuning import imc_gains
-from pamsim.linear.lead_lag_design import design_lead_lag
 from pamsim.linear.local_models import LocalModel, LocalModelMap, OperatingPoint, local_model_map
-from pamsim.linear.regulator_design import design_regulator
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)

@@ -1,1 +1,1 @@
-"""Transfer functions, ARX and output-error fits: the only importer of python-control."""
+"""Transfer functions, ARX and output-error fits."""

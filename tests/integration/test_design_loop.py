@@ -10,10 +10,10 @@ import pytest
 import pamsim
 import pamsim.envs
 from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.imc_tuning import imc_gains_of_fit
 from pamsim.controllers.model_based import LinearisationPoint, Lti
+from pamsim.controllers.sampled_controller import sampled_controller
 from pamsim.envs.closed_loop import run_episode
-from pamsim.linear.imc_tuning import imc_gains_of_fit
-from pamsim.linear.sampled_controller import sampled_controller
 from pamsim.linear.transfer_function import sampled_plants
 from pamsim.recordings.trial import Trial, TrialSet
 

@@ -7,7 +7,7 @@ from scipy.signal import cont2discrete
 
 from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.model_based import LinearisationPoint
-from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.controllers.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 
 MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)

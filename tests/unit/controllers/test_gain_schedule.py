@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.imc_tuning import imc_gains_of_fit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.imc_tuning import imc_gains_of_fit
 from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.linear.planted import record

@@ -11,10 +11,10 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.lead_lag_design import design_lead_lag
 from pamsim.controllers.model_based import lead_lag
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
-from pamsim.linear.lead_lag_design import design_lead_lag
-from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.controllers.closed_loop import PERIOD, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pamsim.controllers.model_based import Lqg, LqgMemory
-from pamsim.linear.regulator_design import design_regulator
+from pamsim.controllers.regulator_design import design_regulator
 from tests.unit.controllers.closed_loop import PERIOD, constant, sine
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 

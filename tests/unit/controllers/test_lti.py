@@ -8,7 +8,7 @@ import pytest
 
 from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.model_based import LinearisationPoint, Lti
-from pamsim.linear.sampled_controller import sampled_controller
+from pamsim.controllers.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
 

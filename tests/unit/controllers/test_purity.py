@@ -13,12 +13,12 @@ import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.imc_tuning import PidGains
+from pamsim.controllers.lead_lag_design import design_lead_lag
 from pamsim.controllers.model_based import Lqg, Lti, SlidingMode, lead_lag
 from pamsim.controllers.pid import GainSchedule, Pid
-from pamsim.linear.imc_tuning import PidGains
-from pamsim.linear.lead_lag_design import design_lead_lag
-from pamsim.linear.regulator_design import design_regulator
-from pamsim.linear.sampled_controller import sampled_controller
+from pamsim.controllers.regulator_design import design_regulator
+from pamsim.controllers.sampled_controller import sampled_controller
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.second_order_model import SecondOrderModel
 
 
 @dataclass(frozen=True, kw_only=True)

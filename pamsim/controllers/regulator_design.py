@@ -15,7 +15,7 @@ from typing import Any
 import control
 import numpy as np
 
-from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.controllers.second_order_model import SecondOrderModel
 
 _control: Any = control
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from pamsim.linear.regulator_design import design_regulator
-from pamsim.linear.second_order_model import SecondOrderModel
+from pamsim.controllers.regulator_design import design_regulator
+from pamsim.controllers.second_order_model import SecondOrderModel
 
 MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)
 

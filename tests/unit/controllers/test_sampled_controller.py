@@ -6,8 +6,8 @@ import control
 import numpy as np
 import pytest
 
+from pamsim.controllers.sampled_controller import sampled_controller
 from pamsim.core.errors import InputError
-from pamsim.linear.sampled_controller import sampled_controller
 
 PERIOD = 0.02
 PID = control.tf([2.0, 20.0, 30.0], [0.01, 1.0, 0.0])

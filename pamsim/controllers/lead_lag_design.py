@@ -20,8 +20,8 @@ from typing import Any
 import control
 import numpy as np
 
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
-from pamsim.linear.second_order_model import SecondOrderModel
 
 _control: Any = control
 

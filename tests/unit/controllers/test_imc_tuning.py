@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from pamsim.controllers.imc_tuning import imc_gains, imc_gains_of_fit
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.imc_tuning import imc_gains, imc_gains_of_fit
-from pamsim.linear.second_order_model import SecondOrderModel
 from tests.unit.linear.planted import record
 
 MODEL = SecondOrderModel(gain=3e-6, a1=0.07, a2=0.009)
