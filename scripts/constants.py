@@ -22,7 +22,8 @@ ROOT = Path(__file__).parents[1]
 ROOMS = ("effects", "inference", "comparison", "diagnosis", "twins", "calibration", "fitting")
 
 RULES = {
-    "by_link/judge.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS", "_RIVALS"),
+    "by_link/judge.py": ("_RIVALS",),
+    "by_link/judged.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS"),
     "by_link/link_fit.py": ("PRIOR", "_SEEN"),
     "by_link/log_variation.py": ("VARIATION",),
     "by_link/remainder.py": ("LEAST",),

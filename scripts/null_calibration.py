@@ -33,7 +33,7 @@ from scipy.stats import binomtest, kstest
 import pamsim
 from pamsim.comparison.links import PARTS, Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.remainder import remainders
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference

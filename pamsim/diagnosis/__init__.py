@@ -23,6 +23,7 @@ what separates the branches of a loop         ../comparison/loop_simulator.py
 what an effect promises, before any fit       by_link/promise.py
 search for effects                            by_link/search.py
 judgement on data that no fit has seen        by_link/judge.py
+how deep a name holds                         by_link/judged.py
 sizes and their intervals                     by_link/sizes.py
 what is left in a link                        by_link/remainder.py
 the whole chain, before and after             by_link/whole_chain.py

@@ -16,7 +16,8 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.judge import ALPHA, Judged, judge
+from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.judged import ALPHA, Judged
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.log_variation import log_variation
 from pamsim.diagnosis.by_link.remainder import Remainder
@@ -99,7 +100,7 @@ def diagnose_links(
         held_out: names of the trials to judge by; none where every input was recorded once.
         nuisance: rig parameters that are refitted with every effect, in each link by itself.
         material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
-        alpha: see `pamsim.diagnosis.by_link.judge.ALPHA`.
+        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
         seed: random seed of the sign flips, where they are drawn.
         threads: simulations at a time; None for one per processor.
         progress: called as each fit begins.

@@ -15,7 +15,8 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
-from pamsim.diagnosis.by_link.judge import ALPHA, judge
+from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkModel
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
@@ -67,7 +68,7 @@ def diagnose_rest(
         simulator_at: see `SimulatorAt`.
         candidates: effects to try, in all of their forms.
         nuisance: names of what is refitted with every effect.
-        alpha: see `pamsim.diagnosis.by_link.judge.ALPHA`.
+        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
         seed: random seed of exchanges and sign flips.
         progress: called as each fit begins.
 

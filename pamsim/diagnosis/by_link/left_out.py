@@ -29,10 +29,11 @@ from pamsim.comparison.candidate import INSIDE
 from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.judge import ALPHA, Difference
+from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.unseen import Difference
 from pamsim.inference.blocks import Stack
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.model_comparison import compare_with_reference

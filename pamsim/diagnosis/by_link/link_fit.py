@@ -81,6 +81,11 @@ class LinkModel:
         return frozenset(effect.name for effect in self.effects)
 
     @property
+    def labels(self) -> frozenset[str]:
+        """The effects, with their forms."""
+        return frozenset(effect.label for effect in self.effects)
+
+    @property
     def freed(self) -> frozenset[str]:
         """Parameters of the effects."""
         return frozenset(p.name for effect in self.effects for p in effect.parameters)

@@ -15,7 +15,7 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judge import ALPHA, Judged, Rival
+from pamsim.diagnosis.by_link.judged import ALPHA, Judged, Rival
 from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.engine.batch import simulate_batch

@@ -10,7 +10,7 @@ from typing import Any
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
-from pamsim.diagnosis.by_link.judge import ALPHA
+from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.by_link.judge import Judged, Rival
+from pamsim.diagnosis.by_link.judged import Judged, Rival
 from pamsim.diagnosis.by_link.promise import Promise, Signature
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
@@ -15,7 +15,7 @@ from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before):
+def judged(gain, left, before, error=0.0):
     return Judged(
         effect=FRICTION,
         links=frozenset([ARMLINK]),
@@ -25,6 +25,7 @@ def judged(gain, left, before):
         rivals=(),
         exact=False,
         left=left,
+        error=error,
     )
 
 
@@ -42,6 +43,11 @@ def test_a_small_effect_beside_a_large_one_may_leave_as_much_as_that_ones_formul
     gain, left, before, level
 ):
     assert judged(gain, left, before).level() == level
+
+
+def test_an_effect_as_small_as_the_error_of_another_ones_formula_is_not_certain():
+    assert judged(0.3, 0.0, 9.3, error=0.2).level() == "family"
+    assert judged(0.3, 0.0, 9.3, error=0.9).level() == ""
 
 
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])

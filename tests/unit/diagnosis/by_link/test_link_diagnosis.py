@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.chain_runs import COARSE, MIDDLE
+from pamsim.diagnosis.by_link import judge
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.promise import forms_of, signatures
 from pamsim.diagnosis.by_link.sizes import sizes
@@ -120,8 +121,19 @@ def test_nothing_is_certain_of_an_effect_whose_nearest_formula_leaves_much():
     assert one.share > 0.5
 
 
-def test_what_another_formula_of_the_family_takes_away_does_not_count_against_it():
+def test_two_effects_take_the_place_of_one_that_leaves_what_they_do_not():
+    """One of a family that is between the two is found first, and its family is then free."""
     planted = {"valve.delay": DELAY, "valve.line_lag": 2e-3}
+    _, _, found = diagnosed(ToyChain(EFFECTS, planted), EFFECTS)
+    assert {name: one.exact for name, one in found.items()} == {
+        "valve_delay": True,
+        "line_lag": True,
+    }
+
+
+def test_what_another_formula_of_the_family_takes_away_does_not_count_against_it(monkeypatch):
+    planted = {"valve.delay": DELAY, "valve.line_lag": 2e-3}
+    monkeypatch.setattr(judge, "_pairs", lambda *_: [])
     _, _, found = diagnosed(ToyChain(EFFECTS, planted), EFFECTS)
     (one,) = found.values()
     assert one.level() == "family"
