@@ -210,8 +210,8 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_line_and_exit_2(monkeypatch, capsys, name):
     args, expected = BAD[name]
-    command = "models" if name == "unknown model" else "fit"
-    code, out, err = run(monkeypatch, capsys, command, *args)
+    command = ("list", "models") if name == "unknown model" else ("fit",)
+    code, out, err = run(monkeypatch, capsys, *command, *args)
     assert code == 2, out
     assert expected in err
     assert err.count("\n") == 1
