@@ -256,7 +256,11 @@ def table(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
     lines.append("|---|---|" + "---|" * len(records))
     for quantity, row in columns[0].items():
         factor = 100.0 if row["unit"] == "%" else 1.0
-        ends = [f"{sign} {factor * row[name]:g}" for name, sign in _SIGNS.items() if row.get(name)]
+        ends = [
+            f"{sign} {factor * row[name]:g}"
+            for name, sign in _SIGNS.items()
+            if name in row and (name, row[name]) != ("at_least", 0.0)
+        ]
         bar = f"{' and '.join(ends)} {row['unit']}" if ends else ""
         lines.append(
             "| "
