@@ -226,6 +226,8 @@ def main() -> None:
     result = {
         "schema": "pamsim-link-study/1",
         "command": f"python scripts/link_study.py --repeats {options.repeats}"
+        + (f" --from {options.begin}" * (options.begin > 1))
+        + (f" --to {options.to}" * (options.to is not None))
         + (f" --workers {options.workers} --threads {options.threads}" * (options.threads > 1)),
         "cases": hashlib.sha256(options.cases.read_bytes()).hexdigest()[:16],
         "fingerprint": mark,

@@ -111,6 +111,10 @@ class _Needed:
     before: float
     found: Difference
 
+    def leaves_more(self, left: Mapping[Link, Remainder], alpha: float) -> bool:
+        """Whether more than noise is left for certain in a link of it."""
+        return any(left[link].counts(alpha) for link in self.links)
+
 
 def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
     """A model without the effects that it predicts as well without, the least needed first."""
@@ -172,9 +176,7 @@ def _judged(
     inexact = [
         other.found.gain
         for other in needed
-        if other is not one
-        and other.links & one.links
-        and any(left[link].counts(case.alpha) for link in other.links)
+        if other is not one and other.links & one.links and other.leaves_more(left, case.alpha)
     ]
     return Judged(
         effect=one.effect,
@@ -208,9 +210,7 @@ def _pairs(
 
     None where an effect leaves noise alone, and of rows that are too few to hold some out.
     """
-    if not case.fitter.units.judged.blocks or not any(
-        left[link].counts(case.alpha) for link in one.links
-    ):
+    if not case.fitter.units.judged.blocks or not one.leaves_more(left, case.alpha):
         return []
     found: list[LinkModel] = []
     for rival in rivals:

@@ -150,15 +150,24 @@ def best_fits(
             if promise.gain < _WORTH * own[0].gain:
                 break
             steps.begin(label)
-            effects = (*model.effects, promise.effect)
-            for share in (1.0, _NEARER):
-                fit = fitter.fit(model, effects, promise.start(share), where)
-                if fit is not None and fit.cost <= model.cost:
-                    tried.append(fit)
-                    break
+            fit = _with_effect(fitter, model, promise, where)
+            if fit is not None:
+                tried.append(fit)
         if tried:
             fits.append(min(tried, key=lambda fit: fit.criterion))
     return fits
+
+
+def _with_effect(
+    fitter: LinkFitter, model: LinkModel, promise: Promise, links: Collection[Link]
+) -> LinkModel | None:
+    """The model fitted with one effect more; None if that fits no better than without it."""
+    effects = (*model.effects, promise.effect)
+    for share in (1.0, _NEARER):
+        fit = fitter.fit(model, effects, promise.start(share), links)
+        if fit is not None and fit.cost <= model.cost:
+            return fit
+    return None
 
 
 def without(
