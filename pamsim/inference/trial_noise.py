@@ -66,7 +66,7 @@ class TrialNoise:
         return TrialNoise(tuple(scaled[model] for model in self.models))
 
     def independent(self, sizes: Sequence[int]) -> float:
-        """Number of independent samples that trials of some numbers of samples hold, (k,)."""
+        """Number of independent samples in trials of these numbers of samples, one for each."""
         per_time = [model.correlation_time(1.0) for model in self.models]
         pairs = zip(sizes, per_time, strict=True)
         return sum(min(size / (2.0 * time), size) for size, time in pairs)
