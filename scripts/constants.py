@@ -23,12 +23,12 @@ ROOMS = ("effects", "inference", "comparison", "diagnosis", "twins", "calibratio
 
 RULES = {
     "by_link/judge.py": ("_RIVALS",),
-    "by_link/judged.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS"),
+    "by_link/judged.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS", "NAMED", "SERIES"),
     "by_link/link_fit.py": ("PRIOR", "_SEEN"),
     "by_link/log_variation.py": ("VARIATION",),
     "by_link/remainder.py": ("LEAST",),
     "by_link/search.py": (
-        "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS", "_ROUNDS",
+        "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS",
     ),
 }  # fmt: skip
 """File of the diagnosis -> numbers on which its conclusions depend."""

@@ -153,9 +153,9 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
             link.name: {
                 "before": _rounded(found.before[link]),
                 "after": _rounded(found.after[link]),
-                "left": _rounded(found.remainders[link].excess),
-                "left_p_value": _rounded(found.remainders[link].p_value),
-                "more_left": found.remainders[link].counts(ALPHA),
+                "left": _rounded(found.unexplained[link].excess),
+                "left_p_value": _rounded(found.unexplained[link].p_value),
+                "more_left": found.unexplained[link].counts(ALPHA),
             }
             for link in found.links
         },

@@ -16,7 +16,7 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut
-from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.log_variation import log_variation
@@ -25,7 +25,12 @@ from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size, sizes
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
-from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain
+from pamsim.diagnosis.by_link.whole_fit import (
+    confirmed,
+    exact_effects,
+    in_whole_chain,
+    left_in_both,
+)
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
@@ -43,13 +48,14 @@ class LinkDiagnosis:
         links: from the command on.
         before: mean square of the whitened rows of each link in the judged units, nuisance
             parameters refitted; 1 is noise.
-        after: the same with all effects that were found.
+        after: the same with the effects of which at least the place is certain.
         effects: that are there, the largest gain first.
         sizes: parameter of an effect -> value and interval.
-        remainders: what is left in every link.
+        remainders: what is left in every link with all effects.
+        unexplained: what is left with those of which at least the place is certain.
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
-        whole: the same, refitted in the whole chain; None where something is left in a link.
+        whole: the same, refitted in the whole chain; None where something is left.
         notes: what it rests on, if that is not repeats and whole trials.
     """
 
@@ -59,6 +65,7 @@ class LinkDiagnosis:
     effects: tuple[Judged, ...]
     sizes: Mapping[str, Size]
     remainders: Mapping[Link, Remainder]
+    unexplained: Mapping[Link, Remainder]
     base: LinkModel
     model: LinkModel
     whole: LinkModel | None = None
@@ -119,15 +126,26 @@ def diagnose_links(
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
-    left, found = unseen.remainders(model), sizes(fitter, sharpened(fitter, model))
-    whole = None
-    if effects and not any(one.counts(alpha) for one in left.values()):
+    sure = claimed(fitter, searched, model, effects, alpha=alpha)
+    before, after = unseen.losses(searched.base), unseen.losses(sure)
+    left, unexplained, whole = unseen.remainders(model), unseen.remainders(sure), None
+    exact = all(one.excluded(alpha) for one in left.values())
+    found = sizes(fitter, sharpened(fitter, model), exact=exact)
+    nothing_left = not any(one.counts(alpha) for one in left.values())
+    if effects and (nothing_left or all(one.certain(alpha)["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
         chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
         whole = in_whole_chain(chain, nuisance, _units(chain, trials, judged, alpha), model)
+    if whole is not None and not nothing_left:
+        (rest,) = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
+        exact = rest.excluded(alpha)
+        if exact:
+            left = unexplained = left_in_both(left, rest)
+            effects = exact_effects(effects)
+        else:
+            whole = None
     if whole is not None:
-        found = confirmed(found, sizes(*whole))
-    before, after = unseen.losses(searched.base), unseen.losses(model)
+        found = confirmed(found, sizes(*whole, exact=exact))
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
@@ -135,6 +153,7 @@ def diagnose_links(
         effects=effects,
         sizes=found,
         remainders=left,
+        unexplained=unexplained,
         base=searched.base,
         model=model,
         whole=None if whole is None else whole[1],

@@ -15,7 +15,7 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
-from pamsim.diagnosis.by_link.judge import judge
+from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkModel
@@ -105,7 +105,8 @@ def diagnose_rest(
     near = nearest_units(fitter.simulator.inputs)
     unseen = LeftOut(fitter, searched.known, near, alpha=alpha, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
-    before, after = unseen.losses(searched.base), unseen.losses(model)
+    sure = claimed(fitter, searched, model, effects, alpha=alpha)
+    before, after = unseen.losses(searched.base), unseen.losses(sure)
     return RestDiagnosis(
         links=fitter.simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
@@ -113,6 +114,7 @@ def diagnose_rest(
         effects=effects,
         sizes=sizes(fitter, model),
         remainders=unseen.remainders(model),
+        unexplained=unseen.remainders(sure),
         base=searched.base,
         model=model,
         errors_before=unseen.errors(searched.base),

@@ -39,9 +39,9 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
             signals=link.ends,
             before=found.before[link],
             after=found.after[link],
-            left=found.remainders[link].excess,
-            p_value=found.remainders[link].p_value,
-            more_left=found.remainders[link].counts(ALPHA),
+            left=found.unexplained[link].excess,
+            p_value=found.unexplained[link].p_value,
+            more_left=found.unexplained[link].counts(ALPHA),
         )
         for link in found.links
     )

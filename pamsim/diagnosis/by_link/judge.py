@@ -17,7 +17,15 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.judged import ALPHA, EXPLAINED, Judged, Rival
+from pamsim.diagnosis.by_link.judged import (
+    ALPHA,
+    EXPLAINED,
+    NAMED,
+    SERIES,
+    Judged,
+    Rival,
+    beside_unknown,
+)
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
 from pamsim.diagnosis.by_link.promise import (
     left_beside,
@@ -82,7 +90,22 @@ def judge(
                 break
             judged.append(_judged(case, one, rests, rivals, left, unexplained))
         else:
-            return model, tuple(sorted(judged, key=lambda one: -one.gain))
+            return model, beside_unknown(judged, alpha)
+
+
+def claimed(
+    fitter: LinkFitter,
+    searched: Searched,
+    model: LinkModel,
+    effects: Collection[Judged],
+    *,
+    alpha: float = ALPHA,
+) -> LinkModel:
+    """A model without the effects of which not even the place is certain: those explain nothing."""
+    for one in effects:
+        if not one.level(alpha):
+            model = without(fitter, model, one.effect, searched.known) or model
+    return fitter.everywhere(model)
 
 
 @dataclass(frozen=True)
@@ -170,14 +193,14 @@ def _judged(
     shares = shares_by_link(case.fitter, case.searched.known, one.effect.name)
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     weights = np.array([of_link[link] for link in one.links])
-    beside = np.array([unexplained[link] for link in one.links])
+    missed = {link: r.excess if r.counts(case.alpha) else 0.0 for link, r in left.items()}
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
-    inexact = [
-        other.found.gain
-        for other in needed
-        if other is not one and other.links & one.links and other.leaves_more(left, case.alpha)
-    ]
+    beside = [other for other in needed if other is not one and other.links & one.links]
+    inexact = [other.found.gain for other in beside if other.leaves_more(left, case.alpha)]
+    all_missed, not_taken = (
+        scale * float(weights @ [of[link] for link in one.links]) for of in (missed, unexplained)
+    )
     return Judged(
         effect=one.effect,
         links=one.links,
@@ -186,9 +209,18 @@ def _judged(
         p_value=one.found.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
         exact=all(left[link].excluded(case.alpha) for link in one.links),
-        left=scale * float(weights @ beside),
+        named=all(left[link].known for link in one.links)
+        and one.found.gain >= NAMED * (one.found.gain + all_missed),
+        left=not_taken,
         error=(1.0 - EXPLAINED) * max(inexact, default=0.0),
+        others=_gain_of_others(one, needed),
     )
+
+
+def _gain_of_others(one: _Needed, needed: Collection[_Needed]) -> float:
+    """What all others take away in those links of an effect where so many may be a series."""
+    crowded = {link for link in one.links if sum(link in n.links for n in needed) >= SERIES}
+    return sum(n.found.gain for n in needed if n is not one and n.links & crowded)
 
 
 def _compared(case: _Case, fit: LinkModel, model: LinkModel, one: _Needed) -> Rival:

@@ -2,18 +2,21 @@
 
 A name is as deep as it holds: place, family, effect, form (`Effect.levels`). A level is certain if
 every rival that differs in it predicts worse. Where more than noise is left in an effect's links,
-or no repeats show whether it is, no formula that was tried is exact for all that is known: its name
-is then that of the nearest, and not certain. Place and family are, as long as the effect takes away
-far more than is left (`EXPLAINED`). Beside other effects in its links it need not be so much: what
-is left there may be an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be
-such an error, too: it must be larger than the share that an inexact formula may leave. What other
-formulas of the families that were found would take away as well is not counted as left: it speaks
-for these families.
+or no repeats show whether it is, no formula that was tried is exact for all that is known. Its name
+is then that of the nearest: certain if next to nothing is left beside what it takes away (`NAMED`),
+while its form is not. Place and family are, as long as the effect takes away far more than is left
+(`EXPLAINED`). Beside other effects in its links it need not be so much: what is left there may be
+an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be such an error, too: it
+must be larger than the share that an inexact formula may leave, and than all of one whose own place
+is not certain. What other formulas of the families that were found would take away as well is not
+counted as left: it speaks for these families. So many effects in a link that they are rather the
+series of an unknown one (`SERIES`) are not certain, unless one of them outweighs all others.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
@@ -22,7 +25,6 @@ from pamsim.diagnosis.by_link.link_fit import LinkModel
 from pamsim.inference.hannan_quinn import TIE
 
 LEVELS = ("place", "family", "name", "form")
-_OF_FORMULA = ("name", "form")
 
 ALPHA = 0.05
 """Probability that an effect that is not there is said to be, and that a level is said to be
@@ -38,6 +40,16 @@ BESIDE_OTHERS = 2.0
 `EXPLAINED` of its links: a formula's error of a tenth of a larger effect's amplitude leaves as much
 as a small effect does. In training cases none of 7 that took away so much had the wrong family; of
 3 that took away less, one had."""
+
+NAMED = 0.99
+"""Share of what an effect takes away and is then left, from which its name may be certain although
+something is left: a formula's error of a tenth of its amplitude. In training cases all 8 effects
+that took away so much had the right name; of 10 that took away from 0.98 on, two had another's."""
+
+SERIES = 4
+"""Effects that a link needs together, from which they may be the series of one that was not tried:
+in each of the 7 training cases with so many something else was hidden, and no more than two of them
+were right. Those that took away `BESIDE_OTHERS` times what all others did had the right family."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +96,7 @@ class Judged:
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether repeats show that nothing but noise is left in its links.
+        named: whether they show that what is left there is not material beside the gain.
         left: mean square that is left there for certain, and that no other formula of the families
             that were found takes away: of each link as far as the effect is seen in it, on the
             scale of the gain [noise variance].
@@ -98,8 +111,10 @@ class Judged:
     p_value: float
     rivals: tuple[Rival, ...]
     exact: bool
+    named: bool
     left: float = 0.0
     error: float = 0.0
+    others: float = 0.0
 
     @property
     def share(self) -> float:
@@ -111,17 +126,18 @@ class Judged:
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
         there = self.p_value <= alpha and self.gain > 0.0
+        shown = {"name": self.named, "form": self.exact}
         return {
             level: there
             and all(other[: i + 1] == own[: i + 1] for other in tied)
             and self._explains()
-            and (self.exact or level not in _OF_FORMULA)
+            and shown.get(level, True)
             for i, level in enumerate(LEVELS)
         }
 
     def _explains(self) -> bool:
         """Whether so little is left, and it is so large, that no error of a formula can be it."""
-        if self.gain < self.error:
+        if self.gain < max(self.error, BESIDE_OTHERS * self.others):
             return False
         if self.gain >= EXPLAINED * (self.gain + self.left):
             return True
@@ -132,6 +148,23 @@ class Judged:
         """The deepest level that holds; empty if not even the place does."""
         certain = self.certain(alpha)
         return next((level for level in reversed(LEVELS) if certain[level]), "")
+
+
+def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]:
+    """Effects in the order of their gain, none certain beside a larger one that is not.
+
+    Where something is left beside a cause whose place is not known, nothing says that the error of
+    its formula is smaller than itself.
+    """
+    found: list[Judged] = []
+    for one in sorted(judged, key=lambda one: -one.gain):
+        unknown = [
+            larger.gain
+            for larger in found
+            if larger.links & one.links and not larger.exact and not larger.level(alpha)
+        ]
+        found.append(replace(one, error=max([one.error, *unknown])))
+    return tuple(found)
 
 
 def _levels(effect: Candidate) -> tuple[str, ...]:

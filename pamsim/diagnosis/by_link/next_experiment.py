@@ -45,7 +45,7 @@ def next_experiment(
         tied = [r for r in one.rivals if r.ties(ALPHA) and r.effect.name != one.effect.name]
         if tied:
             return _between(rig, found, one, tied[0], noise, threads)
-    left = [link for link in found.links if found.remainders[link].counts(ALPHA)]
+    left = [link for link in found.links if found.unexplained[link].counts(ALPHA)]
     return NextExperiment(advice=_divided(left[0])) if left else None
 
 
@@ -61,7 +61,7 @@ def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
     for one in found.effects:
         if any(r.ties(ALPHA) and r.effect.name != one.effect.name for r in one.rivals):
             return NextExperiment(advice=one.effect.effect.separating)
-    if any(found.remainders[link].counts(ALPHA) for link in found.links):
+    if any(found.unexplained[link].counts(ALPHA) for link in found.links):
         return NextExperiment(advice="more readings in between: near ones miss the same together")
     return None
 

@@ -31,7 +31,7 @@ class LinkEntry:
         link: its name.
         signals: kinds of signal before and behind it.
         before: mean square of what the rig leaves, its nuisance parameters refitted.
-        after: the same with the effects that were found.
+        after: the same with the effects of which at least the place is certain.
         left: part of it that repeats share; noise is none of it, and chance may make it negative.
         p_value: of a link in which nothing is left; 1 where no repeats show it.
         more_left: whether what is left is certain and material.

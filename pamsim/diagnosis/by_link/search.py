@@ -50,7 +50,7 @@ _NEARER = 0.1
 begun too far away, other parameters of the model went to another minimum."""
 
 _MOST, _FORMS = 4, 2  # effects that are fitted in a round, and forms of each
-_ROUNDS = 8  # effects at most
+_ROUNDS = 8  # effects at most: twice as many as from which none need be certain
 
 
 @dataclass(frozen=True, kw_only=True)

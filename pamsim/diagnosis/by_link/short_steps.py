@@ -34,4 +34,4 @@ def of_time_steps(fitter: LinkFitter, model: LinkModel) -> FloatArray:
     longer, shorter = (fitter.in_steps(model, [model.values], n)[0] for n in (MIDDLE, 1))
     if longer is None or shorter is None:
         return np.zeros_like(model.rows)
-    return fitter.short * fitter.whiten(longer - shorter)
+    return fitter.short * fitter.whiten(shorter - longer)

@@ -2,10 +2,11 @@
 
 Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
 the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
-from input to input, so that it holds where the formula is not exact. Of one input or two, units are
-left out instead: trials, which show what differs from trial to trial and nothing of the formula, or
-parts of trials, which show what differs along them. Both are linear about the fit. By what shorter
-time steps would move a size its interval is wider, on both sides.
+from input to input, so that it holds where the formula is not exact. Where repeats show that it is,
+or of one input or two, units are left out instead: trials, which show what differs from trial to
+trial and nothing of the formula, or parts of trials, which show what differs along them. Both are
+linear about the fit. An interval lies about the size that shorter time steps would lead to, and
+holds the fitted one, too.
 
 Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
 Statistician 60 (2006), on what such errors mean where the model is wrong.
@@ -32,20 +33,21 @@ class Size:
     Attributes:
         value: as fitted [SI].
         interval95: 95 % interval [SI]; infinite where the data do not show it.
-        by_inputs: whether the scatter of inputs, or units, is wider than the noise alone.
+        by_parts: whether the scatter of inputs, or units, is wider than the noise alone.
     """
 
     value: float
     interval95: tuple[float, float]
-    by_inputs: bool
+    by_parts: bool
 
 
-def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
+def sizes(fitter: LinkFitter, model: LinkModel, *, exact: bool = False) -> dict[str, Size]:
     """Parameters of a model's effects, each with its interval.
 
     Args:
         fitter: of the units.
         model: as fitted to them.
+        exact: whether repeats show that it leaves nothing but noise.
     """
     names = list(model.sensitivities)
     jacobian = model.jacobian()
@@ -62,7 +64,7 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     inverse = np.linalg.pinv(square, hermitian=True)
     noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
     group_of = fitter.units.fitted.group_of
-    if np.unique(group_of).size < _FEWEST:
+    if exact or np.unique(group_of).size < _FEWEST:
         group_of = fitter.units.fitted.unit_of
     moved: list[FloatArray] = []
     for group in np.unique(group_of):
@@ -72,21 +74,21 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
         moved.append(-np.linalg.pinv(left, hermitian=True) @ force)
     count = len(moved)
     spread = np.array(moved) - np.mean(moved, axis=0)
-    inputs = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
-    moved_by_steps = np.abs(inverse @ (jacobian.T @ of_time_steps(fitter, model)))
+    parts = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
+    shorter = -inverse @ (jacobian.T @ of_time_steps(fitter, model))
     shown = np.linalg.norm(jacobian, axis=0) > 0.0
     far_noise = 1.96 * noise
-    far_inputs = float(student_t.ppf(0.975, max(count - 1, 1))) * inputs
+    far_parts = float(student_t.ppf(0.975, max(count - 1, 1))) * parts
     found: dict[str, Size] = {}
     for i, name in enumerate(names):
         if name in fitter.nuisance:
             continue
-        reach = max(float(far_noise[i]), float(far_inputs[i])) if shown[i] else np.inf
-        reach = (reach + float(moved_by_steps[i])) * fitter.scale(name, model.effects)
-        value = model.values[name]
+        scale, value = fitter.scale(name, model.effects), model.values[name]
+        reach = scale * max(float(far_noise[i]), float(far_parts[i])) if shown[i] else np.inf
+        middle = value + scale * float(shorter[i])
         found[name] = Size(
             value=value,
-            interval95=(value - reach, value + reach),
-            by_inputs=bool(far_inputs[i] > far_noise[i]),
+            interval95=(min(value, middle - reach), max(value, middle + reach)),
+            by_parts=bool(far_parts[i] > far_noise[i]),
         )
     return found

@@ -1,17 +1,25 @@
-"""Refit of the effects in the whole chain, which ends a diagnosis and confirms their sizes.
+"""Refit of the effects in the whole chain, which ends a diagnosis and confirms what links show.
 
-What is imposed on a link, smoothed and between samples, is not quite what acted there, and moves
-sizes by some per cent: inertia that an independent plant had was found 5 % too small. The whole
-chain is driven by commands alone, but any link that misses something spoils it for all. So it is
-refitted where every link is left with noise; a size is then its, and its interval holds both.
+What is imposed on a link, smoothed and between samples, is not quite what acted there. It moves
+sizes by some per cent: inertia that an independent plant had was found 5 % too small. And it leaves
+something in a link even where nothing is missing: of five training cases with the library's own
+formula and a remainder by link four left noise alone in the whole chain, of six with another
+formula none. The whole chain is driven by commands alone, but any link that misses something spoils
+it for all. So it is refitted where every link is left with noise or the families of all effects are
+certain. A size is then its, with an interval that holds that by link, too; and what links have left
+counts only if the whole chain is left with something as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from pamsim.comparison.chain_simulator import ChainSimulator
+from pamsim.comparison.links import Link
+from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import Units
@@ -37,15 +45,32 @@ def in_whole_chain(
     return None if fit is None else (fitter, sharpened(fitter, fit))
 
 
+def left_in_both(by_link: Mapping[Link, Remainder], whole: Remainder) -> dict[Link, Remainder]:
+    """What every link has left if the whole chain is left with something, too."""
+    return {
+        link: Remainder(
+            excess=min(one.excess, whole.excess),
+            p_value=max(one.p_value, whole.p_value),
+            known=one.known and whole.known,
+        )
+        for link, one in by_link.items()
+    }
+
+
+def exact_effects(effects: Sequence[Judged]) -> tuple[Judged, ...]:
+    """Effects beside which nothing is left after all."""
+    return tuple(replace(one, exact=True, named=True, left=0.0) for one in effects)
+
+
 def confirmed(by_link: Mapping[str, Size], whole: Mapping[str, Size]) -> dict[str, Size]:
-    """Sizes of the whole chain, with intervals that hold those by link, too."""
+    """Sizes of the whole chain, with intervals that hold the values by link, too."""
     found: dict[str, Size] = {}
     for name, size in by_link.items():
         other = whole[name]
-        ends = (*size.interval95, *other.interval95)
+        ends = (size.value, *other.interval95)
         found[name] = Size(
             value=other.value,
             interval95=(min(ends), max(ends)),
-            by_inputs=size.by_inputs or other.by_inputs,
+            by_parts=other.by_parts,
         )
     return found

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.by_link.judged import Judged, Rival
+from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
 from pamsim.diagnosis.by_link.promise import Promise, Signature
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
@@ -15,7 +16,7 @@ from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before, error=0.0):
+def judged(gain, left, before, error=0.0, named=False, others=0.0):
     return Judged(
         effect=FRICTION,
         links=frozenset([ARMLINK]),
@@ -24,8 +25,10 @@ def judged(gain, left, before, error=0.0):
         p_value=0.001,
         rivals=(),
         exact=False,
+        named=named,
         left=left,
         error=error,
+        others=others,
     )
 
 
@@ -48,6 +51,23 @@ def test_a_small_effect_beside_a_large_one_may_leave_as_much_as_that_ones_formul
 def test_an_effect_as_small_as_the_error_of_another_ones_formula_is_not_certain():
     assert judged(0.3, 0.0, 9.3, error=0.2).level() == "family"
     assert judged(0.3, 0.0, 9.3, error=0.9).level() == ""
+
+
+def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
+    unknown, small = judged(2.0, 0.9, 3.0), judged(1.4, 0.1, 3.0)
+    assert [one.level() for one in beside_unknown([small], 0.05)] == ["family"]
+    assert [one.level() for one in beside_unknown([small, unknown], 0.05)] == ["", ""]
+    exact = replace(unknown, exact=True)
+    assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
+
+
+def test_a_name_is_certain_where_next_to_nothing_is_left_and_its_formula_is_not():
+    assert judged(9.0, 0.01, 9.1, named=True).level() == "name"
+
+
+def test_in_a_series_only_what_outweighs_all_others_is_certain():
+    assert judged(0.5, 0.0, 1.0, others=0.2).level() == "family"
+    assert judged(0.3, 0.0, 1.0, others=0.2).level() == ""
 
 
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])

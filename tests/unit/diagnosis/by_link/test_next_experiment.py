@@ -25,7 +25,7 @@ def found(*effects, left=()):
     return SimpleNamespace(
         links=(AIR, REST),
         effects=effects,
-        remainders=remainders,
+        unexplained=remainders,
         model=model({}),
         base=model({}),
         whole=None,

@@ -1,28 +1,45 @@
-"""The refit in the whole chain ends a diagnosis: sizes are its, intervals hold both."""
+"""The refit in the whole chain ends a diagnosis: sizes are its, intervals hold those by link."""
 
 from __future__ import annotations
 
 import pytest
 
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.links import whole_run
+from pamsim.comparison.links import VALVES, Link, whole_run
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.repeats import repeats
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import whole_trials
-from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain
+from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain, left_in_both
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
 from tests.unit.diagnosis.by_link.toy_chain import ARM, tried
 
+LINK = Link((VALVES,))
+
 
 def size(value, low, high):
-    return Size(value=value, interval95=(low, high), by_inputs=False)
+    return Size(value=value, interval95=(low, high), by_parts=False)
 
 
-def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_both():
+def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_that_by_link():
     found = confirmed({"x": size(1.0, 0.9, 1.1)}, {"x": size(1.15, 1.05, 1.25)})
-    assert found == {"x": size(1.15, 0.9, 1.25)}
+    assert found == {"x": size(1.15, 1.0, 1.25)}
+
+
+@pytest.mark.parametrize(
+    ("whole", "counts"),
+    [
+        (Remainder(excess=0.4, p_value=0.01), True),
+        (Remainder(excess=0.4, p_value=0.3), False),
+        (Remainder(excess=0.01, p_value=0.01), False),
+    ],
+)
+def test_what_a_link_has_left_counts_if_the_whole_chain_is_left_with_something_too(whole, counts):
+    left = {LINK: Remainder(excess=0.1, p_value=0.004)}
+    assert left_in_both(left, whole)[LINK].counts(0.05) == counts
+    assert not left_in_both({LINK: Remainder(excess=0.1, p_value=0.4)}, whole)[LINK].counts(0.05)
 
 
 def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):
