@@ -10,11 +10,9 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judged import (
@@ -27,18 +25,12 @@ from pamsim.diagnosis.by_link.judged import (
     beside_unknown,
 )
 from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
-from pamsim.diagnosis.by_link.promise import (
-    left_beside,
-    of_families,
-    promises,
-    seen_in,
-    shares_by_link,
-)
+from pamsim.diagnosis.by_link.needed import Case, Needed, needed_effects
+from pamsim.diagnosis.by_link.promise import left_beside, of_families, shares_by_link
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
-from pamsim.diagnosis.by_link.unseen import Difference, Unseen
-
-_RIVALS = 3  # effects that are fitted in the place of one
+from pamsim.diagnosis.by_link.rivals import compared, pairs_of_effects, rival_fits
+from pamsim.diagnosis.by_link.search import Searched, without
+from pamsim.diagnosis.by_link.unseen import Unseen
 
 
 def judge(
@@ -65,10 +57,10 @@ def judge(
     Returns:
         The model that is left, and its effects in the order of their gain.
     """
-    case = _Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), alpha, steps)
+    case = Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), alpha, steps)
     model, seen = searched.model, set[frozenset[str]]()
     while True:
-        model, rests = _needed(case, model)
+        model, rests = needed_effects(case, model)
         seen.add(model.labels)
         if not rests:
             return searched.base, ()
@@ -76,9 +68,11 @@ def judge(
         unexplained = _unexplained(case, model, left)
         judged: list[Judged] = []
         for one in rests:
-            fits = _rival_fits(case, model, one)
-            rivals = [_compared(case, fit, model, one) for fit in fits]
-            pairs = [_compared(case, fit, model, one) for fit in _pairs(case, fits, one, left)]
+            fits = rival_fits(case, model, one)
+            rivals = [compared(case, fit, model, one) for fit in fits]
+            pairs = [
+                compared(case, fit, model, one) for fit in pairs_of_effects(case, fits, one, left)
+            ]
             preferred = [
                 rival.model
                 for rival in (*rivals, *pairs)
@@ -108,60 +102,7 @@ def claimed(
     return fitter.everywhere(model)
 
 
-@dataclass(frozen=True)
-class _Case:
-    """What stays the same through a judgement, see `judge`."""
-
-    fitter: LinkFitter
-    searched: Searched
-    unseen: Unseen
-    before: Mapping[Link, float]
-    alpha: float
-    steps: Steps
-
-    def seen_in(self, effect: Candidate) -> frozenset[Link]:
-        """Links in which an effect is seen."""
-        return seen_in(self.fitter, self.searched.known, effect.name)
-
-
-@dataclass(frozen=True)
-class _Needed:
-    """An effect that a model needs: where, the model refitted without it, and what it gains."""
-
-    effect: Candidate
-    links: frozenset[Link]
-    rest: LinkModel
-    before: float
-    found: Difference
-
-    def leaves_more(self, left: Mapping[Link, Remainder], alpha: float) -> bool:
-        """Whether more than noise is left for certain in a link of it."""
-        return any(left[link].counts(alpha) for link in self.links)
-
-
-def _needed(case: _Case, model: LinkModel) -> tuple[LinkModel, list[_Needed]]:
-    """A model without the effects that it predicts as well without, the least needed first."""
-    fitter, unseen = case.fitter, case.unseen
-    while True:
-        needed: list[_Needed] = []
-        idle: list[_Needed] = []
-        for effect in model.effects:
-            rest = without(fitter, model, effect, case.searched.known)
-            if rest is None:
-                continue
-            links = case.seen_in(effect)
-            before = float(np.mean([case.before[link] for link in links]))
-            one = _Needed(effect, links, rest, before, unseen.better(model, rest, links))
-            there = one.found.p_value <= case.alpha and one.found.gain > 0.0
-            (needed if there else idle).append(one)
-        if not idle:
-            return model, needed
-        model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
-
-
-def _unexplained(
-    case: _Case, model: LinkModel, left: Mapping[Link, Remainder]
-) -> dict[Link, float]:
+def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -> dict[Link, float]:
     """Mean square that is left in each link for certain and that no formula of its families takes.
 
     The share that they take is that of the fitted rows. What is left there is known to a standard
@@ -183,9 +124,9 @@ def _unexplained(
 
 
 def _judged(
-    case: _Case,
-    one: _Needed,
-    needed: Collection[_Needed],
+    case: Case,
+    one: Needed,
+    needed: Collection[Needed],
     rivals: Collection[Rival],
     left: Mapping[Link, Remainder],
     unexplained: Mapping[Link, float],
@@ -213,81 +154,11 @@ def _judged(
         and one.found.gain >= NAMED * (one.found.gain + all_missed),
         left=not_taken,
         error=(1.0 - EXPLAINED) * max(inexact, default=0.0),
-        others=_gain_of_others(one, needed),
+        others=gain_of_others(one, needed),
     )
 
 
-def _gain_of_others(one: _Needed, needed: Collection[_Needed]) -> float:
+def gain_of_others(one: Needed, needed: Collection[Needed]) -> float:
     """What all others take away in those links of an effect where so many may be a series."""
     crowded = {link for link in one.links if sum(link in n.links for n in needed) >= SERIES}
     return sum(n.found.gain for n in needed if n is not one and n.links & crowded)
-
-
-def _compared(case: _Case, fit: LinkModel, model: LinkModel, one: _Needed) -> Rival:
-    """A fit with something else in the place of an effect, and how much worse it predicts."""
-    worse = case.unseen.worse(fit, model, one.rest, one.links)
-    return Rival(
-        effect=fit.effects[-1],
-        model=fit,
-        excess=worse.gain,
-        p_value=worse.p_value,
-        by_trial=worse.by_unit,
-    )
-
-
-def _pairs(
-    case: _Case, rivals: Collection[LinkModel], one: _Needed, left: Mapping[Link, Remainder]
-) -> list[LinkModel]:
-    """Rivals with the further effect that promises most beside them.
-
-    None where an effect leaves noise alone, and of rows that are too few to hold some out.
-    """
-    if not case.fitter.units.judged.blocks or not one.leaves_more(left, case.alpha):
-        return []
-    found: list[LinkModel] = []
-    for rival in rivals:
-        _, promised = promises(rival, case.searched.known)
-        others = [
-            p
-            for p in promised
-            if p.effect.name != one.effect.name and case.seen_in(p.effect) & one.links
-        ]
-        found += best_fits(
-            case.fitter, rival, others, case.searched.known, most=1, forms=1, steps=case.steps
-        )
-    return found
-
-
-def _rival_fits(case: _Case, model: LinkModel, one: _Needed) -> list[LinkModel]:
-    """Fits with another effect in the place of one: the best forms, nearest kinds first."""
-    effect = one.effect
-    _, found = promises(one.rest, case.searched.known)
-    own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
-    others = [
-        p
-        for p in found
-        if p.effect.name not in model.names - {effect.name}
-        and p.effect.label != effect.label
-        and case.seen_in(p.effect) & one.links
-    ]
-    family = [p for p in others if p.effect.family == effect.family]
-    kinds = (
-        ([p for p in others if p.effect.name == effect.name], 1),
-        ([p for p in family if p.effect.name != effect.name], 1),
-        ([p for p in others if p.effect.family != effect.family], _RIVALS),
-    )
-    return [
-        fit
-        for some, most in kinds
-        for fit in best_fits(
-            case.fitter,
-            one.rest,
-            some,
-            case.searched.known,
-            most=most,
-            forms=1,
-            least=CONTENDS * own,
-            links=one.links,
-            steps=case.steps,
-        )
-    ]

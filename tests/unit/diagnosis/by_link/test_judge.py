@@ -8,10 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pamsim.diagnosis.by_link.judge import gain_of_others
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
 from pamsim.diagnosis.by_link.promise import Promise, Signature
 from pamsim.diagnosis.by_link.search import best_fits
-from tests.unit.diagnosis.by_link.toy_chain import ARMLINK, STEPS, tried
+from tests.unit.diagnosis.by_link.toy_chain import AIR, ARMLINK, STEPS, tried
 
 (FRICTION,) = tried("viscous_friction")
 
@@ -59,6 +60,15 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     assert [one.level() for one in beside_unknown([small, unknown], 0.05)] == ["", ""]
     exact = replace(unknown, exact=True)
     assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
+
+
+def test_effects_are_a_series_only_where_a_link_holds_four():
+    def needed(gain, *links):
+        return SimpleNamespace(found=SimpleNamespace(gain=gain), links=frozenset(links))
+
+    one, *others = needed(9.0, AIR, ARMLINK), needed(1.0, ARMLINK), needed(2.0, ARMLINK)
+    assert gain_of_others(one, [one, *others, needed(4.0, AIR)]) == 0.0
+    assert gain_of_others(one, [one, *others, needed(4.0, ARMLINK), needed(8.0, AIR)]) == 7.0
 
 
 def test_a_name_is_certain_where_next_to_nothing_is_left_and_its_formula_is_not():

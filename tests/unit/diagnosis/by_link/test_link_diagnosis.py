@@ -149,7 +149,7 @@ def test_two_effects_take_the_place_of_one_that_leaves_what_they_do_not():
 
 def test_what_another_formula_of_the_family_takes_away_does_not_count_against_it(monkeypatch):
     planted = {"valve.delay": DELAY, "valve.line_lag": 2e-3}
-    monkeypatch.setattr(judge, "_pairs", lambda *_: [])
+    monkeypatch.setattr(judge, "pairs_of_effects", lambda *_: [])
     _, _, found = diagnosed(ToyChain(EFFECTS, planted), EFFECTS)
     (one,) = found.values()
     assert one.level() == "family"
