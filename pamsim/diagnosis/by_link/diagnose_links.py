@@ -137,8 +137,8 @@ def diagnose_links(
         chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
         whole = in_whole_chain(chain, nuisance, _units(chain, trials, judged, alpha), model)
     if whole is not None and not nothing_left:
-        (rest,) = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
-        exact = rest.excluded(alpha)
+        rest = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
+        exact = all(one.excluded(alpha) for one in rest)
         if exact:
             left = unexplained = left_in_both(left, rest)
             effects = exact_effects(effects)

@@ -12,7 +12,7 @@ counts only if the whole chain is left with something as well.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from pamsim.comparison.chain_simulator import ChainSimulator
@@ -45,13 +45,15 @@ def in_whole_chain(
     return None if fit is None else (fitter, sharpened(fitter, fit))
 
 
-def left_in_both(by_link: Mapping[Link, Remainder], whole: Remainder) -> dict[Link, Remainder]:
-    """What every link has left if the whole chain is left with something, too."""
+def left_in_both(
+    by_link: Mapping[Link, Remainder], whole: Collection[Remainder]
+) -> dict[Link, Remainder]:
+    """What every link has left if the whole chain, in any trials, is left with something, too."""
     return {
         link: Remainder(
-            excess=min(one.excess, whole.excess),
-            p_value=max(one.p_value, whole.p_value),
-            known=one.known and whole.known,
+            excess=min(one.excess, max(other.excess for other in whole)),
+            p_value=max(one.p_value, min(other.p_value for other in whole)),
+            known=one.known and all(other.known for other in whole),
         )
         for link, one in by_link.items()
     }

@@ -58,6 +58,8 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     unknown, small = judged(2.0, 0.9, 3.0), judged(1.4, 0.1, 3.0)
     assert [one.level() for one in beside_unknown([small], 0.05)] == ["family"]
     assert [one.level() for one in beside_unknown([small, unknown], 0.05)] == ["", ""]
+    large = judged(9.0, 0.9, 9.9)
+    assert [one.level() for one in beside_unknown([small, large], 0.05)] == ["family", "family"]
     exact = replace(unknown, exact=True)
     assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
 

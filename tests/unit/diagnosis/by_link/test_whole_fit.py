@@ -38,8 +38,8 @@ def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_that
 )
 def test_what_a_link_has_left_counts_if_the_whole_chain_is_left_with_something_too(whole, counts):
     left = {LINK: Remainder(excess=0.1, p_value=0.004)}
-    assert left_in_both(left, whole)[LINK].counts(0.05) == counts
-    assert not left_in_both({LINK: Remainder(excess=0.1, p_value=0.4)}, whole)[LINK].counts(0.05)
+    assert left_in_both(left, [whole])[LINK].counts(0.05) == counts
+    assert not left_in_both({LINK: Remainder(excess=0.1, p_value=0.4)}, [whole])[LINK].counts(0.05)
 
 
 def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):
