@@ -11,19 +11,20 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from pamsim.report.numbers import significant
 from pamsim.report.style import BLUE, GREEN, INK, VERMILION, finish_axes, new_figure, styled
 
-_BAR = 0.36  # width; links are 1 apart
+_WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
+_BAR = 0.36  # thickness; links are 1 apart
 _BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
 
 
 @styled
 def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
-    """Held-out misfit of every link over its noise, before and after, from the command on.
+    """Held-out misfit of every link over its noise, before and after, from the command down.
 
     Args:
         links: of a result of schema ``pamsim-diagnosis/3``.
         repaired: whether effects were found.
     """
-    figure, (ax,) = new_figure(2.9)
+    figure, (ax,) = new_figure(0.9 + 0.55 * len(links), width_in=_WIDTH_IN)
     states = [("before", VERMILION), ("after", BLUE)] if repaired else [("before", GREEN)]
     if not repaired and any(one["more_left"] for one in links):
         states = [("before", VERMILION)]
@@ -35,22 +36,24 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
             at = place + (number - 0.5 * (len(states) - 1)) * _BAR
             value = max(one[state], _BELOW)
             most = max(most, value)
-            ax.bar(at, value - _BELOW, width=0.94 * _BAR, bottom=_BELOW, color=colour)
+            ax.barh(at, value - _BELOW, height=0.94 * _BAR, left=_BELOW, color=colour)
             ax.annotate(
-                significant(one[state], 3), (at, value), (0, 2), textcoords="offset points",
-                ha="center", va="bottom", fontsize=8.5,
+                significant(one[state], 3), (max(value, 1.0), at), (3, 0),
+                textcoords="offset points", ha="left", va="center", fontsize=8.5,
             )  # fmt: skip
-    ax.axhline(1.0, color=INK, linewidth=1.2)
-    ax.set_yscale("log")
-    ax.set_ylim(_BELOW, most**1.15 * 1.1)
-    ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.yaxis.set_minor_locator(NullLocator())
+    ax.axvline(1.0, color=INK, linewidth=1.2)
+    ax.set_xscale("log")
+    ax.set_xlim(_BELOW, most**1.15 * 1.2)
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_locator(NullLocator())
     labels = [f"{one['link']}\n{' → '.join(one['signals'])}" for one in links]
-    ax.set_xticks(range(len(links)), labels)
-    ax.set_xlim(-0.7, len(links) - 0.3)
-    finish_axes(ax, y="misfit / noise (mean squares)", zero=False)
-    ax.tick_params(axis="x", length=0)
+    ax.set_yticks(range(len(links)), labels)
+    ax.set_ylim(len(links) - 0.4, -0.6)
+    finish_axes(ax, x="misfit / noise (mean squares)", zero=False)
+    ax.grid(False, axis="y")
+    ax.grid(True, axis="x")
+    ax.tick_params(axis="y", length=0)
     for state, colour in states:
         label = state if repaired else "simulated"
         ax.plot([], [], color=colour, linewidth=5, label=label)

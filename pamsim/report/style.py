@@ -90,16 +90,18 @@ def new_figure(
     rows: int = 1,
     columns: int = 1,
     *,
+    width_in: float = WIDTH_IN,
     sharex: bool | Literal["none", "all", "row", "col"] = False,
     sharey: bool | Literal["none", "all", "row", "col"] = False,
     height_ratios: tuple[float, ...] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure of the page's width with its own canvas, unknown to pyplot.
+    """Make a figure with its own canvas, unknown to pyplot.
 
     Args:
         height_in: height [in].
         rows: panels on top of each other.
         columns: panels side by side.
+        width_in: width, that of the page if left out [in].
         sharex: as in ``Figure.subplots``.
         sharey: as in ``Figure.subplots``.
         height_ratios: of the rows; equal if None.
@@ -107,7 +109,7 @@ def new_figure(
     Returns:
         The figure and its axes, row by row.
     """
-    figure = Figure(figsize=(WIDTH_IN, height_in), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.subplots(
         rows, columns, sharex=sharex, sharey=sharey, squeeze=False, height_ratios=height_ratios

@@ -56,9 +56,9 @@ def test_the_headline_claims_no_more_than_is_certain(one, expected):
 def test_bars_are_the_misfits_of_the_links_from_the_command_on():
     result = VERDICTS["named"].to_dict()
     (ax,) = link_bars(result["links"], repaired=True).axes
-    tops = [bar.get_y() + bar.get_height() for bar in ax.patches]
-    assert tops == pytest.approx([7.5, 1.02, 1.4, 1.4])
-    assert [label.get_text() for label in ax.get_xticklabels()] == [
+    ends = [bar.get_x() + bar.get_width() for bar in ax.patches]
+    assert ends == pytest.approx([7.5, 1.02, 1.4, 1.4])
+    assert [label.get_text() for label in ax.get_yticklabels()] == [
         "valves and air\ncommand → pressure", "muscle and joint\npressure → position"
     ]  # fmt: skip
     (ax,) = link_bars(result["links"], repaired=False).axes
