@@ -291,7 +291,7 @@ def judged(row: Mapping[str, Any], comparisons: int) -> str:
 
 
 def rendered(record: Mapping[str, Any]) -> list[str]:
-    """The tables of docs/diagnose.md: of every test and every rule, the range over its data."""
+    """The tables of docs/validation.md: of every test and every rule, the range over its data."""
     tests: dict[str, list[Mapping[str, Any]]] = {}
     for row in record["tests"]:
         tests.setdefault(_label(row["test"], row["data"]), []).append(row)

@@ -11,8 +11,7 @@ test.
 Units must be independent of each other. Neighbouring parts of one log are so only if a gap as long
 as the noise's correlation separates them (`correlation_length`, `cut`, `fitted_runs`), and if
 nothing varies from log to log: all parts of one log share such a variation. Its directions belong
-into the model with sizes of their own for every log (`columns_per_source`), or into the noise that
-the rows of a log share.
+into the noise that the rows of a log share.
 
 Whitened rows have independent noise of variance 1, so that their sum of squares is -2 log
 likelihood up to a constant, however densely a channel is sampled.
@@ -180,25 +179,6 @@ def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -
     if not np.all(np.isfinite(rows)):
         raise InputError("a residual is not finite; leave out what cannot be simulated")
     return Stack(units=units, unit=unit, residual=rows, jacobian=whitened(blocks, jacobian))
-
-
-def columns_per_source(blocks: Sequence[Block], columns: FloatArray) -> FloatArray:
-    """Columns whose size differs from log to log, such as start pressures.
-
-    Args:
-        blocks: of s sources.
-        columns: (N, k) of all rows of a simulation [SI].
-
-    Returns:
-        (N, s k): each column once per source, zero on the rows of the others.
-    """
-    sources = tuple(dict.fromkeys(block.source for block in blocks))
-    count = columns.shape[1]
-    result = np.zeros((columns.shape[0], len(sources) * count))
-    for block in blocks:
-        first = sources.index(block.source) * count
-        result[block.rows, first : first + count] = columns[block.rows]
-    return result
 
 
 def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:

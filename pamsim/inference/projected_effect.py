@@ -74,11 +74,6 @@ class ProjectedEffect:
     scores: FloatArray
     score_covariance: FloatArray
 
-    @property
-    def standard_error(self) -> float:
-        """The larger of the two standard errors [of the signature]."""
-        return max(self.noise_error, self.unit_error)
-
 
 class FreeForms:
     """A fitted model with the other forms of its effects free.

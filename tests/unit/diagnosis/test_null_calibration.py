@@ -18,7 +18,7 @@ MOST = int(binom.ppf(0.9999, DRAWS, 0.05))  # p-values below 0.05, of so many dr
 
 
 def test_the_tables_of_the_document_are_those_of_the_record():
-    text = (ROOT / "docs/diagnose.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
     assert "\n".join(SCRIPT["rendered"](RECORD)) in text
 
 

@@ -11,7 +11,6 @@ import scipy.linalg
 from pamsim.core.errors import InputError
 from pamsim.inference.blocks import (
     Block,
-    columns_per_source,
     correlation_length,
     cut,
     fitted_runs,
@@ -137,13 +136,6 @@ def test_fitted_rows_stay_a_gap_away_from_held_out_parts():
     assert fitted_runs(whole, [whole], 4) == ()
     (everything,) = fitted_runs(whole, [], 4)
     assert everything.rows == whole.rows
-
-
-def test_columns_of_their_own_for_every_log():
-    blocks = [block(2, start=0, source="a"), block(2, start=2, source="b"), block(1, start=4)]
-    columns = np.array([[1.0], [2.0], [3.0], [4.0], [5.0]])
-    expected = [[1, 0, 0], [2, 0, 0], [0, 3, 0], [0, 4, 0], [0, 0, 5]]
-    assert columns_per_source(blocks, columns).tolist() == expected
 
 
 def test_useless_blocks_are_refused():

@@ -101,7 +101,7 @@ def test_the_record_names_the_peers_it_was_compared_with():
 
 def test_the_table_in_the_document_is_that_of_the_record():
     sets = json.loads((RESULTS / "identify_literature.json").read_text(encoding="utf-8"))["sets"]
-    text = (RESULTS.parents[1] / "docs" / "identify.md").read_text(encoding="utf-8")
+    text = (RESULTS.parents[1] / "docs" / "validation.md").read_text(encoding="utf-8")
     for name, entry in sets.items():
         (line,) = [line for line in text.splitlines() if line.startswith(f"| {name} |")]
         _, model, own, *peers = [cell.strip() for cell in line.strip("|").split("|")]
@@ -118,7 +118,7 @@ def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record()
         json.loads((RESULTS / f"identify_planted{inputs}.json").read_text(encoding="utf-8"))
         for inputs in ("", "_two_inputs")
     )
-    text = (RESULTS.parents[1] / "docs" / "identify.md").read_text(encoding="utf-8")
+    text = (RESULTS.parents[1] / "docs" / "validation.md").read_text(encoding="utf-8")
     for label, score in (
         ("number of poles right within one", "poles_within_one"),
         ("number of poles exact", "poles_exact"),

@@ -33,7 +33,7 @@ def must_show():
 def test_the_table_of_the_document_is_that_of_the_record():
     scores = runpy.run_path(str(SCRIPTS / "link_study_scores.py"))
     record = json.loads((SCRIPTS / "results/link_study.json").read_text(encoding="utf-8"))
-    text = (SCRIPTS.parent / "docs/diagnose.md").read_text(encoding="utf-8")
+    text = (SCRIPTS.parent / "docs/validation.md").read_text(encoding="utf-8")
     assert "\n".join(scores["table"]({"three repeats": record})) in text
     assert scores["must_show"](record["rows"]) == record["must_show"]
 

@@ -70,7 +70,7 @@ def test_the_record_is_of_these_mistakes_and_the_page_states_it():
     kinds = {one["recording"] for one in RECORD["each_valid"]}
     assert kinds == set(study.VALID)
     assert RECORD["false_alarms"] == sum(one["how"] != "silent" for one in RECORD["each_valid"])
-    page = (ROOT / "docs" / "diagnose.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
     for recording in study.ALTERED:
         own = [n for s, n in zip(study.MISTAKES, named, strict=True) if s.recording == recording]
         assert f"| {recording} | {len(own)} | {sum(own)} |" in " ".join(page.split())
