@@ -36,18 +36,29 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     """
     import pamsim
     from pamsim.effects.catalog import effect as look_up
+    from pamsim.engine.parameters import rig_parameter
 
+    rig = pamsim.load_rig("mas20_arm")
     found = look_up(effect)
     tried = [found.name, *(n for n in found.look_alikes if look_up(n).in_trials)]
     click.echo(f"hiding {found.name} in 20 trials of the arm; compiles for a minute the first time")
-    hidden = pamsim.hide("mas20_arm", {effect: size}, seed=seed, **_TRIALS)
+    hidden = pamsim.hide(rig, {effect: size}, seed=seed, **_TRIALS)
     hidden.save(out / "recording")
     with progress_bar("fit") as progress:
         report = pamsim.diagnose(out / "recording", effects=tried, seed=seed, progress=progress)
-    show(report, out, None, film=out / "recording" if film else None)
     right = {one.name for one in report.effects} == {found.name}
-    true = ", ".join(f"{name} = {value:g} (SI)" for name, value in hidden.hidden.items())
-    answer(f"hidden was {found.name}, {true}: {'found' if right else 'not named by itself'}")
+    true = ", ".join(
+        f"{name} = {value:g} {rig_parameter(rig, name).spec.unit}"
+        for name, value in hidden.hidden.items()
+    )
+    ending = "found" if right else "not named by itself"
+    lead = (
+        f"Hidden in synthetic recordings with noise: {found.missing} ({found.name}, {true})."
+        f" The diagnosis got the model without it, and {len(tried)} effects to try that look like"
+        f" each other. It was {ending}."
+    )
+    show(report, out, None, film=out / "recording" if film else None, lead=lead)
+    answer(f"hidden was {found.name}, {true}: {ending}")
     if opened if opened is not None else sys.stdout.isatty():
         click.launch(str((out / "index.html").resolve()))
     return OK if right else FINDING

@@ -94,6 +94,7 @@ def show(
     *,
     film: Path | str | None = None,
     rig: str | None = None,
+    lead: str = "",
 ) -> int:
     """Write a diagnosis and its page, and print it.
 
@@ -103,6 +104,7 @@ def show(
         json_file: for the result alone, or None.
         film: recording whose rig is filmed, or None.
         rig: instead of the one that the recording names.
+        lead: see `pamsim.report.link_page.write_link_diagnosis`.
 
     Returns:
         The exit code.
@@ -117,7 +119,7 @@ def show(
         report.save(out)
         result = read_json(out / FILE, SCHEMA)
         filmed = None if film is None else _filmed(report, out, film, rig)
-        write_link_diagnosis(result, report.comparisons, out, film=filmed)
+        write_link_diagnosis(result, report.comparisons, out, film=filmed, lead=lead)
     save_json(json_file, result)
     for warning in report.warnings:
         warn(warning)

@@ -26,6 +26,7 @@ def write_link_diagnosis(
     out: Path,
     *,
     film: Path | None = None,
+    lead: str = "",
 ) -> list[Path]:
     """Write page and figures of a diagnosis by link.
 
@@ -34,6 +35,7 @@ def write_link_diagnosis(
         comparisons: every compared channel of every trial, the whole chain simulated.
         out: folder to write into; made if missing, files of the same names are replaced.
         film: a GIF of the first trial shown, see `pamsim.report.gap_film`, or None.
+        lead: a paragraph before all others, such as what was hidden in synthetic recordings.
 
     Returns:
         The files written, the page first.
@@ -51,6 +53,7 @@ def write_link_diagnosis(
         schema=SCHEMA,
         headline=headline(result),
         shown=shown,
+        lead=lead,
         film=None if film is None else inline_image(film.read_bytes(), "gif"),
         settings={}
         if run is None
