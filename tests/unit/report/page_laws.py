@@ -5,7 +5,7 @@ from __future__ import annotations
 from html.parser import HTMLParser
 from itertools import pairwise
 
-_VOID = ("meta", "br", "img", "input")
+_VOID = ("meta", "br", "wbr", "img", "input")
 
 
 class Page(HTMLParser):
