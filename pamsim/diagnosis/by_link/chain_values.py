@@ -7,7 +7,7 @@ import numpy as np
 from pamsim.comparison.chain_runs import in_link, plain
 from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.engine.parameter_names import ParameterName
 
 _PARTS = {

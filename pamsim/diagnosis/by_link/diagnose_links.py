@@ -18,7 +18,8 @@ from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.log_variation import log_variation
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search

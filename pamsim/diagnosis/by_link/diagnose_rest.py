@@ -18,7 +18,7 @@ from pamsim.diagnosis.by_link.diagnose_links import FITS, LinkDiagnosis
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.left_out import LeftOut
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes

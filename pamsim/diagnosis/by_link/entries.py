@@ -13,7 +13,7 @@ from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.result import (
     EffectEntry,
     LinkEntry,

@@ -13,7 +13,8 @@ import numpy as np
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.units import Rows
 from pamsim.diagnosis.by_link.unseen import Difference

@@ -24,7 +24,8 @@ from pamsim.diagnosis.by_link.judged import (
     Rival,
     beside_unknown,
 )
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.needed import Case, Needed, needed_effects
 from pamsim.diagnosis.by_link.promise import left_beside, of_families, shares_by_link
 from pamsim.diagnosis.by_link.remainder import Remainder

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.inference.hannan_quinn import TIE
 
 LEVELS = ("place", "family", "name", "form")

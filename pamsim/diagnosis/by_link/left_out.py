@@ -30,7 +30,8 @@ from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.unseen import Difference

@@ -10,7 +10,8 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.promise import seen_in
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import Searched, without

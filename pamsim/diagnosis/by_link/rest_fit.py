@@ -12,7 +12,8 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_runs import Values
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.units import whole_trials
 
 _FINER = 0.01

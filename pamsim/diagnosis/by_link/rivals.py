@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.judged import Rival
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.needed import Case, Needed
 from pamsim.diagnosis.by_link.promise import promises
 from pamsim.diagnosis.by_link.remainder import Remainder

@@ -12,7 +12,8 @@ import numpy as np
 
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 
 
 def sharpened(fitter: LinkFitter, model: LinkModel) -> LinkModel:

@@ -20,7 +20,9 @@ import numpy as np
 from scipy.stats import t as student_t
 
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.descent import PRIOR
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.short_steps import of_time_steps
 
 _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.link_fit import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
 
 

@@ -18,7 +18,8 @@ from dataclasses import replace
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.judged import Judged
-from pamsim.diagnosis.by_link.link_fit import LinkFitter, LinkModel
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size
