@@ -41,7 +41,8 @@ def in_whole_chain(
         The fitter and the model; None where its simulation breaks down.
     """
     fitter = LinkFitter(simulator, nuisance, units, short=1)
-    begin = {name: model.values[name] for name in model.freed}
+    # In the order of the effects: that of a set differs from run to run, and with it the rounding.
+    begin = {p.name: model.values[p.name] for effect in model.effects for p in effect.parameters}
     fit = fitter.fit(fitter.stated, model.effects, begin, simulator.links)
     return None if fit is None else (fitter, sharpened(fitter, fit))
 
