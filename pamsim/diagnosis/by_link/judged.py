@@ -47,9 +47,10 @@ something is left: a formula's error of a tenth of its amplitude. In training ca
 that took away so much had the right name; of 10 that took away from 0.98 on, two had another's."""
 
 SERIES = 4
-"""Effects that a link needs together, from which they may be the series of one that was not tried:
-in each of the 7 training cases with so many something else was hidden, and no more than two of them
-were right. Those that took away `BESIDE_OTHERS` times what all others did had the right family."""
+"""Effects that a link needs together, from which they may be the series of one that was not tried.
+In each of the 7 training cases that needed so many something else was hidden, and no more than two
+of them were right. Those that took away `BESIDE_OTHERS` times what all others in their links did
+had the right family."""
 
 
 @dataclass(frozen=True, kw_only=True)

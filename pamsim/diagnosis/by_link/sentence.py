@@ -29,7 +29,8 @@ def verdict_sentence(result: LinkReport) -> str:
             " their noise allows, and no effect predicts them better."
         )
     if left and sentences:
-        sentences.append(f"Something more is missing in {' and '.join(left)}.")
+        more = "Something more" if any(one.level for one in result.effects) else "Something"
+        sentences.append(f"{more} is missing in {' and '.join(left)}.")
     elif left:
         sentences.append(
             f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
