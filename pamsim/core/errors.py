@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable
 
 _LONGEST_WORD, _LONGEST = 200, 1000
+_SUGGESTED, _LISTED = 5, 20  # names
 
 
 class PamsimError(Exception):
@@ -52,11 +53,16 @@ class SimulationError(PamsimError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Tail of an error: the known name nearest to what was written, and all that exist.
+    """Tail of an error: the known names nearest to what was written, and which exist.
 
-    For example ``did you mean 'kPa'? known: Pa, kPa, bar``.
+    For example ``did you mean 'kPa'? known: Pa, kPa, bar``. Names of which the written one is a
+    word are nearest. Where there are many, and some are near, the others are left out.
     """
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f"did you mean {close[0]!r}? " if close else ""
-    return f"{hint}known: {', '.join(names) or 'none'}"
+    word = name.lower()
+    close = [one for one in names if word in re.split(r"[._: ]", one.lower())][:_SUGGESTED]
+    close = close or difflib.get_close_matches(name, names, n=1)
+    hint = f"did you mean {' or '.join(map(repr, close))}?" if close else ""
+    if hint and len(names) > _LISTED:
+        return hint
+    return f"{hint} known: {', '.join(names) or 'none'}".lstrip()

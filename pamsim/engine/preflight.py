@@ -117,7 +117,10 @@ def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -
         InputError: naming the first muscle, and what the simulation would have instead.
     """
     for above in above_supply(muscles, [experiment]):
-        raise InputError(f"{above}; lower it, or raise valve.supply_pressure")
+        raise InputError(
+            f"{above}; lower it, or raise valve.supply_pressure; on the command line a bare number"
+            " is in kPa, others have their unit: 487000Pa"
+        )
 
 
 class MuscleLimits(NamedTuple):

@@ -263,7 +263,10 @@ class Drive:
         """
         count = len(self.muscles)
         if not self.names and count != len(muscles):
-            raise InputError(f"the drive commands {count} muscles, {where} has {len(muscles)}")
+            raise InputError(
+                f"the drive commands {count} muscles, {where} has {len(muscles)};"
+                " give a number for each, in their order"
+            )
         names = self.names or tuple(muscles)
         for name in names:
             if name not in muscles:

@@ -71,7 +71,11 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
     count = max(map(int, re.findall(r"\bp(\d+)_kpa", " ".join(given))), default=1)
     pressures = [f"p{i}_kpa" for i in range(1, count + 1)]
     for column in (*pressures, "angle_deg"):
-        columns.require(column, ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg")
+        columns.require(
+            column,
+            ": a table of angles at rest needs p1_kpa, p2_kpa, angle_deg; of a log over time make a"
+            " recording: pamsim import LOG --rig RIG --out FOLDER",
+        )
     held = {name: v for name, v in columns.values.items() if name.endswith("_kpa")}
     recording_checks.units(columns, [(name, "pressure_set") for name in held])
     if loaded := "load_kg" in given:

@@ -24,6 +24,13 @@ def test_nearest_suggests_the_closest_name_and_lists_all(name, suggested):
 def test_nearest_does_not_suggest_what_is_not_near():
     assert nearest("zzzz", ["kPa", "bar"]) == "known: bar, kPa"
     assert nearest("anything", []) == "known: none"
+    words = ["a.gain", "b_gain", "again"]
+    assert (
+        nearest("Gain", words) == "did you mean 'a.gain' or 'b_gain'? known: a.gain, again, b_gain"
+    )
+    many = [f"x{i}" for i in range(30)]
+    assert nearest("x3", many) == "did you mean 'x3'?"
+    assert nearest("zzzz", many).startswith("known: x0, x1, ")
 
 
 def test_every_error_has_one_root_and_bad_input_is_told_from_the_rest():
