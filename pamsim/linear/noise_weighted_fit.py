@@ -40,6 +40,9 @@ _ROUNDS = 4
 _SETTLED = 0.02  # change between rounds, in standard errors
 _DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
 _MUCH_WORSE = 1.5  # RMS error of the free run over the unweighted one's
+_FEWEST = 4.0
+"""Degrees of freedom at least, where noise is so slow that a record holds few independent samples:
+most of such noise is in the offset and start that each trial has of its own."""
 _PERFECT = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
@@ -79,15 +82,25 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     total = sum(output.size for output in problem.outputs)
     free = plain.x.size + plain.theta.size + line.own
     freedom = max(total - free, 1)
-    quantile = float(_student_quantile(freedom, 0.975))
+    sizes = [output.size for output in problem.outputs]
+
+    def quantile(noise: TrialNoise) -> float:
+        # Noise is known by its independent samples, however densely it is sampled.
+        count = noise.independent(sizes) if noise.models else total
+        return float(_student_quantile(max(count - free, _FEWEST), 0.975))
+
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
     if plain.cost <= _PERFECT**2 * moves:
         noise = TrialNoise((ArNoise((), plain.cost / freedom),) * len(problem.outputs))
-        return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
+        return NoiseWeightedFit(
+            plain, whitened_covariance(line), noise, False, None, quantile(noise)
+        )
     noise = fit_trial_noise(line.residuals, problem.sample_times)
     robust = sandwich_covariance(line, noise.scaled(total / freedom))
     if noise.white or robust is None:
-        return NoiseWeightedFit(plain, whitened_covariance(line), noise, False, None, quantile)
+        return NoiseWeightedFit(
+            plain, whitened_covariance(line), noise, False, None, quantile(noise)
+        )
     evaluations = plain.evaluations
     kept, covariance = plain, robust
     for rounds in range(_ROUNDS):
@@ -96,7 +109,7 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         line = linearise(problem, better.x, better.theta, noise)
         latest = whitened_covariance(line)
         if latest is None or not better.settled:
-            return NoiseWeightedFit(plain, robust, noise, False, None, quantile)
+            return NoiseWeightedFit(plain, robust, noise, False, None, quantile(noise))
         change = np.append(better.x - kept.x, better.theta - kept.theta)
         kept, covariance = better, latest
         if rounds and np.max(np.abs(change) / np.sqrt(np.diag(latest))) < _SETTLED:
@@ -111,6 +124,6 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         plain = replace(plain, evaluations=evaluations)
         first = linearise(problem, plain.x, plain.theta, WHITE).residuals
         noise = fit_trial_noise(first, problem.sample_times)
-        return NoiseWeightedFit(plain, robust, noise, False, p_value, quantile)
+        return NoiseWeightedFit(plain, robust, noise, False, p_value, quantile(noise))
     kept = replace(kept, evaluations=evaluations)
-    return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile)
+    return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile(noise))

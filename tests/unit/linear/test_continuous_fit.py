@@ -163,6 +163,18 @@ def test_intervals_cover_where_slow_noise_is_sampled_at_two_rates() -> None:
     assert held >= 25  # 15 with one model of the noise for both
 
 
+def test_noise_is_known_by_its_independent_samples_however_densely_it_is_sampled() -> None:
+    def quantile(interval: float) -> float:
+        n = round(10.0 / interval)
+        hold = max(3, round(0.5 / interval))
+        phi = np.exp(-interval / 0.3)
+        given = record(3, interval=interval, n=n, hold=hold, noise=0.1, phi=phi)
+        return fit_continuous([given], order=1).quantile
+
+    assert quantile(0.005) == pytest.approx(quantile(0.02), rel=0.05)
+    assert quantile(0.005) > 2.05  # of 17 independent samples; 1.96 of 2000
+
+
 def test_a_wrong_structure_keeps_the_estimates_that_simulate_best() -> None:
     given = record(16, constants=(0.15, 0.5), noise=0.01)
     fit = fit_continuous([given], order=1)
