@@ -130,8 +130,7 @@ def diagnose_links(
     sure = claimed(fitter, searched, model, effects, alpha=alpha)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     left, unexplained, whole = unseen.remainders(model), unseen.remainders(sure), None
-    exact = all(one.excluded(alpha) for one in left.values())
-    found = sizes(fitter, sharpened(fitter, model), exact=exact)
+    found = sizes(fitter, sharpened(fitter, model))
     nothing_left = not any(one.counts(alpha) for one in left.values())
     if effects and (nothing_left or all(one.certain(alpha)["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
@@ -139,14 +138,13 @@ def diagnose_links(
         whole = in_whole_chain(chain, nuisance, _units(chain, trials, judged, alpha), model)
     if whole is not None and not nothing_left:
         rest = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
-        exact = all(one.excluded(alpha) for one in rest)
-        if exact:
+        if all(one.excluded(alpha) for one in rest):
             left = unexplained = left_in_both(left, rest)
             effects = exact_effects(effects)
         else:
             whole = None
     if whole is not None:
-        found = confirmed(found, sizes(*whole, exact=exact))
+        found = confirmed(found, sizes(*whole))
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},

@@ -2,11 +2,10 @@
 
 Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
 the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
-from input to input, so that it holds where the formula is not exact. Where repeats show that it is,
-or of one input or two, units are left out instead: trials, which show what differs from trial to
-trial and nothing of the formula, or parts of trials, which show what differs along them. Both are
-linear about the fit. An interval lies about the size that shorter time steps would lead to, and
-holds the fitted one, too.
+from input to input, so that it holds where the formula is not exact, seen or unseen. Of one input or
+two, units are left out instead: trials, which show what differs from trial to trial and nothing of
+the formula, or parts of trials, which show what differs along them. Both are linear about the fit.
+An interval lies about the size that shorter time steps would lead to, and holds the fitted one.
 
 Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
 Statistician 60 (2006), on what such errors mean where the model is wrong.
@@ -43,13 +42,12 @@ class Size:
     by_parts: bool
 
 
-def sizes(fitter: LinkFitter, model: LinkModel, *, exact: bool = False) -> dict[str, Size]:
+def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     """Parameters of a model's effects, each with its interval.
 
     Args:
         fitter: of the units.
         model: as fitted to them.
-        exact: whether repeats show that it leaves nothing but noise.
     """
     names = list(model.sensitivities)
     jacobian = model.jacobian()
@@ -66,7 +64,7 @@ def sizes(fitter: LinkFitter, model: LinkModel, *, exact: bool = False) -> dict[
     inverse = np.linalg.pinv(square, hermitian=True)
     noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
     group_of = fitter.units.fitted.group_of
-    if exact or np.unique(group_of).size < _FEWEST:
+    if np.unique(group_of).size < _FEWEST:
         group_of = fitter.units.fitted.unit_of
     moved: list[FloatArray] = []
     for group in np.unique(group_of):

@@ -258,19 +258,6 @@ def test_intervals_hold_what_was_planted_as_often_as_they_say():
     assert held >= 35
 
 
-def test_trials_show_how_well_a_size_is_known_where_nothing_but_noise_is_left():
-    widths = {True: [], False: []}
-    for seed in range(10):
-        chain = ToyChain(EFFECTS[:1], {"valve.delay": DELAY}, seed=seed)
-        fitter = LinkFitter(chain, NUISANCE, chain.units())
-        model = fitter.fit(fitter.stated, EFFECTS[:1], {"valve.delay": DELAY}, chain.links)
-        for exact, found in widths.items():
-            low, high = sizes(fitter, model, exact=exact)["valve.delay"].interval95
-            found.append(high - low)
-    # Student's quantile of twelve trials is smaller than that of four inputs.
-    assert np.mean(widths[True]) < 0.9 * np.mean(widths[False])
-
-
 def test_an_interval_is_wider_where_the_formula_is_not_exact():
     def width(bent):
         chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
