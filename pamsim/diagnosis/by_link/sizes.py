@@ -2,7 +2,7 @@
 
 Two standard errors are made, and the wider one counts. One is that of the noise alone. The other is
 the jackknife over inputs, each left out with all of its repeats: what a formula gets wrong differs
-from input to input, so that it holds where the formula is not exact, seen or unseen. Of one input or
+from input to input, so that it holds where the formula is not exact, seen or not. Of one input or
 two, units are left out instead: trials, which show what differs from trial to trial and nothing of
 the formula, or parts of trials, which show what differs along them. Both are linear about the fit.
 An interval lies about the size that shorter time steps would lead to, and holds the fitted one.
