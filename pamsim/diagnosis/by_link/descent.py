@@ -53,7 +53,7 @@ class Descent:
         nuisance, acts_in = fitter.nuisance, fitter.simulator.acts_in
         own = {p.name: p for effect in effects for p in effect.parameters}
         values = {k: v for k, v in begin.values.items() if k in nuisance or k in own}
-        self._values = values | start
+        self._values = {**values, **start}
         acts = {name: acts_in([name]) for name in self._values}
         seen = {name: fitter.seen_in(begin, name) for name in own if name not in start}
         wanted = frozenset(links)
