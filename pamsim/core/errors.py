@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 
 _LONGEST_WORD, _LONGEST = 200, 1000
-_SUGGESTED, _LISTED = 5, 20  # names
+_SUGGESTED, _LISTED = 5, 20  # names that are suggested; all that are listed beside them
 
 
 class PamsimError(Exception):

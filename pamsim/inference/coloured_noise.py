@@ -91,6 +91,8 @@ class ArNoise:
 
         Of exponentially correlated noise it is the time constant; half a sample if white.
         """
+        if not self.order:  # of any variance, that of a perfect fit included
+            return 0.5 * sample_time
         at_zero = self.variance / (1.0 - sum(self.coefficients)) ** 2
         return float(0.5 * sample_time * at_zero / self.autocovariance(1)[0])
 

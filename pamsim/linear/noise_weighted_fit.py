@@ -79,28 +79,32 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     """
     plain = minimise(problem, starts)
     line = linearise(problem, plain.x, plain.theta, WHITE)
-    total = sum(output.size for output in problem.outputs)
+    sizes = [output.size for output in problem.outputs]
+    total = sum(sizes)
     free = plain.x.size + plain.theta.size + line.own
     freedom = max(total - free, 1)
-    sizes = [output.size for output in problem.outputs]
 
-    def quantile(noise: TrialNoise) -> float:
+    def fitted(
+        solution: Solution,
+        covariance: FloatArray | None,
+        noise: TrialNoise,
+        disagreement: float | None = None,
+        *,
+        weighted: bool = False,
+    ) -> NoiseWeightedFit:
         # Noise is known by its independent samples, however densely it is sampled.
-        count = noise.independent(sizes) if noise.models else total
-        return float(_student_quantile(max(count - free, _FEWEST), 0.975))
+        known = max(noise.independent(sizes) - free, _FEWEST)
+        quantile = float(_student_quantile(known, 0.975))
+        return NoiseWeightedFit(solution, covariance, noise, weighted, disagreement, quantile)
 
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
     if plain.cost <= _PERFECT**2 * moves:
         noise = TrialNoise((ArNoise((), plain.cost / freedom),) * len(problem.outputs))
-        return NoiseWeightedFit(
-            plain, whitened_covariance(line), noise, False, None, quantile(noise)
-        )
+        return fitted(plain, whitened_covariance(line), noise)
     noise = fit_trial_noise(line.residuals, problem.sample_times)
     robust = sandwich_covariance(line, noise.scaled(total / freedom))
     if noise.white or robust is None:
-        return NoiseWeightedFit(
-            plain, whitened_covariance(line), noise, False, None, quantile(noise)
-        )
+        return fitted(plain, whitened_covariance(line), noise)
     evaluations = plain.evaluations
     kept, covariance = plain, robust
     for rounds in range(_ROUNDS):
@@ -109,7 +113,7 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         line = linearise(problem, better.x, better.theta, noise)
         latest = whitened_covariance(line)
         if latest is None or not better.settled:
-            return NoiseWeightedFit(plain, robust, noise, False, None, quantile(noise))
+            return fitted(plain, robust, noise)
         change = np.append(better.x - kept.x, better.theta - kept.theta)
         kept, covariance = better, latest
         if rounds and np.max(np.abs(change) / np.sqrt(np.diag(latest))) < _SETTLED:
@@ -124,6 +128,6 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
         plain = replace(plain, evaluations=evaluations)
         first = linearise(problem, plain.x, plain.theta, WHITE).residuals
         noise = fit_trial_noise(first, problem.sample_times)
-        return NoiseWeightedFit(plain, robust, noise, False, p_value, quantile(noise))
+        return fitted(plain, robust, noise, p_value)
     kept = replace(kept, evaluations=evaluations)
-    return NoiseWeightedFit(kept, covariance, noise, True, p_value, quantile(noise))
+    return fitted(kept, covariance, noise, p_value, weighted=True)

@@ -119,7 +119,7 @@ def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -
     )
     shares = np.clip(with_them / without_them, 0.0, 1.0).tolist()
     return {
-        link: share * left[link].excess if left[link].counts(case.alpha) else 0.0
+        link: share * left[link].certain(case.alpha)
         for link, share in zip(fitter.simulator.links, shares, strict=True)
     }
 
@@ -135,7 +135,7 @@ def _judged(
     shares = shares_by_link(case.fitter, case.searched.known, one.effect.name)
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     weights = np.array([of_link[link] for link in one.links])
-    missed = {link: r.excess if r.counts(case.alpha) else 0.0 for link, r in left.items()}
+    missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]

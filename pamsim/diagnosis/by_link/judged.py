@@ -97,7 +97,7 @@ class Judged:
         p_value: of an effect that is not there.
         rivals: that were fitted in its place, the best first.
         exact: whether repeats show that nothing but noise is left in its links.
-        named: whether they show that what is left there is not material beside the gain.
+        named: whether they show that next to nothing is left there beside the gain (`NAMED`).
         left: mean square that is left there for certain, and that no other formula of the families
             that were found takes away: of each link as far as the effect is seen in it, on the
             scale of the gain [noise variance].

@@ -38,6 +38,10 @@ class Remainder:
         """Whether it is certain at a level, and material."""
         return self.p_value <= alpha and self.excess >= LEAST
 
+    def certain(self, alpha: float) -> float:
+        """Excess that is certain at a level, and material [noise variance]; else 0."""
+        return self.excess if self.counts(alpha) else 0.0
+
     def excluded(self, alpha: float) -> bool:
         """Whether repeats show nothing material."""
         return self.known and not self.counts(alpha)

@@ -6,8 +6,8 @@ something in a link even where nothing is missing: of five training cases with t
 formula and a remainder by link four left noise alone in the whole chain, of six with another
 formula none. The whole chain is driven by commands alone, but any link that misses something spoils
 it for all. So it is refitted where every link is left with noise or the families of all effects are
-certain. A size is then its, with an interval that holds that by link, too; and what links have left
-counts only if the whole chain is left with something as well.
+certain. What links have left counts only if the whole chain is left with something as well. If it
+is not, a size is that of the whole chain, with an interval that holds the one by link, too.
 """
 
 from __future__ import annotations

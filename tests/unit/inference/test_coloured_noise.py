@@ -58,6 +58,7 @@ def test_correlation_time_is_that_of_exponential_noise(time: float) -> None:
     noise = fit_ar_noise([coloured(rng, 20_000, phi) for _ in range(2)])
     assert noise.correlation_time(0.01) == pytest.approx(time, rel=0.2)
     assert ArNoise((), 2.0).correlation_time(0.01) == 0.005
+    assert ArNoise((), 0.0).correlation_time(0.01) == 0.005  # of a perfect fit
 
 
 def test_no_residual_is_white_noise_of_no_variance() -> None:

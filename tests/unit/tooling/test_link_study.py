@@ -36,6 +36,8 @@ def test_the_table_of_the_document_is_that_of_the_record():
     text = (SCRIPTS.parent / "docs/validation.md").read_text(encoding="utf-8")
     assert "\n".join(scores["table"]({"three repeats": record})) in text
     assert scores["must_show"](record["rows"]) == record["must_show"]
+    cases = json.loads((SCRIPTS / "link_study_cases.json").read_text(encoding="utf-8"))["cases"]
+    assert f"The table has {len(record['rows'])} of {len(cases)} cases" in " ".join(text.split())
 
 
 def test_effects_together_are_of_different_families_on_the_sides_of_their_tier(drawn):
