@@ -69,7 +69,7 @@ def judge(
         unexplained = _unexplained(case, model, left)
         judged: list[Judged] = []
         for one in rests:
-            fits = rival_fits(case, model, one)
+            fits = rival_fits(case, model, one, left)
             rivals = [compared(case, fit, model, one) for fit in fits]
             pairs = [
                 compared(case, fit, model, one) for fit in pairs_of_effects(case, fits, one, left)
@@ -136,12 +136,17 @@ def _judged(
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     weights = np.array([of_link[link] for link in one.links])
     missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
+    uncounted = {
+        link: max(one.excess, 0.0) if one.excluded(case.alpha) else 0.0
+        for link, one in left.items()
+    }
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]
     inexact = [other.found.gain for other in beside if other.leaves_more(left, case.alpha)]
-    all_missed, not_taken = (
-        scale * float(weights @ [of[link] for link in one.links]) for of in (missed, unexplained)
+    all_missed, not_taken, doubt = (
+        scale * float(weights @ [of[link] for link in one.links])
+        for of in (missed, unexplained, uncounted)
     )
     return Judged(
         effect=one.effect,
@@ -154,6 +159,7 @@ def _judged(
         named=all(left[link].known for link in one.links)
         and one.found.gain >= NAMED * (one.found.gain + all_missed),
         left=not_taken,
+        doubt=doubt,
         error=(1.0 - EXPLAINED) * max(inexact, default=0.0),
         others=gain_of_others(one, needed),
     )

@@ -50,8 +50,14 @@ def pairs_of_effects(
     return found
 
 
-def rival_fits(case: Case, model: LinkModel, one: Needed) -> list[LinkModel]:
-    """Fits with another effect in the place of one: the best forms, nearest kinds first."""
+def rival_fits(
+    case: Case, model: LinkModel, one: Needed, left: Mapping[Link, Remainder]
+) -> list[LinkModel]:
+    """Fits with another effect in the place of one: the best forms, nearest kinds first.
+
+    Where an effect leaves more than noise its whole family is fitted, in all forms: promises are
+    of first order, and that of a form which fits far from the rig as it is may be small.
+    """
     effect = one.effect
     _, found = promises(one.rest, case.searched.known)
     own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
@@ -63,22 +69,24 @@ def rival_fits(case: Case, model: LinkModel, one: Needed) -> list[LinkModel]:
         and case.seen_in(p.effect) & one.links
     ]
     family = [p for p in others if p.effect.family == effect.family]
+    wide = one.leaves_more(left, case.alpha)
+    every = len(family) if wide else 1
     kinds = (
-        ([p for p in others if p.effect.name == effect.name], 1),
-        ([p for p in family if p.effect.name != effect.name], 1),
-        ([p for p in others if p.effect.family != effect.family], _RIVALS),
+        ([p for p in others if p.effect.name == effect.name], 1, wide),
+        ([p for p in family if p.effect.name != effect.name], every, wide),
+        ([p for p in others if p.effect.family != effect.family], _RIVALS, False),
     )
     return [
         fit
-        for some, most in kinds
+        for some, most, all_forms in kinds
         for fit in best_fits(
             case.fitter,
             one.rest,
             some,
             case.searched.known,
             most=most,
-            forms=1,
-            least=CONTENDS * own,
+            forms=len(some) if all_forms else 1,
+            least=0.0 if all_forms else CONTENDS * own,
             links=one.links,
             steps=case.steps,
         )

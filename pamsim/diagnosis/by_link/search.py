@@ -96,8 +96,8 @@ def search(
             # An effect's usual form at its first size may look like nothing: a ripple with another
             # pitch than the chain's.
             others = [e for e in candidates if e.name not in model.names]
-            now = now + signatures(fitter, model, _untried(others, known))
-            all_forms = True
+            more = signatures(fitter, model, _untried(others, known))
+            now, known, all_forms = now + more, known + more, True
             continue
         if not worth:
             break
@@ -122,7 +122,7 @@ def best_fits(
     *,
     most: int = _MOST,
     forms: int = _FORMS,
-    least: float = 0.0,
+    least: float | None = None,
     links: Collection[Link] = (),
     steps: Steps,
 ) -> list[LinkModel]:
@@ -135,20 +135,22 @@ def best_fits(
         known: signatures about the rig as it is.
         most: effects that are fitted.
         forms: of each that are fitted.
-        least: promise from which an effect is fitted in any case.
+        least: promise from which an effect, or a form of one, is fitted; a share of the largest if
+            left out.
         links: fitted beside those in which the effect is seen.
         steps: each fit is one.
     """
     fits: list[LinkModel] = []
     for name in dict.fromkeys(promise.effect.name for promise in found):
         own = [promise for promise in found if promise.effect.name == name]
-        if len(fits) == most or own[0].gain < (least or _WORTH * found[0].gain):
+        worth = [_WORTH * some[0].gain if least is None else least for some in (found, own)]
+        if len(fits) == most or own[0].gain < worth[0]:
             break
         where = seen_in(fitter, known, name) | frozenset(links)
         tried: list[LinkModel] = []
         for label in list(dict.fromkeys(promise.effect.label for promise in own))[:forms]:
             promise = next(p for p in own if p.effect.label == label)
-            if promise.gain < _WORTH * own[0].gain:
+            if promise.gain < worth[1]:
                 break
             steps.begin(label)
             fit = _with_effect(fitter, model, promise, where)

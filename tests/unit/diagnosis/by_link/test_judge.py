@@ -8,16 +8,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judge import gain_of_others
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
-from pamsim.diagnosis.by_link.promise import Promise, Signature
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.needed import Case, Needed
+from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
+from pamsim.diagnosis.by_link.rivals import rival_fits
 from pamsim.diagnosis.by_link.search import best_fits
-from tests.unit.diagnosis.by_link.toy_chain import AIR, ARMLINK, STEPS, tried
+from tests.unit.diagnosis.by_link.toy_chain import (
+    AIR,
+    ARMLINK,
+    NUISANCE,
+    STEPS,
+    ToyChain,
+    tried,
+)
 
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before, error=0.0, named=False, others=0.0):
+def judged(gain, left, before, error=0.0, named=False, others=0.0, doubt=0.0):
     return Judged(
         effect=FRICTION,
         links=frozenset([ARMLINK]),
@@ -30,6 +41,7 @@ def judged(gain, left, before, error=0.0, named=False, others=0.0):
         left=left,
         error=error,
         others=others,
+        doubt=doubt,
     )
 
 
@@ -82,6 +94,11 @@ def test_in_a_series_only_what_outweighs_all_others_is_certain():
     assert judged(0.3, 0.0, 1.0, others=0.2).level() == ""
 
 
+def test_an_effect_is_not_certain_beside_what_is_left_though_that_be_too_little_to_count():
+    assert judged(0.09, 0.0, 0.1, doubt=0.04).level() == "family"
+    assert judged(0.07, 0.0, 0.1, doubt=0.04).level() == ""
+
+
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
 def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess, preferred):
     rival = Rival(
@@ -120,3 +137,23 @@ def test_a_fit_that_ends_worse_than_without_the_effect_begins_again_nearer():
     (neutral,) = FRICTION.neutral.values()
     assert fit.cost == 50.0
     assert begun[1] - neutral == pytest.approx(0.1 * (begun[0] - neutral))
+
+
+@pytest.mark.parametrize("more", [True, False])
+def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
+    """Both forms of the line's lag promise nothing beside the slew that was planted."""
+    effects = tried("valve_delay", "valve_slew", "line_lag")
+    delay, *others = effects
+    slew = next(e for e in others if e.name == "valve_slew")
+    chain = ToyChain(effects, slew.probes[0].values)
+    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in effects])
+    fitted = []
+    steps = Steps(lambda done, most, what: fitted.append(what), 1)
+    searched, links = SimpleNamespace(known=known), frozenset([AIR])
+    case = Case(fitter, searched, None, {}, 0.05, steps)
+    one = Needed(delay, links, fitter.stated, 0.0, None)
+    left = {AIR: SimpleNamespace(counts=lambda alpha: more)}
+    rival_fits(case, fitter.stated, one, left)
+    every = {e.label for e in others}
+    assert set(fitted) == (every if more else {slew.label})

@@ -94,6 +94,14 @@ def test_an_effect_whose_usual_form_shows_nothing_is_found_in_another():
     assert found["valve_delay"].effect.label == "valve_delay:of another shape"
 
 
+def test_all_forms_are_known_where_more_is_left_than_the_usual_ones_take_away():
+    for bent in (0.0, 2.0):
+        chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
+        found = search(LinkFitter(chain, NUISANCE, chain.units()), EFFECTS, steps=STEPS)
+        known = {signature.effect.label for signature in found.known}
+        assert ("line_lag:limited_rate" in known) == (bent > 0.0)
+
+
 def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
     lag, stiffness = tried("pressure_lag", "passive_stiffness")
     planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
