@@ -15,7 +15,12 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.diagnosis.about_the_drive import about_the_drive
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
-from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
+from pamsim.diagnosis.by_link.entries import (
+    effect_entries,
+    far_from_stated,
+    link_entries,
+    nuisance_entries,
+)
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
@@ -70,18 +75,20 @@ def diagnose_recordings(
         for channel, gap in chain.gap.items()
         if gap.floor is not None
     }
+    refitted = nuisance_entries(rig, found, nuisance)
     return LinkReport(
         rig=rig.name,
         links=link_entries(found),
         effects=effect_entries(rig, found),
         gap=chain.gap,
-        nuisance=nuisance_entries(rig, found, nuisance),
+        nuisance=refitted,
         next_experiment=next_experiment(rig, found, noise, threads=options.threads),
         warnings=(
             *likely_mistakes(rig, data.trials, chain.as_it_is, threads=options.threads),
             *data.notes,
             *split.warnings,
             *found.notes,
+            *far_from_stated(refitted),
             *about_the_drive(data),
             *above_supply(rig.muscles, map(experiment_of, data.trials)),
         ),

@@ -11,6 +11,7 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
+from pamsim.diagnosis.by_link.descent import PRIOR
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
 from pamsim.diagnosis.by_link.link_model import LinkModel
@@ -29,6 +30,8 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.projected_effect import orthonormal
+
+_FAR = 2.0  # standard deviations of `PRIOR`, beyond which one value in twenty lies
 
 
 def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
@@ -79,6 +82,20 @@ def nuisance_entries(
             )
         )
     return tuple(entries)
+
+
+def far_from_stated(nuisance: Collection[NuisanceEntry]) -> tuple[str, ...]:
+    """Sentences about refitted parameters that ended farther off than a rig is likely to be.
+
+    A dead volume of twice its size fills like a narrow valve: such a value may hide an effect.
+    """
+    return tuple(
+        f"{one.parameter} was refitted to {one.whole / one.stated:.2g} times what the rig states:"
+        " measure it and state it, or leave it out of the nuisance parameters to see which effect"
+        " takes its place"
+        for one in nuisance
+        if abs(one.whole - one.stated) > _FAR * PRIOR * abs(one.stated) > 0.0
+    )
 
 
 def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
+from pamsim.diagnosis.by_link.entries import far_from_stated
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
 
@@ -103,3 +105,11 @@ def test_a_rig_has_the_nuisance_values_of_the_links_that_its_parts_lie_in():
     found.whole = SimpleNamespace(values={"force.scale in whole chain": 1.02, LEAK: 3e-12})
     assert chain_values(found, fitted) == {"force.scale": 1.02, LEAK: 3e-12}
     assert chain_values(found, base)[LEAK] == 2e-12
+
+
+def test_a_refitted_parameter_far_from_what_the_rig_states_is_in_the_warnings():
+    (near,) = report().nuisance
+    far = replace(near, parameter="chamber.dead_volume", stated=2e-5, whole=3.8e-5)
+    assert far_from_stated([near, replace(far, whole=3.1e-5)]) == ()
+    (sentence,) = far_from_stated([near, far])
+    assert sentence.startswith("chamber.dead_volume was refitted to 1.9 times what the rig states")
