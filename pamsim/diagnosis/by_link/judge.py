@@ -136,7 +136,7 @@ def _judged(
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     weights = np.array([of_link[link] for link in one.links])
     missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
-    uncounted = {
+    small = {
         link: max(one.excess, 0.0) if one.excluded(case.alpha) else 0.0
         for link, one in left.items()
     }
@@ -144,9 +144,9 @@ def _judged(
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]
     inexact = [other.found.gain for other in beside if other.leaves_more(left, case.alpha)]
-    all_missed, not_taken, doubt = (
+    all_missed, not_taken, uncounted = (
         scale * float(weights @ [of[link] for link in one.links])
-        for of in (missed, unexplained, uncounted)
+        for of in (missed, unexplained, small)
     )
     return Judged(
         effect=one.effect,
@@ -159,7 +159,7 @@ def _judged(
         named=all(left[link].known for link in one.links)
         and one.found.gain >= NAMED * (one.found.gain + all_missed),
         left=not_taken,
-        doubt=doubt,
+        uncounted=uncounted,
         error=(1.0 - EXPLAINED) * max(inexact, default=0.0),
         others=gain_of_others(one, needed),
     )

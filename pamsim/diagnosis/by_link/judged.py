@@ -105,7 +105,7 @@ class Judged:
         left: mean square that is left there for certain, and that no other formula of the families
             that were found takes away: of each link as far as the effect is seen in it, on the
             scale of the gain [noise variance].
-        doubt: mean square that is left there by the best estimate, on the same scale, of links in
+        uncounted: mean square that is left there by the best estimate, on the same scale, of links in
             which that is too little to count [noise variance].
         error: mean square that the formula of another effect in its links may be off by, where that
             leaves more than noise [noise variance].
@@ -120,7 +120,7 @@ class Judged:
     exact: bool
     named: bool
     left: float = 0.0
-    doubt: float = 0.0
+    uncounted: float = 0.0
     error: float = 0.0
     others: float = 0.0
 
@@ -145,7 +145,7 @@ class Judged:
 
     def _explains(self) -> bool:
         """Whether so little is left, and it is so large, that no error of a formula can be it."""
-        if self.gain < max(self.error, BESIDE_OTHERS * max(self.others, self.doubt)):
+        if self.gain < max(self.error, BESIDE_OTHERS * max(self.others, self.uncounted)):
             return False
         if self.gain >= EXPLAINED * (self.gain + self.left):
             return True

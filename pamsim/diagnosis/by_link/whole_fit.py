@@ -63,7 +63,7 @@ def left_in_both(
 
 def exact_effects(effects: Sequence[Judged]) -> tuple[Judged, ...]:
     """Effects beside which nothing is left after all."""
-    return tuple(replace(one, exact=True, named=True, left=0.0, doubt=0.0) for one in effects)
+    return tuple(replace(one, exact=True, named=True, left=0.0, uncounted=0.0) for one in effects)
 
 
 def confirmed(by_link: Mapping[str, Size], whole: Mapping[str, Size]) -> dict[str, Size]:

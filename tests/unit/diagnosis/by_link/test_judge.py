@@ -28,7 +28,7 @@ from tests.unit.diagnosis.by_link.toy_chain import (
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before, error=0.0, named=False, others=0.0, doubt=0.0):
+def judged(gain, left, before, error=0.0, named=False, others=0.0, uncounted=0.0):
     return Judged(
         effect=FRICTION,
         links=frozenset([ARMLINK]),
@@ -41,7 +41,7 @@ def judged(gain, left, before, error=0.0, named=False, others=0.0, doubt=0.0):
         left=left,
         error=error,
         others=others,
-        doubt=doubt,
+        uncounted=uncounted,
     )
 
 
@@ -95,8 +95,8 @@ def test_in_a_series_only_what_outweighs_all_others_is_certain():
 
 
 def test_an_effect_is_not_certain_beside_what_is_left_though_that_be_too_little_to_count():
-    assert judged(0.09, 0.0, 0.1, doubt=0.04).level() == "family"
-    assert judged(0.07, 0.0, 0.1, doubt=0.04).level() == ""
+    assert judged(0.09, 0.0, 0.1, uncounted=0.04).level() == "family"
+    assert judged(0.07, 0.0, 0.1, uncounted=0.04).level() == ""
 
 
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
