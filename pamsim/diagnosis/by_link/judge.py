@@ -136,10 +136,7 @@ def _judged(
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
     weights = np.array([of_link[link] for link in one.links])
     missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
-    small = {
-        link: max(one.excess, 0.0) if one.excluded(case.alpha) else 0.0
-        for link, one in left.items()
-    }
+    small = {link: remainder.uncounted(case.alpha) for link, remainder in left.items()}
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]

@@ -105,8 +105,8 @@ class Judged:
         left: mean square that is left there for certain, and that no other formula of the families
             that were found takes away: of each link as far as the effect is seen in it, on the
             scale of the gain [noise variance].
-        uncounted: mean square that is left there by the best estimate, on the same scale, of links in
-            which that is too little to count [noise variance].
+        uncounted: mean square that is left there by the best estimate, on the same scale, in links
+            in which that is too little to count [noise variance].
         error: mean square that the formula of another effect in its links may be off by, where that
             leaves more than noise [noise variance].
     """

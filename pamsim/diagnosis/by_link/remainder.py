@@ -42,6 +42,10 @@ class Remainder:
         """Excess that is certain at a level, and material [noise variance]; else 0."""
         return self.excess if self.counts(alpha) else 0.0
 
+    def uncounted(self, alpha: float) -> float:
+        """Excess that repeats show and that does not count [noise variance]; else 0."""
+        return max(self.excess, 0.0) if self.excluded(alpha) else 0.0
+
     def excluded(self, alpha: float) -> bool:
         """Whether repeats show nothing material."""
         return self.known and not self.counts(alpha)
