@@ -145,6 +145,15 @@ def test_nothing_is_certain_of_an_effect_whose_nearest_formula_leaves_much():
     assert one.share > 0.5
 
 
+def test_a_small_effect_is_not_certain_beside_what_is_left_and_does_not_count():
+    own, typical = 9237.0, 1662.0
+    planted = {"passive.stiffness": own + 0.09 * typical}
+    one = diagnosed(ToyChain(EFFECTS, planted, bent=0.1), EFFECTS)[2]["passive_stiffness"]
+    assert one.exact
+    assert 0.0 == one.left < one.uncounted < one.gain < 2.0 * one.uncounted
+    assert one.level() == ""
+
+
 def test_two_effects_take_the_place_of_one_that_leaves_what_they_do_not():
     """One of a family that is between the two is found first, and its family is then free."""
     planted = {"valve.delay": DELAY, "valve.line_lag": 2e-3}
