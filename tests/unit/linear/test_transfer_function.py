@@ -11,6 +11,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.linear.arx import ArxModel, simulate_arx
 from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_fit import fit_oe
 from pamsim.linear.first_second_order import first_order_step, second_order_step
 from pamsim.linear.step_fit import fit_step
@@ -38,9 +39,9 @@ def test_second_order_closed_form_is_the_step_of_control(t1: float, t2: float) -
 
 
 def test_first_order_closed_form_is_the_step_of_control() -> None:
-    fit = fit_step(TIME, first_order_step(TIME, 0.64595, 2.0), order=1, gain=None)
+    fit = fit_step(TIME, first_order_step(TIME, 0.64595), order=1)
     response = step_response(continuous(fit), TIME)
-    np.testing.assert_allclose(response, first_order_step(TIME, 0.64595, 2.0), atol=1e-9)
+    np.testing.assert_allclose(response, first_order_step(TIME, 0.64595), atol=1e-9)
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -66,7 +67,11 @@ def test_arx_of_a_sampled_lag_becomes_that_lag() -> None:
 
 def test_dead_time_needs_a_pade_order() -> None:
     late = second_order_step(TIME - 0.2, 0.1, 0.6)
-    fit = fit_step(TIME, late, order=2, dead_time=True)
+    fit = replace(
+        fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2),
+        structure=ContinuousStructure(2, dead_time=True),
+        coordinates=np.array([np.log(0.1), np.log(0.6), 0.2, 1.0]),
+    )
     with pytest.raises(InputError, match="pade_order"):
         continuous(fit)
     response = step_response(continuous(fit, pade_order=5), TIME)
