@@ -41,9 +41,9 @@ BESIDE_OTHERS = 2.0
 """Multiple of what is left that an effect must take away beside others with which it explains
 `EXPLAINED` of its links: a formula's error of a tenth of a larger effect's amplitude leaves as much
 as a small effect does. In training cases none of 7 that took away so much had the wrong family; of
-3 that took away less, one had. Nor is an effect certain that takes away less than this multiple of
-what is left and too little to count: in two draws of training cases that was so of 11 of 33 that
-were wrong and of 9 of 480 others."""
+3 that took away less, one had. An effect must take away as much beside what is left and too
+little to count, too: in two draws of training cases 11 of 33 wrong effects took away less, and 9 of
+480 others."""
 
 NAMED = 0.99
 """Share of what an effect takes away and is then left, from which its name may be certain although

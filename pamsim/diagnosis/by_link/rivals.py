@@ -69,24 +69,25 @@ def rival_fits(
         and case.seen_in(p.effect) & one.links
     ]
     family = [p for p in others if p.effect.family == effect.family]
+    least = CONTENDS * own
     wide = one.leaves_more(left, case.alpha)
-    every = len(family) if wide else 1
+    many, enough = (len(others), 0.0) if wide else (1, least)
     kinds = (
-        ([p for p in others if p.effect.name == effect.name], 1, wide),
-        ([p for p in family if p.effect.name != effect.name], every, wide),
-        ([p for p in others if p.effect.family != effect.family], _RIVALS, False),
+        ([p for p in others if p.effect.name == effect.name], 1, many, enough),
+        ([p for p in family if p.effect.name != effect.name], many, many, enough),
+        ([p for p in others if p.effect.family != effect.family], _RIVALS, 1, least),
     )
     return [
         fit
-        for some, most, all_forms in kinds
+        for some, most, forms, promised in kinds
         for fit in best_fits(
             case.fitter,
             one.rest,
             some,
             case.searched.known,
             most=most,
-            forms=len(some) if all_forms else 1,
-            least=0.0 if all_forms else CONTENDS * own,
+            forms=forms,
+            least=promised,
             links=one.links,
             steps=case.steps,
         )

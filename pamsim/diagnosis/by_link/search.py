@@ -143,14 +143,13 @@ def best_fits(
     fits: list[LinkModel] = []
     for name in dict.fromkeys(promise.effect.name for promise in found):
         own = [promise for promise in found if promise.effect.name == name]
-        worth = [_WORTH * some[0].gain if least is None else least for some in (found, own)]
-        if len(fits) == most or own[0].gain < worth[0]:
+        if len(fits) == most or own[0].gain < _least_of(found, least):
             break
         where = seen_in(fitter, known, name) | frozenset(links)
         tried: list[LinkModel] = []
         for label in list(dict.fromkeys(promise.effect.label for promise in own))[:forms]:
             promise = next(p for p in own if p.effect.label == label)
-            if promise.gain < worth[1]:
+            if promise.gain < _least_of(own, least):
                 break
             steps.begin(label)
             fit = _with_effect(fitter, model, promise, where)
@@ -159,6 +158,11 @@ def best_fits(
         if tried:
             fits.append(min(tried, key=lambda fit: fit.criterion))
     return fits
+
+
+def _least_of(some: Sequence[Promise], least: float | None) -> float:
+    """Promise from which one of some is fitted."""
+    return _WORTH * some[0].gain if least is None else least
 
 
 def _with_effect(

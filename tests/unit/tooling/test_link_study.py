@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import runpy
 import sys
 from itertools import combinations
@@ -38,6 +39,10 @@ def test_the_table_of_the_document_is_that_of_the_record():
     assert scores["must_show"](record["rows"]) == record["must_show"]
     cases = json.loads((SCRIPTS / "link_study_cases.json").read_text(encoding="utf-8"))["cases"]
     assert f"The table has {len(record['rows'])} of {len(cases)} cases" in " ".join(text.split())
+    (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
+    (wrong,) = [one for one in record["must_show"] if one["quantity"].startswith("wrong at")]
+    named = re.findall(r"\((?:case )?(\d+)\)", paragraph)
+    assert sorted(named) == sorted(name.partition("_")[0] for name in wrong["others"])
 
 
 def test_effects_together_are_of_different_families_on_the_sides_of_their_tier(drawn):

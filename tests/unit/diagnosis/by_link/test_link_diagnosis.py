@@ -146,8 +146,7 @@ def test_nothing_is_certain_of_an_effect_whose_nearest_formula_leaves_much():
 
 
 def test_a_small_effect_is_not_certain_beside_what_is_left_and_does_not_count():
-    own, typical = 9237.0, 1662.0
-    planted = {"passive.stiffness": own + 0.09 * typical}
+    planted = {"passive.stiffness": 9237.0 + 150.0}
     one = diagnosed(ToyChain(EFFECTS, planted, bent=0.1), EFFECTS)[2]["passive_stiffness"]
     assert one.exact
     assert 0.0 == one.left < one.uncounted < one.gain < 2.0 * one.uncounted
