@@ -31,8 +31,9 @@ NOTES = """
 A ratio above 1 means that pamsim is quicker, or takes as many times as many steps per second;
 only of a frame it is the time.
 
-- **Time step**: why the muscle's own law cannot be reached, and how costs grow with muscles,
-  joints, trials, levels and branches: [what a step costs](callback.md#what-a-step-costs).
+- **Time step**: why MuJoCo's own muscle cannot be reached:
+  [what a step costs](callback.md#what-a-step-costs). With muscles, joints, trials, levels and
+  branches no cost grows faster than the work (`scaling.py`).
 - **LSODA** integrates the equations of the [independent plant](architecture.md), compiled by
   numba, at the loosest tolerance whose median error of the final angle is no larger than pamsim's.
   pamsim settles in steps of 8 ms (`settle_steps`). In short time steps LSODA is closer: the arm's

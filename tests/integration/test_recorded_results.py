@@ -91,7 +91,7 @@ def table_after(document, first_cell):
     return lines[start][1:], rows
 
 
-def test_the_scoreboard_s_tables_are_those_of_its_result():
+def test_the_scoreboard_s_table_is_that_of_its_result():
     board = recorded("results/controller_scoreboard.json")
     got = {(r["plant"], r["task"], r["controller"]): r for r in board["rows"]}
     plants, rows = table_after("control.md", "controller on a sine")
@@ -99,21 +99,6 @@ def test_the_scoreboard_s_tables_are_those_of_its_result():
     for name, cells in rows.items():
         for plant, cell in zip(plants, cells, strict=True):
             assert cell == f"{got[plant, 'sine', name]['rmse_deg']:.2f}", (plant, name)
-    _, rows = table_after("control.md", "controller, 1.2 kg")
-    assert len(rows) == 12
-    for name, cells in rows.items():
-        step, push, stiff, sine = (
-            got["1.2 kg", task, name] for task in ("step", "disturbance", "stiffness", "sine")
-        )
-        assert cells == [
-            f"{step['rmse_deg']:.2f}",
-            f"{100 * step['overshoot']:.0f}",
-            f"{step['settling_s']:.2f}",
-            f"{push['rmse_deg']:.2f}",
-            f"{100 * stiff['stiffness_error']:.0f}",
-            f"{sine['switching_hz']:.1f}",
-            f"{sine['air_mg_s']:.0f}",
-        ]
 
 
 def test_the_scoreboard_meets_what_is_promised():
@@ -143,10 +128,9 @@ def test_random_episodes_broke_nothing():
 
 def test_environments_are_as_fast_as_is_promised():
     rows = recorded("benchmarks/results/environment_steps.json")["rows"]
-    head, table = table_after("control.md", "against `InvertedPendulum-v5`, frame skip")
-    for row in rows:
-        name = row["environment"] if row["arms"] == 1 else f"{row['arms']} x {row['environment']}"
-        assert table[name][head.index(str(row["frame_skip"]))] == f"{row['ratio']:.2f} x"
+    ratios = [row["ratio"] for row in rows]
+    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    assert f"A step is {min(ratios):.1f} to {max(ratios):.0f} times as quick" in text
     at_the_peer_s = [row for row in rows if row["frame_skip"] == 2]
     assert {row["arms"] for row in at_the_peer_s} == {1, 64, 256}
     for row in at_the_peer_s:
@@ -158,8 +142,6 @@ def test_environments_are_as_fast_as_is_promised():
 def test_frames_are_as_quick_as_is_promised():
     ratios = [row["ratio"] for row in recorded("benchmarks/results/frames.json")["rows"]]
     assert max(ratios) < 3.0
-    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
-    assert f"take {min(ratios):.1f} to {max(ratios):.1f} times the processor time" in text
 
 
 def test_the_repaired_rig_s_table_is_that_of_its_result():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import runpy
 from pathlib import Path
 
@@ -23,30 +22,14 @@ def script(name):
     return runpy.run_path(str(ROOT / "scripts/trust" / f"{name}.py"), run_name=name)
 
 
-def test_the_table_of_functions_is_that_of_the_result():
+def test_no_function_gives_a_wrong_number():
     result = recorded("results/stepping_functions.json")
     assert not result["bad"]
     assert not result["missing_functions"]
     assert result["mjb_in_another_process"] == {"register": "right", "without": "crash"}
-    head = "| function | right | error | no number |"
-    lines = (ROOT / "docs" / "callback.md").read_text(encoding="utf-8").splitlines()
-    rows: dict[str, list[str]] = {}
-    for line in lines[lines.index(head) + 2 :]:
-        if not line.startswith("|"):
-            break
-        name, *cells = (cell.strip() for cell in line.strip("|").split("|"))
-        for one in re.findall(r"`([^`]+)`", name):
-            rows[one] = cells
-    found = result["functions"]
-    assert set(rows) == set(found)
-    for name, cells in found.items():
-        assert list(cells) == PLACES
-        counts = [
-            sum(cell.startswith(kind) for cell in cells.values())
-            for kind in ("right", "error", "no number")
-        ]
-        assert sum(counts) == len(PLACES), name
-        assert rows[name] == [str(count) for count in counts], name
+    for name, cells in result["functions"].items():
+        assert list(cells) == PLACES, name
+        assert all(cell.startswith(("right", "error", "no number")) for cell in cells.values())
 
 
 @pytest.mark.usefixtures("unchecked")

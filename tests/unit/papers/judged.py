@@ -5,12 +5,9 @@ from __future__ import annotations
 import copy
 import functools
 import re
-import runpy
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-
-import pytest
 
 from pamsim.papers import claim as room
 from pamsim.papers.claim import Claim, Note, Order, Verdict, judge, note
@@ -18,16 +15,6 @@ from pamsim.papers.replicate import Replication
 from pamsim.recordings.printed import Printed
 
 ROOT = Path(__file__).resolve().parents[3]
-INCONSISTENCIES = runpy.run_path(str(ROOT / "scripts" / "inconsistencies.py"))
-
-
-NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-
-
-def apart(text):
-    """Words of a text in a row, and its numbers."""
-    text = text.removeprefix("\n## ").strip()
-    return NUMBER.split(text), [float(number) for number in NUMBER.findall(text)]
 
 
 @dataclass
@@ -169,16 +156,8 @@ def assert_identities_hold_whatever_is_printed(paper, monkeypatch):
 
 
 def assert_documented(paper):
-    """Its line in docs/papers.md holds the counts of its facts; the last line and README sum.
-
-    Its part of docs/inconsistencies.md holds those that do not add up, with today's numbers.
-    """
+    """Its line in docs/papers.md holds the counts of its facts; the last line and README sum."""
     found = judged(paper)
-    written = INCONSISTENCIES["PAGE"].read_text(encoding="utf-8")
-    words, numbers = apart(INCONSISTENCIES["section"](paper, found.claims.values()))
-    (kept,) = (part for part in written.split("\n## ") if part.startswith(words[0]))
-    assert apart(kept)[0] == words, "python scripts/inconsistencies.py"
-    assert apart(kept)[1] == pytest.approx(numbers, rel=1e-2, abs=1e-12)
     done = Replication(
         papers={paper: ""},
         claims=tuple(found.claims.values()),
