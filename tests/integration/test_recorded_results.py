@@ -179,25 +179,6 @@ def test_runs_in_threads_are_as_the_document_states():
     assert failed == 0
 
 
-def test_killed_runs_and_full_disks_are_as_the_document_states():
-    kills = recorded("results/kills.json")["commands"]
-    disks = recorded("results/disk_full.json")["commands"]
-    _, rows = table_after("files.md", "command")
-    assert set(rows) == {*kills, "all"}
-    for name, cells in rows.items():
-        tried = {
-            "kills": [kills[name]] if name in kills else list(kills.values()),
-            "full": [disks[name]] if name in disks else list(disks.values()) * (name == "all"),
-        }
-        counts = [
-            sum(row[key] for row in own) for kind, own in tried.items() for key in (kind, "failed")
-        ]
-        assert cells == [*map(str, counts[:2]), *(map(str, counts[2:]) if tried["full"] else "--")]
-    assert int(rows["all"][0]) >= 200
-    assert int(rows["all"][2]) >= 20
-    assert rows["all"][1] == rows["all"][3] == "0"
-
-
 def test_the_five_tasks_are_as_recorded():
     record = recorded("benchmarks/results/five_tasks.json")
     _, rows = table_after("compared.md", "task")
