@@ -31,7 +31,7 @@ MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 # Targets share one environment and one machine: two at a time would only get in each other's way.
 .NOTPARALLEL:
-.PHONY: help reproduce test lint format lock test-lowest docs wheel benchmark clean
+.PHONY: help reproduce test test-slow lint format lock test-lowest docs wheel benchmark clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -43,6 +43,9 @@ reproduce: $(VENV)/.run-stamp ## the main job: every printed experiment, tables,
 test: $(VENV)/.dev-stamp ## run the test suite (ARGS="..." goes to pytest)
 	-@PAMSIM_CHECK=1 $(PY) $(COMPILE)
 	$(PY) $(PYTEST) $(ARGS)
+
+test-slow: $(VENV)/.dev-stamp ## what `make test` leaves out: studies, the GPU's code on the CPU, a window
+	$(PY) $(PYTEST) -m slow $(ARGS)
 
 lint: $(VENV)/.dev-stamp ## style, formatting, types, import directions, spelling, plain words
 	$(PY) -m ruff check .

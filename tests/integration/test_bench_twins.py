@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 import pamsim
 from pamsim.twins.hide import hide
+
+pytestmark = pytest.mark.slow
 
 
 def test_hysteresis_is_named_from_the_force_under_an_imposed_length(tmp_path):

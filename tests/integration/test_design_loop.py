@@ -17,6 +17,8 @@ from pamsim.envs.closed_loop import run_episode
 from pamsim.linear.transfer_function import sampled_plants
 from pamsim.recordings.trial import Trial, TrialSet
 
+pytestmark = pytest.mark.slow
+
 COMMON, GOAL = 300e3, 0.05  # Pa, rad
 LEVELS = 20e3 * np.array([0, 1, 2, 1, 0, -1, -2, -1, 0])
 

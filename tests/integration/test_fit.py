@@ -101,6 +101,7 @@ def test_fitted_parameters_run_in_a_rig(tmp_path, monkeypatch, capsys, model):
     assert "deg" in out
 
 
+@pytest.mark.slow
 def test_compare_ranks_by_unseen_lengths_and_says_what_is_left_out(tmp_path, monkeypatch, capsys):
     lines = DMSP_20.read_text(encoding="utf-8").splitlines()
     # Every third pressure, since the exact shape of a pleated muscle is slow to evaluate.

@@ -12,6 +12,8 @@ import pytest
 
 import pamsim
 
+pytestmark = pytest.mark.slow
+
 DURATION, RATE = 28.0, 25.0
 LEVEL, GIVES_IN = 0.25, 0.004  # torque of sliding friction [N m]; angle in which it builds up [rad]
 NUISANCE = ("force.scale", "chamber.dead_volume")

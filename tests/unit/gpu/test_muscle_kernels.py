@@ -79,6 +79,7 @@ def single():
     return given, python_results(given), warp_results(given, "float32")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MUSCLES)
 def test_double_precision_is_pythons(double, name):
     """To rounding: the formulas are the same, so nothing but the order of sums may differ."""
@@ -96,6 +97,7 @@ def test_double_precision_is_pythons(double, name):
     assert np.ptp(expected.tension[:, i]) > 10.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", IN_SINGLE)
 def test_single_precision_is_pythons_to_1e_4(single, name):
     """Relative, of pressures, tensions and forces."""

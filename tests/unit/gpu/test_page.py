@@ -17,6 +17,7 @@ SNIPPETS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 DRIVES = {"set points": "pressure_set", "openings of the valves": "valve"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", SNIPPETS)
 def test_a_snippet_runs(text, capsys):
     names: dict[str, object] = {"__name__": "__main__"}

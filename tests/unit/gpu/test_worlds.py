@@ -42,6 +42,7 @@ def responses():
     return simulate_batch(jobs, threads=1), simulate_worlds(jobs, device="cpu", threads=1)
 
 
+@pytest.mark.slow
 def test_a_step_response_is_that_of_the_engine(responses):
     for own, other in zip(*responses, strict=True):
         assert other.outcome is Outcome.COMPLETED
@@ -54,11 +55,13 @@ def test_a_step_response_is_that_of_the_engine(responses):
         assert (other.drive, other.load, other.muscles) == (own.drive, own.load, own.muscles)
 
 
+@pytest.mark.slow
 def test_every_world_has_its_own_parameters(responses):
     ends = np.degrees([run.angle[-1] for run in responses[1]])
     assert np.diff(np.sort(ends)).min() > 0.1
 
 
+@pytest.mark.slow
 def test_in_single_precision_too(responses):
     given = [(VARIED[0], step())]
     (single,) = simulate_worlds(given, device="cpu", precision="float32", threads=1)
@@ -66,6 +69,7 @@ def test_in_single_precision_too(responses):
     assert np.abs(single.pressure - responses[0][0].pressure).max() < 50.0
 
 
+@pytest.mark.slow
 def test_a_state_goes_on_where_it_was_taken():
     """In the other engine as well, to single precision; and in any order of steps."""
     run = prepare(RIG, step())
@@ -90,6 +94,7 @@ def test_a_state_goes_on_where_it_was_taken():
     assert worlds.time == pytest.approx([0.06, 0.04])
 
 
+@pytest.mark.slow
 def test_a_pushed_joint_moves():
     run = prepare(RIG, step())
     data = mujoco.MjData(run.model)
@@ -105,6 +110,7 @@ def test_a_pushed_joint_moves():
     assert worlds.position[1, 0] - worlds.position[0, 0] > 1e-4
 
 
+@pytest.mark.slow
 def test_a_world_that_breaks_down_ends_alone(monkeypatch):
     """Its valves open to a supply without pressure, by which a flow is divided."""
 

@@ -13,6 +13,8 @@ import pamsim.envs  # noqa: F401  (registers the environments)
 from pamsim.core.errors import EngineError
 from pamsim.envs.rig_vector_env import RigVectorEnv
 
+pytestmark = pytest.mark.slow
+
 COUNT = 3
 
 

@@ -63,6 +63,7 @@ def test_a_bent_plant_is_said_to_be_nonlinear_and_not_recommended():
     assert residual_nonlinearity(best, [record]).p_value < 1e-4
 
 
+@pytest.mark.slow
 def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
     p_values: list[float] = []
     for seed in range(40):
@@ -101,6 +102,7 @@ def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
     assert chosen.reason.startswith("1 pole, drift: the best by the Hannan-Quinn criterion")
 
 
+@pytest.mark.slow
 def test_slow_noise_is_not_taken_for_poles():
     right = 0
     for seed in range(6):
