@@ -13,16 +13,22 @@ from pamsim.cli.output import save_json
 from pamsim.core.errors import InputError
 
 
-def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple[float, float]]:
-    """Read ``12:22,31.5:41.5``."""
-    spans: list[tuple[float, float]] = []
+def _spans(
+    context: object, parameter: click.Parameter, text: str
+) -> dict[str, list[tuple[float, float]]]:
+    """Read ``12:22,31.5:41.5`` or ``fill=12:22,vent=31.5:41.5``, by protocol."""
+    spans: dict[str, list[tuple[float, float]]] = {}
     for part in text.split(",") if text else []:
-        begin, _, end = part.partition(":")
+        protocol, _, span = part.rpartition("=")
+        begin, _, end = span.partition(":")
         try:
-            spans.append((float(begin), float(end)))
+            spans.setdefault(protocol.strip(), []).append((float(begin), float(end)))
         except ValueError:
-            raise InputError(f"`segments` {text}: write BEGIN:END,BEGIN:END in seconds") from None
-    return spans
+            raise InputError(
+                f"`segments` {text}: write BEGIN:END,BEGIN:END in seconds, or"
+                " PROTOCOL=BEGIN:END,PROTOCOL=BEGIN:END"
+            ) from None
+    return spans or {"": []}
 
 
 @click.command(name="import", cls=Command)
@@ -36,7 +42,8 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
     "columns",
     multiple=True,
     help="What a column is: QUANTITY=NAME or QUANTITY=NAME:UNIT, such as knee.angle=-phi:deg,"
-    " where - turns the sign. Again for more; the others are guessed.",
+    " where - turns the sign, or knee.torque=F*0.0069m:N. column_1, column_2 in a log without"
+    " header. Again for more; the others are guessed.",
 )
 @click.option(
     "--drive",
@@ -46,9 +53,15 @@ def _spans(context: object, parameter: click.Parameter, text: str) -> list[tuple
     " out.",
 )
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
+@click.option(
+    "--rate", default="", help="Of the rows, if there is no clock, or of an even clock: 200Hz."
+)
 @click.option("--period", default="", help="Cut a log that repeats into trials: 9.93s.")
 @click.option(
-    "--segments", default="", callback=_spans, help="Or where its trials are: 12:22,31:41."
+    "--segments",
+    default="",
+    callback=_spans,
+    help="Or where its trials are: 12:22,31:41, or fill=12:22,vent=31:41.",
 )
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
 @click.option("--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm.")
@@ -60,8 +73,9 @@ def command(
     columns: tuple[str, ...],
     drive: str,
     protocol: str,
+    rate: str,
     period: str,
-    segments: list[tuple[float, float]],
+    segments: dict[str, list[tuple[float, float]]],
     lead_in: str,
     load: float,
     json_file: Path | None,
@@ -82,6 +96,7 @@ def command(
             columns=columns,
             drive=drive,
             protocol=protocol,
+            rate=rate,
             period=period,
             segments=segments,
             lead_in=lead_in,

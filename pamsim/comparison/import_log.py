@@ -9,7 +9,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -36,6 +36,9 @@ from pamsim.recordings.signals import (
 )
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, of_rig
+
+Spans: TypeAlias = Sequence[tuple[float, float]]
+"""Begin and end of parts of a log [s]."""
 
 _AGAINST = -0.7
 """Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
@@ -74,8 +77,9 @@ class ImportedLog:
         for one in self.columns:
             turned = ", sign turned" if one.sign < 0 else ""
             absolute = ", absolute" if one.absolute else ""
+            times = f" times {one.times}" if one.times else ""
             lines.append(
-                f"  {one.column:{wide}s}  is {one.quantity} in {one.unit}{absolute}{turned}"
+                f"  {one.column:{wide}s}  is {one.quantity} in {one.unit}{times}{absolute}{turned}"
             )
         lines += [f"not sure: {one.column}: {'; '.join(one.warnings)}" for one in self.columns
                   if one.warnings]  # fmt: skip
@@ -100,8 +104,9 @@ def import_log(
     columns: Sequence[str] = (),
     drive: str = "",
     protocol: str = "",
+    rate: str = "",
     period: str = "",
-    segments: Sequence[tuple[float, float]] = (),
+    segments: Spans | Mapping[str, Spans] = (),
     lead_in: str = "",
     load: float = 0.0,
     force: bool = False,
@@ -110,16 +115,19 @@ def import_log(
 
     Args:
         logs: CSV, MAT, npz or Parquet files with the same columns; each is copied as it lies.
+            Columns without header are ``column_1`` and so on.
         rig: name or folder of the rig they are of, or a loaded one.
         out: folder to write.
-        columns: what is known of some, ``knee.angle=-phi:deg``: quantity, sign, name and, if
-            known, unit; the others are guessed.
+        columns: what is known of some, ``knee.angle=-phi:deg`` or ``knee.torque=F*0.0069m:N``:
+            quantity, sign, name and, if known, a factor and the unit; the others are guessed.
         drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
             left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats; the file's name without a number at its
             end if left out.
+        rate: such as ``200 Hz``: of the rows of a log without a clock; a log with one is put on an
+            even clock of that rate.
         period: such as ``9.93 s``, in which one log repeats.
-        segments: begin and end of each trial in one log [s].
+        segments: begin and end of each trial in one log [s]; or such pairs by protocol.
         lead_in: such as ``2 s``, simulated before each trial and not compared.
         load: mass on the arm [kg].
         force: replace files that are there.
@@ -133,26 +141,28 @@ def import_log(
     """
     files = [Path(log) for log in ([logs] if isinstance(logs, str | os.PathLike) else logs)]
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
-    table = read_columns(files[0])
+    table = read_columns(files[0], numbers_only=True)
     stated = [_stated(text, loaded) for text in columns]
     guesses, unused = guess_columns(
         table, loaded.names, supply=loaded.supply_pressure, stated=stated
     )
-    if all(one.quantity != "time" for one in guesses):
+    clock = any(one.quantity == "time" for one in guesses)
+    if not clock and not rate:
         raise InputError(
             f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
-            " time=t:s"
+            " time=t:s, or give `rate`"
         )
     quantities = [one.quantity for one in guesses]
     kind = _drive(drive, loaded, quantities, files[0])
     folder = Path(out)
     cut: dict[str, Any] = {}
+    if rate and clock:
+        cut["rate"] = rate
     if period:
         cut["period"] = period
-    if segments:
-        cut["segments"] = [list(map(float, pair)) for pair in segments]
     if lead_in:
         cut["lead_in"] = lead_in
+    parts = segments if isinstance(segments, Mapping) else {"": segments}
     targets = {folder / file.name: file for file in files}
     if len(targets) < len(files):
         raise InputError(f"{folder}: two logs have the same name; rename one")
@@ -161,13 +171,15 @@ def import_log(
     for path in (*moved, folder / INDEX):
         refuse_existing(path, force)
     entries = [
-        {"file": file.name, "protocol": protocol or _protocol(file), "drive": kind,
-         "load_kg": float(load), **cut}
+        {"file": file.name, "protocol": own or protocol or _protocol(file), "drive": kind,
+         "load_kg": float(load), **cut,
+         **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {})}
         for file in files
+        for own, spans in parts.items()
     ]  # fmt: skip
 
     def write(index: Path, chosen: Sequence[Guess]) -> tuple[Trial, ...]:
-        text = _index(_rig_from(loaded, folder), chosen, entries)
+        text = _index(_rig_from(loaded, folder), "" if clock else rate, chosen, entries)
         index.write_text(text, encoding="utf-8")
         try:
             found = read_recordings(index)
@@ -198,15 +210,18 @@ def import_log(
         drive=kind,
         trials=tuple(trial.name for trial in trials),
         seconds=float(sum(trial.time[-1] for trial in trials)),
-        notes=_notes(trials, kind, bool(cut)),
+        notes=_notes(trials, kind, bool(cut or segments)),
     )
 
 
 def _stated(text: str, rig: Rig) -> Guess:
-    """What the user states of a column: ``knee.angle=-phi:deg``."""
+    """What the user states of a column: ``knee.angle=-phi:deg``, ``knee.torque=F*0.0069m:N``."""
     quantity, equals, column = (part.strip() for part in text.partition("="))
     if not equals or not column:
-        raise InputError(f"`columns` {text}: write quantity=name or quantity=name:unit")
+        raise InputError(
+            f"`columns` {text}: write quantity=name, quantity=name:unit or"
+            " quantity=name*factor:unit"
+        )
     known = [
         "time",
         *(f"{joint}.{kind}" for joint, kind in rig.joints.items()),
@@ -222,7 +237,17 @@ def _stated(text: str, rig: Rig) -> Guess:
     if not colon:
         name, unit = unit, ""
     unit, absolute = unit_of(unit)
-    return Guess(quantity=quantity, column=name, unit=unit, sign=sign, absolute=absolute)
+    name, star, times = name.rpartition("*")
+    if not star:
+        name, times = times, ""
+    return Guess(
+        quantity=quantity,
+        column=name.strip(),
+        unit=unit,
+        sign=sign,
+        absolute=absolute,
+        times=times.strip(),
+    )
 
 
 def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> DriveLike:
@@ -291,13 +316,17 @@ def _rig_from(rig: Rig, folder: Path) -> str:
     return Path(os.path.relpath(own, folder.resolve())).as_posix()
 
 
-def _index(rig: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]) -> str:
-    """Text of ``recording.toml``."""
+def _index(
+    rig: str, rate: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]
+) -> str:
+    """Text of ``recording.toml``, with the rate of rows that have no clock."""
     lines = [f"schema = {json.dumps(WITH_COLUMNS)}", f"rig = {json.dumps(rig)}", "", "[columns]"]
+    lines += [f"time = {{ rate = {json.dumps(rate)} }}"] if rate else []
     for one in guesses:
         parts = [f"column = {json.dumps(one.column)}", f"unit = {json.dumps(one.unit)}"]
         parts += ["sign = -1"] if one.sign < 0 else []
         parts += ["absolute = true"] if one.absolute else []
+        parts += [f"times = {json.dumps(one.times)}"] if one.times else []
         warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
         lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:

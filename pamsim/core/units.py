@@ -127,9 +127,19 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
     Raises:
         InputError: if it is no number, or its unit is unknown or of another quantity.
     """
+    number, unit = number_and_unit(text, where=where)
+    return to_si(number, unit or default_unit, si_unit, where=where)
+
+
+def number_and_unit(text: str, *, where: str) -> tuple[float, str]:
+    """A number and its unit as written, such as ``4.87`` and ``bar``; empty where there is none.
+
+    Raises:
+        InputError: if it is no number.
+    """
     long = len(text) > QUANTITY_CHARACTERS
     match = None if long else _QUANTITY.fullmatch(text)
     if match is None:
         what = f"{len(text)} characters are" if long else f"{text!r} is"
         raise InputError(f"{where}: {what} not a number; write one such as 487 or 4.87bar")
-    return to_si(float(match[1]), match[2].strip() or default_unit, si_unit, where=where)
+    return float(match[1]), match[2].strip()

@@ -83,6 +83,7 @@ class Guess:
         unit: of its numbers.
         sign: 1 or -1.
         absolute: whether pressures count from vacuum.
+        times: factor with its unit, such as ``0.0069 m`` of a force that makes a torque.
         warnings: what is not certain, and why; none if the name states everything.
     """
 
@@ -91,6 +92,7 @@ class Guess:
     unit: str
     sign: int = 1
     absolute: bool = False
+    times: str = ""
     warnings: tuple[str, ...] = ()
 
     @property

@@ -73,6 +73,7 @@ class Columns:
         cells: name -> cell of each row, in the order of the file.
         ignored: names of columns that the format does not know.
         units: name -> unit, where the file has a line of them.
+        notes: what a reader should know, one sentence each.
     """
 
     path: Path
@@ -81,6 +82,7 @@ class Columns:
     cells: Mapping[str, Cells]
     ignored: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict[str, str])
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def values(self) -> Mapping[str, FloatArray]:

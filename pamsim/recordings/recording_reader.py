@@ -13,6 +13,7 @@ see `pamsim.recordings.log_columns`.
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
@@ -93,8 +94,9 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     trials: list[Trial] = []
     notes: list[str] = []
     for number, one in enumerate(table["trial"], start=1):
-        columns = read_columns(index.parent / one["file"])
-        if table["columns"] is not None:
+        own = table["columns"] is not None
+        columns = read_columns(index.parent / one["file"], numbers_only=own)
+        if own:
             columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
         read.append(_trial(one, columns, notes))
         trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
@@ -138,11 +140,27 @@ def _index(path: Path) -> Mapping[str, Any]:
     ]
     for file, count in Counter(one["file"] for one in index["trial"]).items():
         if count > 1:
-            raise InputError(f"{path}: file {file!r} is two trials; name each file once")
+            _named_apart([one for one in index["trial"] if one["file"] == file], f"{path}: {file}")
     return index
 
 
-def _checked(table: object, where: str) -> Mapping[str, Any]:
+def _named_apart(entries: list[dict[str, Any]], where: str) -> None:
+    """Name the trials of one file by their protocols; no row may be in two of them."""
+    spans: list[tuple[float, float]] = []
+    for one in entries:
+        if not one["segments"]:
+            raise InputError(f"{where} is several trials; give each its segments")
+        spans += segments.spans_of(one["segments"], f"{where}: segments")
+        one["name"] = f"{Path(one['file']).with_suffix('').as_posix()}_{one['protocol']}"
+    if len({one["name"] for one in entries}) < len(entries):
+        raise InputError(f"{where} is two trials of one protocol; write all segments into one")
+    spans.sort()
+    for (_, end), (begin, _) in itertools.pairwise(spans):
+        if begin < end:
+            raise InputError(f"{where}: segments overlap at {begin:g} s; no row counts twice")
+
+
+def _checked(table: object, where: str) -> dict[str, Any]:
     entry = check_table(table, _TRIAL, where)
     try:
         Drive.of(entry["drive"], len(entry["drive"]))
@@ -182,12 +200,12 @@ def _trial(
         columns.require(column, why, "no command column")
         if kind in EFFORTS.values():  # from outside, which is no measurement of the rig
             channels.pop(column, None)
-    name = Path(table["file"]).with_suffix("").as_posix()
+    name = table.get("name") or Path(table["file"]).with_suffix("").as_posix()
     jitter = recording_checks.clock(columns)
     recording_checks.units(columns, driven)
     used = {"time_s", *command, *channels}
     unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
-    notes += [f"{name}: {jitter}"] if jitter else []
+    notes += [f"{name}: {note}" for note in (jitter, *columns.notes) if note]
     notes += [f"{name}: column {column!r} is not used" for column in unused]
     time = columns.values["time_s"]
     trial = Trial(

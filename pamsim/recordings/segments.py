@@ -84,19 +84,24 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
             )
         spans = [(lead + k * length, lead + (k + 1) * length) for k in range(count)]
     elif segments:
-        place = f"{where}: segments"
-        spans = [(_seconds(begin, place), _seconds(end, place)) for begin, end in segments]
-        for begin, end in spans:
-            if begin >= end:
-                raise InputError(
-                    f"{place}: {begin:g} to {end:g} s is no span; the later time comes last"
-                )
+        spans = spans_of(segments, f"{where}: segments")
     trials = [_part(trial, span, lead, where) for span in spans]
     if len(trials) == 1:
         return (trials[0],)
     if segments:
         trials = _inputs_apart(trials)
     return tuple(replace(t, name=f"{trial.name}_{k}") for k, t in enumerate(trials, start=1))
+
+
+def spans_of(pairs: list[Any], where: str) -> list[tuple[float, float]]:
+    """Begin and end of each segment [s]; InputError for a time without meaning or no span."""
+    spans = [(_seconds(begin, where), _seconds(end, where)) for begin, end in pairs]
+    for begin, end in spans:
+        if begin >= end:
+            raise InputError(
+                f"{where}: {begin:g} to {end:g} s is no span; the later time comes last"
+            )
+    return spans
 
 
 def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:

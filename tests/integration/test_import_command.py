@@ -154,6 +154,9 @@ def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
     code, shown = run("--force", "--segments", "1:2,2:3", "--column", "elbow.angle=phi:deg")
     assert code == 0
     assert "trials: 2" in shown.out
+    code, shown = run("--force", "--segments", "fill=1:2,vent=2:3")
+    assert code == 0
+    assert "trials: 2" in shown.out
     code, shown = run("--force", "--segments", "1-2")
     assert code == 2
     assert "--segments 1-2: write BEGIN:END" in shown.err
@@ -197,6 +200,81 @@ def test_a_log_that_cannot_be_copied_whole_is_not_there(rig, tmp_path, monkeypat
     with pytest.raises(InputError, match=r"cannot write .*run_7\.csv: No space left"):
         imported(tmp_path, rig)
     assert not list((tmp_path / "data").iterdir())
+
+
+def bare(path, *columns):
+    """A log without header, to the numbers' last digit."""
+    path.write_text(
+        "\n".join(",".join(map(repr, row)) for row in np.column_stack(columns).tolist())
+    )
+    return path
+
+
+KNOWN = ["flexor.pressure=column_1:Pa", "extensor.pressure=column_2:Pa", "elbow.angle=column_3:rad"]
+
+
+def test_logs_without_header_and_clock_are_read_by_place_and_rate(rig, tmp_path):
+    logs = [bare(tmp_path / f"run_{k}.csv", FLEXOR, EXTENSOR, ANGLE) for k in (1, 2)]
+    out = tmp_path / "data"
+    with pytest.raises(InputError, match=r"no clock among column_1, .* or give `rate`"):
+        pamsim.import_log(logs, rig=rig, out=out, columns=KNOWN)
+    pamsim.import_log(logs, rig=rig, out=out, columns=KNOWN, rate="100 Hz")
+    for trial in read_recordings(out).trials:
+        assert trial.protocol == "run"
+        np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
+        np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, rtol=1e-15)
+    with pytest.raises(InputError, match=r"rate = '0 Hz' must be above 0"):
+        pamsim.import_log(logs, rig=rig, out=tmp_path / "b", columns=KNOWN, rate="0 Hz")
+
+
+def test_rows_of_one_time_stamp_are_spread_and_a_gap_stays_one(rig, tmp_path):
+    """A clock of 20 ms on rows that are 10 ms apart."""
+    coarse = np.floor(TIME / 0.02 + 1e-9) * 0.02
+    columns = ["time=column_4:s", *KNOWN]
+    log = bare(tmp_path / "run.csv", FLEXOR, EXTENSOR, ANGLE, coarse)
+    pamsim.import_log(log, rig=rig, out=tmp_path / "data", columns=columns)
+    found = read_recordings(tmp_path / "data")
+    np.testing.assert_allclose(found.trials[0].time, TIME, atol=1e-12)
+    assert any("200 rows repeat a time stamp" in note for note in found.notes)
+    late = bare(tmp_path / "gap.csv", FLEXOR, EXTENSOR, ANGLE, coarse + 0.5 * (TIME > 2.0))
+    with pytest.raises(InputError, match="the clock jumps"):
+        pamsim.import_log(late, rig=rig, out=tmp_path / "b", columns=columns)
+
+
+def test_a_torque_is_a_measured_force_times_its_arm_and_the_units_are_checked(rig, tmp_path):
+    force = 30.0 * np.sin(TIME)
+    log = {**LOG, "F [N]": force}
+    _, (trial,) = imported(tmp_path / "a", rig, log, columns=["elbow.torque=-F*6.9mm:N"])
+    np.testing.assert_allclose(trial.command[:, 2], -0.0069 * force, rtol=1e-12)
+    assert 'times = "6.9mm"' in (tmp_path / "a/data/recording.toml").read_text()
+    for factor, why in (
+        ("6.9", "does not measure"),
+        ("6.9 kg", "does not measure"),
+        ("x", "not a number"),
+    ):
+        with pytest.raises(InputError, match=why):
+            imported(tmp_path / "b", rig, log, columns=[f"elbow.torque=F*{factor}:N"])
+
+
+def test_parts_of_one_log_are_trials_of_their_own_protocols(rig, tmp_path):
+    parts = {"fill": [(0.0, 1.0), (1.0, 2.0)], "vent": [(2.0, 3.5)]}
+    found, trials = imported(tmp_path / "a", rig, segments=parts)
+    assert found.trials == ("run_7_fill_1", "run_7_fill_2", "run_7_vent")
+    assert [t.protocol for t in trials] == ["fill", "fill", "vent"]
+    assert len(list((tmp_path / "a/data").glob("*.csv"))) == 1
+    np.testing.assert_allclose(trials[2].measured["elbow.angle"], ANGLE[200:350])
+    with pytest.raises(InputError, match=r"segments overlap at 1\.5 s"):
+        imported(tmp_path / "b", rig, segments={"fill": [(0.0, 2.0)], "vent": [(1.5, 3.0)]})
+
+
+def test_columns_that_stand_still_are_read(rig, tmp_path):
+    """A vented muscle and a joint that is held."""
+    still = {**LOG, "P flexor [psia]": np.full(TIME.size, 14.7), "phi": np.zeros(TIME.size)}
+    found, (trial,) = imported(tmp_path, rig, still)
+    assert {one.quantity for one in found.columns} == {
+        "time", "flexor.pressure", "extensor.pressure", "elbow.angle",
+    }  # fmt: skip
+    assert np.ptp(trial.measured["elbow.angle"]) == 0.0
 
 
 def test_without_pyarrow_one_line_says_what_to_install(rig, tmp_path, monkeypatch):
