@@ -61,7 +61,7 @@ def test_ci_runs_the_command_of_the_readme() -> None:
     assert "make test" in in_readme, "README.md shows no fenced `make test`"
     commands = [line for line in CI.read_text().splitlines() if line.startswith("make ")]
     lowest = 'make test-lowest ARGS="tests/unit tests/properties"'
-    assert commands == ["make test", "make lint", "make docs", lowest]
+    assert commands == ["make test", "make test-slow", "make lint", "make docs", lowest]
 
 
 def test_ci_script_stops_at_the_first_failure() -> None:
