@@ -2,8 +2,8 @@
 
 Where a rig's simulation misses a recording by a large part of what it moves, the recording is
 simulated again as it would be without each mistake that people make. A correction that leaves
-little of what was missed is likely. A rig whose numbers are merely not calibrated is helped by
-none: mistakes change a quantity several times over, or turn it round.
+little of what was missed is likely, unless the rig with other numbers of its own leaves as little
+of the recording as it stands.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pamsim.comparison.experiments import at_times, experiment_of
+from pamsim.comparison.other_numbers import least_missed
 from pamsim.comparison.sensed_runs import as_read, sensed_runs
 from pamsim.comparison.trial_corrections import Correction, corrections
 from pamsim.core.errors import InputError
@@ -55,7 +56,8 @@ def likely_mistakes(
 ) -> tuple[str, ...]:
     """Mistakes that recordings seem to have.
 
-    Takes no time where the simulation is roughly right, otherwise that of tens of short ones.
+    Takes no time where the simulation is roughly right, otherwise that of tens of short ones, and
+    where a correction helps, of a hundred.
 
     Args:
         rig: as it is.
@@ -68,7 +70,11 @@ def likely_mistakes(
         in which trials; several corrections that do as well are joined by "or".
     """
     shares = {t.name: _shares([t], [simulated.get(t.name)]) for t in trials}
-    missed = {n: {c for c, share in of.items() if share > _MISSED} for n, of in shares.items()}
+    moving = {c for t in trials for c, read in t.measured.items() if np.ptp(read) > 0.0}
+    missed = {
+        name: {c for c, share in of.items() if share > _MISSED and c in moving}
+        for name, of in shares.items()
+    }
     if not any(missed.values()):
         return ()
     worst = max(trials, key=lambda t: sum(shares[t.name].values()))
@@ -82,7 +88,13 @@ def likely_mistakes(
     if not found:
         return ()
     best = found[0]
-    texts = [one.correction.text for one in found if one.left <= _LIKE[0] + _LIKE[1] * best.left]
+    as_it_stands = least_missed(rig, lambda one: _missed_by(one, best.tried.before, threads))
+    if _as_likely(as_it_stands, best.left):  # before the rig's numbers are fitted to it as well
+        corrected = least_missed(rig, lambda one: _missed_by(one, best.tried.after, threads))
+        if _as_likely(as_it_stands, corrected):
+            return ()
+    likely = [one for one in found if _as_likely(one.left, best.left)]
+    texts = [one.tried.correction.text for one in likely]
     wrong = [t.name for t in trials if missed[t.name]]
     where = "all trials" if len(wrong) == len(trials) else ", ".join(wrong[:3])
     more = f" and {len(wrong) - 3} more" if 3 < len(wrong) < len(trials) else ""
@@ -90,6 +102,10 @@ def likely_mistakes(
         f"{', or '.join(texts)}; the simulation then misses {_percent(best.after)} instead of"
         f" {_percent(best.before)} of what these signals move, in {where}{more}",
     )
+
+
+def _as_likely(left: float, least: float) -> bool:
+    return left <= _LIKE[0] + _LIKE[1] * least
 
 
 @dataclass(frozen=True)
@@ -105,7 +121,7 @@ class _Tried:
 class _Helpful:
     """A correction that helps: shares of the channels it changes, and the sum left of all."""
 
-    correction: Correction
+    tried: _Tried
     before: list[float]
     after: list[float]
     left: float
@@ -181,7 +197,7 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
         lost, left = sum(before[c] for c in changed), sum(after[c] for c in changed)
         if left <= _LEFT * lost and lost - left >= _GAIN:
             yield _Helpful(
-                one.correction,
+                one,
                 [before[c] for c in changed],
                 [after[c] for c in changed],
                 sum(after.values()),
@@ -196,33 +212,59 @@ def _within_supply(rig: Rig, experiment: Experiment) -> bool:
     return highest <= _ABOVE * max(m.valve.supply_pressure for m in rig.muscles.values())
 
 
-def _shares(trials: Sequence[Trial], simulated: Sequence[Signals | None]) -> Shares:
-    """What is missed of each channel in trials together.
+def _missed_by(rig: Rig, trials: Sequence[Trial], threads: int | None) -> FloatArray | None:
+    """What a rig misses of trials, (n,), so that its squares add up to the shares of all channels.
 
-    In units of the variance of its kind, so that a muscle or joint that hardly moves beside others
-    does not count. Joints are compared without their mean, which an encoder's zero decides.
+    None if a simulation breaks down.
     """
-    missed: dict[str, list[float]] = {}
+    runs = sensed_runs([(rig, as_read(rig, experiment_of(t))) for t in trials], threads=threads)
+    if any(run.outcome is not Outcome.COMPLETED for run in runs):
+        return None
+    pairs = zip(runs, trials, strict=True)
+    away, moved = _away(trials, [at_times(run, trial, rig.sensor) for run, trial in pairs])
+    return np.concatenate(
+        [
+            part / np.sqrt(part.size * len(parts) * moved[kind_of(channel)])
+            for channel, parts in away.items()
+            for part in parts
+        ]
+    )
+
+
+def _shares(trials: Sequence[Trial], simulated: Sequence[Signals | None]) -> Shares:
+    """What is missed of each channel in trials together, `_ALL` if a simulation broke down."""
+    done = [signals for signals in simulated if signals is not None]
+    if len(done) < len(trials):
+        return {channel: _ALL for trial in trials for channel in trial.measured}
+    away, moved = _away(trials, done)
+    return {
+        channel: min(
+            float(np.mean([np.mean(part**2) for part in parts])) / moved[kind_of(channel)], _ALL
+        )
+        for channel, parts in away.items()
+    }
+
+
+def _away(
+    trials: Sequence[Trial], simulated: Sequence[Signals]
+) -> tuple[dict[str, list[FloatArray]], dict[str, float]]:
+    """Channel -> simulated minus read in each trial, and kind of channel -> variance of both.
+
+    One variance for all of a kind, so that a muscle or joint that hardly moves beside others does
+    not count. Joints are compared without their mean, which an encoder's zero decides.
+    """
+    away: dict[str, list[FloatArray]] = {}
     moved: dict[str, list[float]] = {}
-    broken = any(signals is None for signals in simulated)
     for trial, signals in zip(trials, simulated, strict=True):
         for channel, read in trial.measured.items():
-            expected = read if signals is None else signals.get(channel)
-            if expected is None:
+            if channel not in signals:
                 continue
-            kind, away = kind_of(channel), expected - read
-            if kind in JOINT_KINDS:
-                away = away - away.mean()
-            missed.setdefault(channel, []).append(float(np.mean(away**2)))
-            both = np.var(read) + np.var(expected)
+            expected, kind = signals[channel], kind_of(channel)
+            one = expected - read
+            away.setdefault(channel, []).append(one - one.mean() if kind in JOINT_KINDS else one)
             still = _STILL * np.mean(read**2 + expected**2)
-            moved.setdefault(kind, []).append(float(both + still))
-    return {
-        channel: _ALL
-        if broken
-        else min(float(np.mean(squares) / max(np.mean(moved[kind_of(channel)]), 1e-300)), _ALL)
-        for channel, squares in missed.items()
-    }
+            moved.setdefault(kind, []).append(float(np.var(read) + np.var(expected) + still))
+    return away, {kind: max(float(np.mean(of)), 1e-300) for kind, of in moved.items()}
 
 
 def _percent(shares: Sequence[float]) -> str:

@@ -1,4 +1,4 @@
-"""What of a rig would make fits fail: geoms that touch, and a simulation that is not smooth."""
+"""What of a rig would make fits fail: a wrong rest, a stop, geoms that touch, signals that jump."""
 
 from __future__ import annotations
 
@@ -19,12 +19,14 @@ _SAMPLES = 500
 """Positions in which contacts are sought."""
 
 _AT_LIMIT = 1e-3  # of a joint's range
+_ON_STOP = 0.2
+"""Share of the samples in which a joint is on a stop, beyond that of the recording, to be said."""
 
 
 def about_the_rig(
     rig: Rig, trials: Sequence[Trial], simulated: Simulated, rough: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Sentences on contacts of the rig and on signals that jump, with what is suspected.
+    """Sentences on rest, stops and contacts of the rig and on signals that jump, with suspects.
 
     Args:
         rig: as it is.
@@ -34,7 +36,7 @@ def about_the_rig(
     """
     positions = _positions(rig, trials, simulated)
     touching = list(_touching(rig, positions)) if may_collide(rig.model) else []
-    notes: list[str] = []
+    notes = [*_off_at_rest(rig, trials, simulated), *_on_stops(rig, trials, simulated)]
     if touching:
         notes.append(
             f"{', '.join(touching)}: a contact makes signals jump; give geoms contype=0 and"
@@ -63,6 +65,47 @@ def _positions(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Float
         [np.column_stack([simulated[t.name][channel] for channel in channels]) for t in trials]
     )
     return every[:: max(len(every) // _SAMPLES, 1)]
+
+
+def _off_at_rest(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:
+    """Joints that begin further off than they move: nothing else can be judged before."""
+    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
+        own = [t for t in trials if channel in t.measured and joint not in t.drives.imposed]
+        if not own:
+            continue
+        off = np.array([simulated[t.name][channel][0] - t.measured[channel][0] for t in own])
+        moved = max(float(np.ptp(t.measured[channel])) for t in own)
+        kind = KINDS[kind_of(channel)]
+        if np.abs(off).min() > moved > 0.0:
+            yield (
+                f"{joint} is {np.median(off) * kind.scale:+.3g} {kind.shown} off at rest, further"
+                f" than it moves: calibrate mounting.length_at_zero of its muscles first, or check"
+                f" the zero of {channel}"
+            )
+
+
+def _on_stops(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:
+    """Joints that the simulation leaves on a stop where the recording does not."""
+    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
+        own = [t for t in trials if channel in t.measured]
+        if not own or not rig.model.joint(joint).limited[0]:
+            continue
+        low, high = rig.model.joint(joint).range
+        for end, side in ((low, 1.0), (high, -1.0)):
+            expected, read = (
+                float(np.mean(side * (np.concatenate(signals) - end) < _AT_LIMIT * (high - low)))
+                for signals in (
+                    [simulated[t.name][channel] for t in own],
+                    [t.measured[channel] for t in own],
+                )
+            )
+            kind = KINDS[kind_of(channel)]
+            if expected - read > _ON_STOP:
+                yield (
+                    f"{joint} is on its stop at {end * kind.scale:.3g} {kind.shown} in"
+                    f" {100.0 * expected:.0f} % of the simulation and {100.0 * read:.0f} % of the"
+                    " recording: what is missed there is the rest, no dynamics"
+                )
 
 
 def _touching(rig: Rig, positions: FloatArray) -> Iterator[str]:

@@ -34,7 +34,7 @@ from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.residual_block import layout
-from pamsim.recordings.signals import KINDS, kind_of
+from pamsim.recordings.signals import IMPOSED, JOINT_DRIVES, KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 Simulated = Mapping[str, Mapping[str, FloatArray]]
@@ -229,7 +229,7 @@ def check(
         channels=_channels(beside, prediction.trials, floor.sd),
         links=links,
         suspicions=(
-            *_standing_still(beside.trials, prediction.trials),
+            *_standing_still(loaded, beside.trials, prediction.trials),
             *likely_mistakes(loaded, beside.trials, prediction.trials, threads=threads),
         ),
         notes=(
@@ -289,13 +289,18 @@ def _channels(
     return found
 
 
-def _standing_still(trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:
+def _standing_still(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> Iterator[str]:
     """Channels that never move, although the simulation does."""
+    of_joint = {rig.names.joint_channel(joint): joint for joint in rig.joints}
     for channel in dict.fromkeys(c for t in trials for c in t.measured):
         own = [t for t in trials if channel in t.measured and channel in simulated[t.name]]
         still = all(np.ptp(t.measured[channel]) == 0.0 for t in own)
         if still and any(np.ptp(simulated[t.name][channel]) > 0.0 for t in own):
-            yield f"{channel} does not change"
+            text = f"{channel} does not change"
+            if joint := of_joint.get(channel):
+                (drive,) = (k for k in IMPOSED if JOINT_DRIVES[k].of == rig.joints[joint])
+                text += f"; if a machine holds it, state {joint} = {drive!r} in the drive"
+            yield text
 
 
 def _some(names: Sequence[str], most: int = 6) -> str:

@@ -120,7 +120,10 @@ def test_a_channel_that_stands_still_is_suspicious(recorded, tmp_path):
         table[:, names.index("angle_deg")] = 0.0
 
     folder = changed(recorded, tmp_path / "stuck", stick)
-    assert "angle does not change" in pamsim.check(folder, effects=["viscous_friction"]).suspicions
+    (found,) = pamsim.check(folder, effects=["viscous_friction"]).suspicions
+    assert (
+        found == "angle does not change; if a machine holds it, state shaft = 'angle' in the drive"
+    )
 
 
 def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded):

@@ -31,7 +31,7 @@ def arm(tmp_path_factory):
     return load_rig(folder)
 
 
-def report(rig, elbow, rough=()):
+def report(rig, elbow, rough=(), measured=None):
     """What is said of a rig whose elbow turns while its shoulder stands still."""
     time = 0.01 * np.arange(len(elbow))
     trial = Trial(
@@ -41,7 +41,7 @@ def report(rig, elbow, rough=()):
         load=0.0,
         time=time,
         command=np.zeros((len(elbow), 4)),
-        measured={},
+        measured={} if measured is None else {"elbow.angle": measured},
         muscle_names=tuple(rig.muscles),
     )
     simulated = {"a": {"shoulder.angle": np.zeros(len(elbow)), "elbow.angle": elbow}}
@@ -56,6 +56,25 @@ def test_geoms_that_touch_are_named_with_how_often(arm):
     (note,) = report(arm, np.linspace(0.0, 1.0, 50))
     assert note.startswith("geoms of the MJCF may touch, though none do here")
     assert report(load_rig("two_joint_arm"), elbow) == ()
+
+
+def test_a_joint_that_begins_further_off_than_it_moves_is_named():
+    plain, elbow = load_rig("two_joint_arm"), np.linspace(0.5, 0.7, 20)
+    (note,) = report(plain, elbow, measured=elbow - np.radians(40.0))
+    assert note.startswith(
+        "elbow is +40 deg off at rest, further than it moves: calibrate mounting"
+    )
+    assert report(plain, elbow, measured=elbow - 0.1) == ()
+
+
+def test_a_joint_on_a_stop_in_the_simulation_alone_is_named():
+    plain = load_rig("two_joint_arm")
+    low = plain.model.joint("elbow").range[0]
+    stopped = np.maximum(np.linspace(low - 0.5, low + 0.5, 40), low)
+    free = np.linspace(low + 0.1, low + 0.9, 40)
+    (note,) = report(plain, stopped, measured=free)
+    assert note.startswith(f"elbow is on its stop at {np.degrees(low):.3g} deg in 50 % of the sim")
+    assert report(plain, stopped, measured=stopped) == ()
 
 
 def test_a_jump_names_what_may_be_behind_it(arm):

@@ -246,7 +246,7 @@ BAD_INDEXES = {
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
     "file twice": ("[[", '[[trial]]\nfile = "staircase_1.csv"\nprotocol = "a"\n'
-                   'drive = "pressure_set"\nload_kg = 0\n[[', "is several trials; give each its segments"),
+                   'drive = "pressure_set"\nload_kg = 0\n[[', "give each its segments"),
 }  # fmt: skip
 
 
