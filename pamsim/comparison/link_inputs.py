@@ -12,6 +12,7 @@ from pamsim.comparison.imposed_signals import sample_noise, smoothed
 from pamsim.comparison.links import LinkRun
 from pamsim.comparison.sensed_runs import as_read
 from pamsim.core.units import FloatArray
+from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
@@ -82,8 +83,8 @@ def link_inputs(rig: Rig, trial: Trial) -> LinkInputs:
 def with_true_inputs(rig: Rig, experiment: Experiment) -> Experiment:
     """An experiment with the true signals, given what the rig's sensors read.
 
-    Imposed signals are smooth, so that the lag of a sensor can be taken off them. An imposed motion
-    ends at a joint's stops, which a reading may miss.
+    Imposed signals are smooth, so that the lag of a sensor can be taken off them. A motion is
+    imposed as far beyond a joint's stops as these give way.
     """
     experiment = as_read(rig, experiment)
     value, first = experiment.command_value.copy(), len(experiment.drives.muscles)
@@ -95,7 +96,6 @@ def with_true_inputs(rig: Rig, experiment: Experiment) -> Experiment:
         lag = lags.get(kind, 0.0)
         value[:, column] = ahead_of_lag(experiment.command_time, value[:, column], lag)
     for column, joint in enumerate(experiment.drives.joints, start=first):
-        index = rig.model.joint(joint).id
-        if joint in experiment.drives.imposed and rig.model.jnt_limited[index]:
-            value[:, column] = np.clip(value[:, column], *rig.model.jnt_range[index])
+        if joint in experiment.drives.imposed:
+            value[:, column] = np.clip(value[:, column], *passable(rig.model, joint))
     return replace(experiment, command_value=value)

@@ -30,7 +30,7 @@ from pamsim.diagnosis.about_the_drive import about_the_drive
 from pamsim.diagnosis.about_the_rig import about_the_rig
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.options import NUISANCE
+from pamsim.diagnosis.options import usual_nuisance
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.residual_block import layout
@@ -186,7 +186,7 @@ def check(
     beside = measured.of_rig(loaded)
     split = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)
-    freed = [f.free for f in freed_parameters(loaded, NUISANCE)]
+    freed = [f.free for f in freed_parameters(loaded, usual_nuisance(loaded))]
     steps = Steps(progress, len(beside.trials) + len(tried) + most_runs(loaded, beside.trials))
     predictor = TrialPredictor(
         loaded,

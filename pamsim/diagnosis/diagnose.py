@@ -72,7 +72,7 @@ def diagnose(
         effects: names of those that may be missing; if left out, all that the data can show.
         without: names of those that are not tried, such as what is known not to be missing.
         nuisance: parameters that are refitted with every effect, which must do better; if left out,
-            `pamsim.diagnosis.options.NUISANCE` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
+            `pamsim.diagnosis.options.usual_nuisance` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         hold_out: trials or protocols to judge by; see
             `pamsim.diagnosis.held_out_split.held_out_split`.
         seed: random seed.

@@ -5,10 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.computation import Progress
+from pamsim.engine.rig import Rig
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
-"""Numbers of every rig that are known to a few per cent only: they are refitted with every effect,
-so that none is named for what they can do."""
+"""Numbers of rigs that are known to a few per cent only: they are refitted with every effect, so
+that none is named for what they can do."""
+
+
+def usual_nuisance(rig: Rig) -> tuple[str, ...]:
+    """`NUISANCE` as far as a rig has it: the wall of bellows and pistons does not lock."""
+    pushes = all(muscle.pushes for muscle in rig.muscles.values())
+    return tuple(name for name in NUISANCE if not (pushes and name == "passive.locking"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,8 +25,8 @@ class Options:
     Attributes:
         effects: names of those that may be missing; all if empty.
         without: names of those that are not tried.
-        nuisance: rig parameters that are refitted with every effect; the data's usual ones if
-            empty.
+        nuisance: rig parameters that are refitted with every effect; the usual ones of data and
+            rig if empty.
         hold_out: trials or protocols to judge by; chosen by rule if empty.
         seed: random seed.
         threads: simulations at a time; None for one per processor.

@@ -25,7 +25,7 @@ from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
 from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.options import NUISANCE, Options
+from pamsim.diagnosis.options import Options, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig
@@ -50,7 +50,7 @@ def diagnose_recordings(
     began = time.perf_counter()
     data = data.of_rig(rig)
     split = held_out_split(data, options.hold_out)
-    nuisance = options.nuisance or NUISANCE
+    nuisance = options.nuisance or usual_nuisance(rig)
     tried, skipped = _tried(rig, options, nuisance)
     found = diagnose_links(
         rig,

@@ -31,6 +31,10 @@ from pamsim.recordings.signals import IMPOSED, Drive
 _HELD = 1e9
 _ROOM = 1e-9  # beyond a joint's range, for positions written in other units [rad or m]
 
+_STOPS_GIVE = 0.1
+"""Share of a joint's range by which an imposed motion may pass its stops. MuJoCo's are soft: under
+the pull of a muscle those of a template give way by 3 %, which is then part of the motion."""
+
 
 class External(NamedTuple):
     """Joints that are driven from outside."""
@@ -44,7 +48,10 @@ NOTHING = External(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.
 
 
 def external(model: mujoco.MjModel, drives: Drive) -> External:
-    """The joints that a drive acts on; those whose motion is imposed become heavy in the model."""
+    """The joints that a drive acts on; in the model those whose motion is imposed become heavy.
+
+    They lose their stops, which would turn them back, however heavy.
+    """
     joints = [model.joint(name) for name in drives.joints]
     on = External(
         positions=np.array([joint.qposadr[0] for joint in joints], dtype=np.int64),
@@ -53,6 +60,9 @@ def external(model: mujoco.MjModel, drives: Drive) -> External:
     )
     # Not by mj_setConst: tolerances and softness of the solver stay those of the rig. The engine
     # takes the inertia of a body that is simple from dof_M0.
+    for joint, inertia in zip(joints, on.inertia, strict=True):
+        if inertia > 0.0:
+            model.jnt_limited[joint.id] = 0
     model.dof_armature[on.dofs] += on.inertia
     model.dof_M0[on.dofs] += on.inertia
     return on
@@ -67,17 +77,26 @@ def as_driven(model: mujoco.MjModel, on: External) -> mujoco.MjModel:
     return heavy
 
 
+def passable(model: mujoco.MjModel, name: str) -> tuple[float, float]:
+    """Where a motion may be imposed on a joint: its range, and as far beyond as stops give way."""
+    joint = model.joint(name)
+    if not joint.limited[0]:
+        return -np.inf, np.inf
+    low, high = joint.range
+    beyond = _STOPS_GIVE * float(high - low) + _ROOM
+    return float(low) - beyond, float(high) + beyond
+
+
 def check_range(model: mujoco.MjModel, drives: Drive, values: FloatArray) -> None:
-    """Refuse imposed motions, among commands (n, m + j), beyond a joint's range.
+    """Refuse imposed motions, among commands (n, m + j), further beyond stops than these give way.
 
     Raises:
         InputError: naming the joint.
     """
     for name, column in zip(drives.joints, values[:, len(drives.muscles) :].T, strict=True):
-        joint = model.joint(name)
-        low, high = joint.range
-        inside = column.min() >= low - _ROOM and column.max() <= high + _ROOM
-        if name in drives.imposed and joint.limited[0] and not inside:
+        low, high = passable(model, name)
+        if name in drives.imposed and not low <= column.min() <= column.max() <= high:
+            low, high = model.joint(name).range
             raise InputError(
                 f"the imposed motion of {name!r}, {column.min():.4g} to {column.max():.4g}, leaves"
                 f" its range of {low:.4g} to {high:.4g} (rad or m)"

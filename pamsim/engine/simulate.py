@@ -228,13 +228,13 @@ def prepare(
             f"{experiment.duration:g} s in steps of {step * 1e3:g} ms are {steps:,.0f} steps; a run"
             f" has {RUN_STEPS:,} at most"
         )
+    check_range(model, drives, experiment.command_value)
     on = external(model, drives)
     try:
         check_timestep(model, rig.limits)
     except InputError:  # what holds or moves joints adds inertia, which allows longer steps
         check_timestep(as_driven(model, on), rig.limits)
     check_shared(model)
-    check_range(model, drives, experiment.command_value)
     samples, each = 1 + round(experiment.duration * rate), whole_steps(1.0 / rate, step)
     return Run(rig, experiment, model, on, samples, each)
 

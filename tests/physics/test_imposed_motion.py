@@ -281,10 +281,17 @@ def test_a_torque_on_a_free_joint_turns_it_as_the_formula_says(tmp_path):
     np.testing.assert_allclose(run.signal("elbow.torque"), slope * t, atol=1e-12)
 
 
+def test_a_motion_passes_a_soft_stop_as_it_was_measured(bench):
+    """The rod's range ends at 10 mm; its stop would turn any mass back."""
+    beyond = np.linspace(0.005, 0.015, 11)
+    run = simulate(bench, stretched(0.01 * np.arange(11), beyond, duration=0.1)).completed()
+    np.testing.assert_allclose(run.positions[-1, 0], 0.015, atol=1e-7)
+
+
 @pytest.mark.parametrize(
     ("drive", "position", "message"),
     [
-        ({"muscle": "measured", "rod": "length"}, 0.02, "leaves its range of -0.09 to 0.01"),
+        ({"muscle": "measured", "rod": "length"}, 0.03, "leaves its range of -0.09 to 0.01"),
         ({"muscle": "measured", "rod": "angle"}, 0.0, "slides, so that its drive is force or"),
         ({"muscle": "measured", "rud": "length"}, 0.0, "no joint 'rud'; did you mean 'rod'"),
     ],
