@@ -27,6 +27,7 @@ MULTISINE_PERIOD = 4.0
 MULTISINE_LINES = 12  # odd harmonics, up to 5.75 Hz
 
 _MIDDLE = 2.5e5  # common pressure about which trials move [Pa]
+_SUPPLY = 5e5  # gauge pressure that no set point reaches [Pa]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +49,12 @@ class Protocol:
     load: float = 0.0
 
     def experiment(
-        self, seed: int = 0, duration: float | None = None, *, muscles: int = 2
+        self,
+        seed: int = 0,
+        duration: float | None = None,
+        *,
+        muscles: int = 2,
+        supply: float = _SUPPLY,
     ) -> Experiment:
         """The experiment; the same seed gives the same one.
 
@@ -57,13 +63,19 @@ class Protocol:
             duration: [s]; `DURATION` if left out.
             muscles: of the rig. The first two are a pair, the next two another one, and so on;
                 each pair has its own random numbers.
+            supply: gauge pressure of the rig's supply [Pa]. Below 5 bar all pressures are lower in
+                proportion.
         """
+        share = min(supply / _SUPPLY, 1.0)
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
         pairs = [self.drive(time, rng) for _ in range(0, muscles, 2)]
         command = np.hstack(pairs)[:, :muscles]
-        start = command[0] if self.command == "pressure_set" else np.full(muscles, _MIDDLE)
+        start = np.full(muscles, share * _MIDDLE)
+        if self.command == "pressure_set":
+            command = share * command
+            start = command[0]
         return Experiment(
             drive=self.command,
             command_time=time,

@@ -104,7 +104,9 @@ def library_experiment(rig: Rig, name: str, seed: int, duration: float | None) -
     """
     if name in IMPOSED_MOTIONS:
         return IMPOSED_MOTIONS[name].experiment(rig, seed, duration)
-    return protocol(name).experiment(seed, duration, muscles=len(rig.muscles))
+    return protocol(name).experiment(
+        seed, duration, muscles=len(rig.muscles), supply=rig.supply_pressure
+    )
 
 
 def reference(rig: RigLike) -> str:

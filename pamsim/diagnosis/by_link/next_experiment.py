@@ -120,7 +120,7 @@ def _simulated(
     except (InputError, ParameterError):  # an open end of a range
         return {}
     menu = {
-        name: one.experiment(muscles=len(rig.muscles))
+        name: one.experiment(muscles=len(rig.muscles), supply=rig.supply_pressure)
         for name, one in MENU.items()
         if rig.takes_load or not one.load
     }

@@ -27,6 +27,19 @@ def test_no_seed_asks_for_less_than_the_atmosphere_or_more_than_the_supply(name)
 
 
 @pytest.mark.parametrize("name", PROTOCOLS)
+def test_pressures_are_lower_in_proportion_under_a_weak_supply_and_no_higher_under_a_strong(name):
+    usual, weak, strong = (
+        PROTOCOLS[name].experiment(3, supply=supply) for supply in (5e5, 1e5, 1e6)
+    )
+    pressures = PROTOCOLS[name].command == "pressure_set"
+    share = 0.2 if pressures else 1.0
+    np.testing.assert_allclose(weak.command_value, share * usual.command_value)
+    np.testing.assert_allclose(weak.start_pressure, 0.2 * usual.start_pressure)
+    np.testing.assert_array_equal(strong.command_value, usual.command_value)
+    assert max(weak.start_pressure) < 1e5
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
 def test_two_settings_differ_in_more_than_a_sign_or_a_scale(name):
     """A held-out setting that repeats the fitted one would judge nothing."""
     runs = [PROTOCOLS[name].experiment(seed).command_value for seed in SEEDS]
