@@ -98,7 +98,11 @@ def calibrate(
     """
     began = time.perf_counter()
     data = read_calibration_data(sources)
-    loaded = rig if isinstance(rig, Rig) else load_rig(rig or data.rig or DEFAULT_RIG)
+    loaded = (
+        rig
+        if isinstance(rig, Rig)
+        else load_rig(rig or data.rig or DEFAULT_RIG, recorded=rig is None)
+    )
     data = data.of_rig(loaded)
     fitted, held_out = split_held_out(data, hold_out)
     wanted = tuple(free) or default_names(loaded, moving=bool(fitted.trials))

@@ -13,6 +13,8 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import read_document
 from pamsim.core.limits import TOML_BYTES
 
+_LARGEST = 2**63  # of a whole number
+
 NUMBER = int | float
 """What a number in a TOML file may be; `check_table` takes no ``true`` for one."""
 
@@ -43,7 +45,24 @@ class Entry:
 
 def read_toml(path: Path, *schemas: str) -> dict[str, Any]:
     """The table of a TOML file; raises as `pamsim.core.files.read_document`."""
-    return read_document(path, TOML_BYTES, tomllib.loads, "TOML", schemas)
+    return read_document(path, TOML_BYTES, _loads, "TOML", schemas)
+
+
+def _loads(text: str) -> dict[str, Any]:
+    """As `tomllib.loads`, without what no file name and no computer's number can be."""
+    if "\\u0000" in text or "\\U00000000" in text:
+        raise ValueError("a text holds the character NUL")
+    table = tomllib.loads(text)
+    open_values: list[Any] = [table]
+    while open_values:
+        value = open_values.pop()
+        if isinstance(value, dict):
+            open_values.extend(cast("dict[str, Any]", value).values())
+        elif isinstance(value, list):
+            open_values.extend(cast("list[Any]", value))
+        elif isinstance(value, int) and abs(value) > _LARGEST:
+            raise ValueError(f"a whole number of {len(str(value))} digits")
+    return table
 
 
 def check_table(table: object, entries: Mapping[str, Entry], where: object) -> dict[str, Any]:

@@ -100,14 +100,18 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
 @functools.lru_cache(maxsize=1024)
 def _factor(unit: str, si_unit: str) -> float | None:
     """SI units in a unit; None for a unit with another zero, such as degC."""
-    # A power of a power is no unit, and the parser would compute it for ever.
-    if re.search(r"(\^|\*\*)[^*/]*(\^|\*\*)", unit):
+    # The parser would compute some powers of numbers for ever: units have small whole exponents.
+    powers = len(re.findall(r"\^|\*\*", unit))
+    if powers != len(_POWER.findall(unit)) or re.search(r"\d[\s)]*(\^|\*\*)", unit):
         raise ValueError(unit)
     return _converted(1.0, unit, si_unit) if _converted(0.0, unit, si_unit) == 0.0 else None
 
 
 def _converted(value: float, unit: str, si_unit: str) -> float:
     return float(_registry().Quantity(value, unit).to(si_unit).magnitude)
+
+
+_POWER = re.compile(r"(?:\^|\*\*)\s*-?\d(?![\d.(])")
 
 
 _QUANTITY = re.compile(
@@ -132,7 +136,7 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
 
 
 def number_and_unit(text: str, *, where: str) -> tuple[float, str]:
-    """A number and its unit as written, such as ``4.87`` and ``bar``; empty where there is none.
+    """A number in any unit, and that unit as written, empty where there is none: ``4.87``, ``bar``.
 
     Raises:
         InputError: if it is no number.

@@ -182,7 +182,8 @@ def check(
     measured = read_calibration_data(sources)
     if not measured.trials or measured.tables:
         raise InputError("check takes recording folders; tables and loops are judged as they are")
-    loaded = rig if isinstance(rig, Rig) else load_rig(rig or measured.rig or "mas20_arm")
+    named = rig or measured.rig or "mas20_arm"
+    loaded = named if isinstance(named, Rig) else load_rig(named, recorded=rig is None)
     beside = measured.of_rig(loaded)
     split = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)

@@ -112,7 +112,8 @@ def diagnose(
     measured = read_calibration_data(sources)
     if measured.tables:
         raise InputError("give recordings alone, or one table of angles at rest alone")
-    return diagnose_recordings(measured, _loaded(rig or measured.rig), options)
+    own = _loaded(rig) if rig else load_rig(measured.rig or "mas20_arm", recorded=True)
+    return diagnose_recordings(measured, own, options)
 
 
 def kind_of(sources: Sequence[Source]) -> Kind:

@@ -25,7 +25,7 @@ from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.muscle import Muscle, build_muscle, idle_groups
 from pamsim.physics.record import slot, with_row
 from pamsim.physics.valves import COMMANDS
-from pamsim.recordings.rig_file import RigFile, read_rig
+from pamsim.recordings.rig_file import RigFile, read_rig, refuse_code
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 
@@ -225,18 +225,22 @@ class Rig:
         return dataclasses.replace(fresh, sensor=self.sensor)
 
 
-def load_rig(rig: str | os.PathLike[str], *, scene: bool = False) -> Rig:
-    """Load a rig.
+def load_rig(rig: str | os.PathLike[str], *, scene: bool = False, recorded: bool = False) -> Rig:
+    """Load a rig, which runs its ``effects.py`` if it has one.
 
     Args:
         rig: name of a shipped rig such as ``mas20_arm``, or path of a rig folder.
         scene: True to load it with floor and light, for pictures. Otherwise what is there only to
             be seen is left out, which makes steps quicker and changes no result.
+        recorded: whether a recording names it and not the user, who then has not asked for what is
+            in its ``effects.py``.
 
     Raises:
-        InputError: for a bad file, naming file and key.
+        InputError: for a bad file, naming file and key; for a recorded rig with an ``effects.py``.
         ParameterError: for a value out of range.
     """
+    if recorded:
+        refuse_code(rig)
     return _compiled(read_rig(rig), scene=scene)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -246,7 +247,7 @@ def whole_steps(period: float, timestep: float) -> int:
         InputError: if it is not whole; rounding it would change the time scale.
     """
     ratio = period / timestep
-    steps = round(ratio)
+    steps = round(ratio) if math.isfinite(ratio) else 0
     if steps < 1 or abs(ratio - steps) > 1e-6 * ratio:
         raise InputError(
             f"a sampling period of {period * 1e3:g} ms is not a whole number of time steps of"

@@ -220,6 +220,19 @@ def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
         read_effects(find_rig(rig))
 
 
+def refuse_code(rig: str | os.PathLike[str]) -> None:
+    """Refuse a rig that a recording names if it has code of its own, which would run unasked.
+
+    Raises:
+        InputError: naming the file and what to give.
+    """
+    path = find_rig(rig) / EFFECTS
+    if path.is_file():
+        raise InputError(
+            f"{path} is code, which runs only if you name its rig: give `rig` {path.parent}"
+        )
+
+
 def read_effects(folder: Path) -> OwnPhysics:
     """Run the ``effects.py`` in a rig's folder, if there is one, and add its laws to the catalogs.
 

@@ -89,7 +89,7 @@ def read_replay(
     name = recorded.trials[0].name if trial is None else trial
     if name not in named:
         raise InputError(f"{recording}: no trial {name!r}; {nearest(name, named)}")
-    loaded = load_rig(recorded.rig if rig is None else rig, scene=True)
+    loaded = load_rig(rig or recorded.rig, scene=True, recorded=rig is None)
     try:
         chosen, _ = of_rig(named.pop(name), loaded.names, loaded.name)
     except InputError as error:

@@ -272,6 +272,30 @@ def test_a_volume_that_is_not_stated_does_the_force_s_work(bench):
     assert math.isfinite(chamber_volume(row, [0.0] * 20, -0.03, 2e5))
 
 
+@pytest.mark.parametrize("job", ["check", "diagnose", "calibrate"])
+def test_code_runs_only_if_its_rig_is_named(bench, job, monkeypatch):
+    """A recording comes from anywhere, with the rig that it names."""
+
+    def run_unasked(path, text):
+        raise AssertionError(path)
+
+    monkeypatch.setattr("pamsim.recordings.rig_file._own_physics", run_unasked)
+    data = bench / "data"
+    with pytest.raises(
+        InputError, match=r"effects\.py is code, which runs only if you name its rig"
+    ):
+        getattr(pamsim, job)([data] if job == "calibrate" else data)
+
+
+def test_identification_needs_no_rig_and_runs_no_code(bench, monkeypatch):
+    def run_unasked(path, text):
+        raise AssertionError(path)
+
+    monkeypatch.setattr("pamsim.recordings.rig_file._own_physics", run_unasked)
+    found = pamsim.identify(bench / "data", trials=["staircase_1"], order=1, local=False)
+    assert found.shown.fit.estimates
+
+
 def test_another_law_never_takes_the_place_of_a_saved_one(bench, tmp_path):
     shutil.copytree(bench / "my_bench", tmp_path / "my_bench")
     rig = pamsim.load_rig(bench / "my_bench")

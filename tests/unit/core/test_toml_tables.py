@@ -18,8 +18,10 @@ from tests.unit.core.refusals import refused
         b"a = \xff",
         b"a = 1\n\x00",
         b"a = {" * 2000,
+        b"a = {b = [1, " + b"9" * 400 + b"]}",
+        b'a = "x\\u0000y"',
     ],
-    ids=["digits", "nesting", "no UTF-8", "NUL", "tables"],
+    ids=["digits", "nesting", "no UTF-8", "NUL", "tables", "number", "NUL in a text"],
 )
 def test_what_is_no_table_is_refused_in_one_line(tmp_path, content):
     (tmp_path / "x.toml").write_bytes(content)

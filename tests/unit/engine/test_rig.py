@@ -189,7 +189,7 @@ def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
 
 def test_a_sampling_period_must_be_whole_steps():
     assert whole_steps(0.002, 0.0005) == 4
-    for period in (0.0021, 0.0004):
+    for period in (0.0021, 0.0004, float("inf")):
         with pytest.raises(InputError, match="whole number"):
             whole_steps(period, 0.0005)
 
