@@ -30,6 +30,8 @@ from pamsim.recordings.columns import Cells, Columns, cells_of
 _SMALLER = "cut it into several files, or leave out columns"
 _MARKS = ";\t,|"
 _NONE = ("", "-", "--")  # in a line of units
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
+_UNGROUPED = re.compile(r"[-+]?\d{1,3}")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 
 
@@ -69,6 +71,8 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
         stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
         units = {name: unit for name, unit in stated if unit not in _NONE}
         del lines[0], texts[0]
+    if mark != ",":
+        _refuse_grouped(path, header, lines, texts, mark)
     found = _numbers(texts, mark)
 
     def cells(i: int) -> Cells:
@@ -139,6 +143,38 @@ def _header(texts: Sequence[str]) -> tuple[int, str | None]:
 
 def _mark(line: str) -> str | None:
     return next((mark for mark in _MARKS if mark in line), None)
+
+
+def _refuse_grouped(
+    path: Path, header: Sequence[str], lines: Sequence[int], texts: Sequence[str], mark: str | None
+) -> None:
+    """Refuse commas that group the digits of whole numbers; they would be read as decimal commas.
+
+    They do so in a column where all commas stand before three digits and whole numbers without one
+    have three digits at most.
+    """
+    first: dict[int, int] = {}  # column -> row of its first comma
+    without: set[int] = set()
+    possible = set(range(len(header)))
+    for row, text in enumerate(texts):
+        cells = text.split(mark)
+        for i in list(possible):
+            cell = cells[i].strip()
+            if _GROUPED.fullmatch(cell):
+                first.setdefault(i, row)
+            elif _UNGROUPED.fullmatch(cell):
+                without.add(i)
+            else:
+                possible.remove(i)
+        if not possible:
+            return
+    for i in sorted(possible & without & first.keys()):
+        cell = texts[first[i]].split(mark)[i].strip()
+        raise InputError(
+            f"{path}: line {lines[first[i]]}: {header[i]} = {cell} looks like"
+            f" {cell.replace(',', '')} with a separator of thousands, and would be read as"
+            f" {cell.replace(',', '.', 1)}; write numbers without separators"
+        )
 
 
 def _numbers(texts: list[str], mark: str | None) -> dict[int, FloatArray]:

@@ -210,3 +210,23 @@ def test_a_clock_that_begins_again_runs_on(tmp_path):
 def test_a_clock_that_does_not_is_refused(tmp_path, wraps, message):
     with pytest.raises(InputError, match=message):
         pamsim.read_recordings(wrapping(tmp_path, wraps))
+
+
+@pytest.mark.parametrize(
+    ("cells", "grouped"),
+    [
+        (["0", "999", "1,234", "-12,345", "1,234,567"], True),
+        (["0,000", "999", "1,234"], False),  # three decimals
+        (["1,234", "2,345", "3,456"], False),  # nothing tells; decimals are usual
+        (["1,23", "12", "1,234"], False),
+        (["1234", "12", "1,234"], False),
+    ],
+)
+def test_separators_of_thousands_are_refused_and_decimal_commas_are_not(tmp_path, cells, grouped):
+    (tmp_path / "log.csv").write_text("t;y\n" + "\n".join(f"{k};{c}" for k, c in enumerate(cells)))
+    if grouped:
+        with pytest.raises(InputError, match=r"line 4: y = 1,234 looks like 1234 with a separator"):
+            read_columns(tmp_path / "log.csv")
+    else:
+        read = read_columns(tmp_path / "log.csv").numbers("y")
+        assert read.tolist() == [float(cell.replace(",", ".")) for cell in cells]
