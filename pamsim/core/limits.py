@@ -8,7 +8,7 @@ TOML_BYTES = 4 << 20  # read at a few megabytes a second; a shipped rig's has 6 
 MJCF_BYTES = 64 << 20  # meshes may stand in it as text
 JSON_BYTES = 256 << 20
 TABLE_BYTES = 256 << 20  # in text; larger logs: Parquet or .npz, a third the size
-ARRAY_BYTES = 1 << 30  # that compressed arrays may unfold to
+ARRAY_BYTES = 1 << 28  # that arrays may unfold to, copies of which must fit into a gigabyte
 
 # What an MJCF asks for. 10,000 bodies take MuJoCo 12 s, and the time grows with the square.
 MJCF_PARTS = 10_000  # elements, repeated ones counted as often as they are made

@@ -254,6 +254,7 @@ def _compiled(
         for name in file.tendons
     }
     model = compile_model(rig_spec(file, muscles, scene=scene))
+    _check_options(model, f"{file.mjcf}: option")
     compiled = copy.copy(model)
     mjcf_fields.make_friction_stick(model)
     natives = {
@@ -283,6 +284,19 @@ def _compiled(
         muscles=muscles,
         sensor=MeasurementChain(**sensor) if sensor else None,
     )
+
+
+def _check_options(model: mujoco.MjModel, where: str) -> None:
+    """Refuse an MJCF that asks for steps of no length, or for muscles that do not act."""
+    if not 0.0 < model.opt.timestep < np.inf:
+        raise InputError(f"{where}: timestep = {model.opt.timestep:g}; write one such as 0.0005")
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    groups = 1 << model.actuator_group.astype(int)
+    if off or (groups & model.opt.disableactuator).any():
+        raise InputError(
+            f"{where}: its muscles do not act, because actuation or their group of actuators is"
+            " disabled; leave that out"
+        )
 
 
 def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:

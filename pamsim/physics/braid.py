@@ -17,8 +17,8 @@ from pamsim.core.parameters import ParameterGroup, quantity
 class Braid(ParameterGroup, group="braid"):
     """Size and fibre angle of the braid at nominal length."""
 
-    nominal_length: float = quantity("(0, 10] m", "length l0 without pressure or load")
-    diameter: float = quantity("(0, 0.5] m", "inner diameter D0 at nominal length")
+    nominal_length: float = quantity("[0.001, 10] m", "length l0 without pressure or load")
+    diameter: float = quantity("[0.0001, 0.5] m", "inner diameter D0 at nominal length")
     fibre_angle: float = quantity(
         "[0.05, 0.95] rad", "angle of the fibres to the axis at nominal length"
     )

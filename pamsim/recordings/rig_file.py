@@ -173,6 +173,11 @@ def read_rig(rig: str | os.PathLike[str]) -> RigFile:
         place = {key: muscle[key] for key in muscle if key == on}
         tendons[name] = check_table(place, {on: Entry()}, where)[on]
         rods += [tendons[name]] if on == "joint" else []
+        twin = next(other for other, at in tendons.items() if at == tendons[name])
+        if on == "tendon" and twin != name:
+            raise InputError(
+                f"{where}: tendon {tendons[name]!r} has {twin!r} already; give each muscle its own"
+            )
         own = (group for group in muscle if group != on)
         overrides[name] = {group: _section(muscle[group], f"{where}.{group}") for group in own}
     return RigFile(

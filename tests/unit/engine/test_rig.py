@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
+import re
 import shutil
 
 import mujoco
@@ -202,3 +203,23 @@ def test_an_mjcf_in_another_encoding_is_refused_with_its_line(tmp_path):
     line = text[: text.index(b"\xed")].count(b"\n") + 1
     with pytest.raises(InputError, match=rf"mas20_arm\.xml: line {line} is not UTF-8; save"):
         pamsim.load_rig(tmp_path / "rig")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "why"),
+    [
+        ("mas20_arm.xml", 'timestep="0.0005"', 'timestep="0"', "timestep = 0; write one such as"),
+        ("mas20_arm.xml", 'timestep="0.0005"', 'timestep="nan"', "timestep = nan; write one such"),
+        ("mas20_arm.xml", "<option ", '<option actuatorgroupdisable="0" ', "muscles do not act"),
+        ("mas20_arm.xml", "<flag ", '<flag actuation="disable" ', "muscles do not act"),
+        ("params.toml", '"chain_2" }', '"chain_1" }', "tendon 'chain_1' has 'muscle_1' already"),
+        ("params.toml", 'value = 20, unit = "mm"', 'value = 1e-12, unit = "mm"', "braid.diameter"),
+    ],
+)
+def test_a_rig_that_cannot_be_meant_is_refused(tmp_path, file, old, new, why):
+    folder = shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "arm")
+    text = (folder / file).read_text(encoding="utf-8")
+    assert old in text
+    (folder / file).write_text(text.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises((InputError, ParameterError), match=re.escape(why)):
+        pamsim.load_rig(folder)
