@@ -6,6 +6,7 @@ names an argument in backticks, such as `hold_out`; on the command line the flag
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import gc
 import importlib
@@ -15,6 +16,7 @@ import signal
 import sys
 import threading
 import traceback
+from collections.abc import Generator
 from typing import Any
 
 import click
@@ -139,21 +141,54 @@ def cli() -> None:
     """Pneumatic artificial muscles in MuJoCo: simulate, identify, find what the model misses."""
 
 
+@contextlib.contextmanager
+def _interruptible() -> Generator[threading.Event]:
+    """SIGINT and SIGTERM raise `KeyboardInterrupt`; the event is set once one has come.
+
+    To be ended is to be interrupted: what is computed is kept, and folders are released.
+    """
+    ended = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield ended
+        return
+
+    def end(*_: object) -> None:
+        ended.set()
+        raise KeyboardInterrupt
+
+    def again(unraisable: Any) -> None:
+        """Interrupt once more where a callback of the compiler has swallowed it."""
+        if unraisable.exc_type is KeyboardInterrupt:
+            threading.Timer(0.05, signal.raise_signal, [signal.SIGINT]).start()
+        else:
+            hook(unraisable)
+
+    hook, sys.unraisablehook = sys.unraisablehook, again
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield ended
+    finally:
+        sys.unraisablehook = hook
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def main() -> None:
-    """Entry point of the console script: exit 0 ok, 1 a check failed, 2 bad input."""
-    if threading.current_thread() is threading.main_thread():
-        # To be ended is to be interrupted: what is computed is kept, and folders are released.
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Run the command of the arguments: exit 0 ok, 1 a check failed, 2 bad input, 130 ended."""
     # What is imported stays: to search it for cycles time and again costs a tenth of a second.
     gc.set_threshold(_OBJECTS)
-    try:
-        # Without a terminal click prints no colours; NO_COLOR asks for none on one.
-        color = False if os.environ.get("NO_COLOR") else None
-        code = cli.main(standalone_mode=False, color=color)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(BAD_INPUT)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("pamsim: interrupted", err=True)
-        sys.exit(INTERRUPTED)
+    with _interruptible() as ended:
+        try:
+            # Without a terminal click prints no colours; NO_COLOR asks for none on one.
+            color = False if os.environ.get("NO_COLOR") else None
+            code = cli.main(standalone_mode=False, color=color)
+        except click.ClickException as error:
+            error.show()
+            code = BAD_INPUT
+        except (click.Abort, KeyboardInterrupt, ImportError) as error:
+            # Compiled modules turn an interruption of their import into an ImportError.
+            if isinstance(error, ImportError) and not ended.is_set():
+                raise
+            click.echo("pamsim: interrupted", err=True)
+            code = INTERRUPTED
     sys.exit(code if isinstance(code, int) else OK)

@@ -31,9 +31,9 @@ _FACTORS = {
     "valve.conductance_exhaust": 5.0,
 }
 """Number of all muscles -> factor by which it may be off: twice where a data sheet or a scale
-states it, five times where only a test would, as the damping of a joint."""
+states it, five times where only a test would."""
 
-_DAMPING = 5.0
+_DAMPING = 5.0  # of a joint, likewise
 _LENGTH = 0.05  # share of a muscle's nominal length by which its mounting may be off
 _STEP, _TRIES = 0.02, 6  # of each range; more tries gain little that would decide
 _BROKEN = 10.0  # times what the rig as described misses

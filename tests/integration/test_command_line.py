@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import errno
 import json
 import os
 import signal
+import sys
+import time
 import tomllib
 from pathlib import Path
 
@@ -254,3 +257,24 @@ def test_to_be_ended_is_to_be_interrupted(monkeypatch, capsys):
     finally:
         signal.signal(signal.SIGTERM, before)
     assert (code, err.strip()) == (130, "pamsim: interrupted")
+
+
+def test_an_interruption_that_a_compiled_module_swallows_still_ends_the_run(monkeypatch, capsys):
+    def initialised(*_):
+        with contextlib.suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(1.0)
+        raise ImportError("initialization failed")
+
+    monkeypatch.setattr("pamsim.fitting.models.models", initialised)
+    before = signal.getsignal(signal.SIGINT), sys.unraisablehook
+    code, _, err = run(monkeypatch, capsys, "list", "models")
+    assert (code, err.strip()) == (130, "pamsim: interrupted")
+    assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == before
+
+    def missing(*_):
+        raise ImportError("no module named x")
+
+    monkeypatch.setattr("pamsim.fitting.models.models", missing)
+    with pytest.raises(ImportError, match="no module named x"):
+        run(monkeypatch, capsys, "list", "models")
