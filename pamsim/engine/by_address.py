@@ -12,11 +12,11 @@ from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numba import types
 
 from pamsim.core.compilation import function_of_text
+from pamsim.core.numba_cache import numba
 from pamsim.engine.function_table import KIND, five_values, result, value
 from pamsim.engine.memory import address_of, as_pointer, keyed_by
 from pamsim.engine.muscle_step import doubles, states_at

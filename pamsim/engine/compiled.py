@@ -21,11 +21,11 @@ from types import FunctionType
 from typing import Any
 
 import llvmlite.binding as llvm
-import numba
 import numpy as np
 from numba import types
 
 from pamsim.core.compilation import compile_notice
+from pamsim.core.numba_cache import numba
 from pamsim.engine import (
     by_address,
     checks,

@@ -117,9 +117,9 @@ def compiled_read() -> Callable[..., None]:
 
 def _compile(key: str) -> Callable[..., None]:
     """Compile `read`; see `pamsim.engine.compiled` for the key."""
-    import numba
     from numba import types
 
+    from pamsim.core.numba_cache import numba
     from pamsim.engine.memory import keyed_by
 
     signal, signals = types.float64[:, ::1], types.float64[:, :, ::1]

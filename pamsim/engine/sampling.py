@@ -145,8 +145,9 @@ def compiled_loop() -> Any:
     """
     # Only the compiled backend imports numba.
     import llvmlite.binding
-    import numba
     from numba.extending import overload, register_jitable
+
+    from pamsim.core.numba_cache import numba
 
     native = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
     llvmlite.binding.add_symbol("pamsim_mj_step", native)

@@ -8,11 +8,11 @@ from types import MappingProxyType
 from typing import Any
 
 import gymnasium
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
+from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
 
 ON = 0.33

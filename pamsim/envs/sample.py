@@ -10,9 +10,9 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
+from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.envs.episode import NOISE, TORQUE

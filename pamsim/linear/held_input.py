@@ -14,10 +14,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
 
 _TERMS = 15
