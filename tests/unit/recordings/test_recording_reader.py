@@ -206,6 +206,7 @@ BAD_TABLES = {
     "absolute vacuum": (changed(p2_kpa=P["p2_kpa"] - 150.0), "far below the atmosphere"),
     "negative set point": (changed(p2_set_kpa=P["p2_set_kpa"] - 101.0), "is negative"),
     "rad": (changed(angle_deg=P["angle_deg"] / 57.3), "if the columns hold rad"),
+    "force": (changed(force1_n=np.full(20, -3e12)), "force1_n = -3e+12 is more than any muscle"),
     "encoder counts": (changed(angle_deg=P["angle_deg"] * 100), "more than a turn"),
 }
 
