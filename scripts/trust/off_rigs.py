@@ -1,4 +1,4 @@
-"""Whether a check tells mistakes in recordings from numbers of the rig that are off.
+"""Whether a check distinguishes mistakes in recordings from numbers of the rig that are off.
 
     python scripts/trust/off_rigs.py [--count 200] [--seed 0] [--workers 2] [--stopped]
         [--json FILE]

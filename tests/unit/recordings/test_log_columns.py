@@ -217,7 +217,7 @@ def test_a_clock_that_does_not_is_refused(tmp_path, wraps, message):
     [
         (["0", "999", "1,234", "-12,345", "1,234,567"], True),
         (["0,000", "999", "1,234"], False),  # three decimals
-        (["1,234", "2,345", "3,456"], False),  # nothing tells; decimals are usual
+        (["1,234", "2,345", "3,456"], False),  # either; decimals are usual
         (["1,23", "12", "1,234"], False),
         (["1234", "12", "1,234"], False),
     ],
