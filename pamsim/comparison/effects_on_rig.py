@@ -30,6 +30,9 @@ def rig_name(rig: Rig, name: str, place: str = "") -> str:
         InputError: if the rig has no such part.
     """
     if JOINT in name:
+        if not place and len(rig.joints) > 1:
+            each = " or ".join(f"'EFFECT{AT}{joint}'" for joint in rig.joints)
+            raise InputError(f"at which joint of rig {rig.name!r} does it act? Write {each}")
         name = name.replace(JOINT, place or rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]

@@ -123,3 +123,8 @@ def test_inertia_and_moment_arms_are_those_of_the_tested_joint(rig):
 def test_calibrate_frees_the_damping_of_every_joint(rig):
     names = default_names(rig, moving=True)
     assert {"joint.shoulder.damping", "joint.elbow.damping"} <= set(names)
+
+
+def test_an_effect_without_its_joint_is_answered_with_how_to_name_it(rig):
+    with pytest.raises(InputError, match=r"Write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
+        hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)
