@@ -127,4 +127,4 @@ def test_calibrate_frees_the_damping_of_every_joint(rig):
 
 def test_an_effect_without_its_joint_is_answered_with_how_to_name_it(rig):
     with pytest.raises(InputError, match=r"Write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
-        hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)
+        pamsim.hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)
