@@ -35,7 +35,7 @@ from pamsim.core.files import refuse_file
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.inference.fit_simulator import fit_simulator
+from pamsim.inference.fit_simulator import fit_simulator, shown
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
 from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
@@ -74,7 +74,8 @@ def calibrate(
         sources: see `pamsim.comparison.measurements.read_calibration_data`.
         rig: name or folder of the rig, or a loaded one; the recordings' own if left out, or
             ``mas20_arm`` for static tables alone.
-        free: parameters to fit, see `freed_parameters`; `default_names` if left out.
+        free: parameters to fit, see `freed_parameters`; if left out, those of `default_names` that
+            the data show.
         bounds: name -> (low, high) [SI], such as ``{"joint.shaft.damping": (0.1, 2.0)}``.
         prior: take the 95 % intervals of the rig's file as prior knowledge.
         channels: kinds of channel to compare.
@@ -113,7 +114,7 @@ def calibrate(
     checkpoint = _checkpoint(out, resume)
     counter = _Counter(progress)
 
-    def problem(data: CalibrationData) -> CalibrationProblem:
+    def problem(data: CalibrationData, freed: Sequence[FreedParameter]) -> CalibrationProblem:
         return CalibrationProblem(
             loaded,
             data,
@@ -123,7 +124,17 @@ def calibrate(
             simulated=counter.simulated,
         )
 
-    compared, unseen = problem(fitted), problem(held_out)
+    compared = problem(fitted, freed)
+    jacobian, not_shown = None, ()
+    if not free:
+        seen, jacobian = shown(compared, [f.free for f in freed])
+        seen |= [f.name in profiles for f in freed]
+        if seen.any() and not seen.all():
+            jacobian = jacobian[:, seen]
+            not_shown = tuple(f.name for f, yes in zip(freed, seen, strict=True) if not yes)
+            freed = tuple(f for f in freed if f.name not in not_shown)
+            compared = problem(fitted, freed)
+    unseen = problem(held_out, freed)
     parameters = [f.free for f in freed]
     fit = fit_simulator(
         compared,
@@ -131,6 +142,7 @@ def calibrate(
         starts=starts,
         seed=seed,
         max_iterations=max_iterations,
+        jacobian=jacobian,
         progress=counter.reached,
         checkpoint=checkpoint,
         central=False,
@@ -150,6 +162,7 @@ def calibrate(
             *likely_mistakes(loaded, data.trials, _at_the_start(comparisons), threads=threads),
             *above_supply(loaded.muscles, map(experiment_of, data.trials)),
             *data.notes,
+            *(f"{name} stays as it is: these data do not show it" for name in not_shown),
             *_tie_notes(freed),
             *_start_notes(data),
         ),

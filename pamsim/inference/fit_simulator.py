@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -122,6 +123,33 @@ def fit_simulator(
         best = _sharpened(cost, parameters, best, max_iterations, note, central=central)
     followed = residual.followed(best.state.place, cost.weight(best.state.noise))
     return summarise_fit(cost, parameters, places, state.finished, best, followed)
+
+
+def shown(
+    simulate: Simulate, parameters: Sequence[FreeParameter]
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Which parameters the data show where the search begins.
+
+    One is shown if its whole range moves the residual by more than the noise: alone, it would then
+    be known better than by its range.
+
+    Args:
+        simulate: as of `fit_simulator`.
+        parameters: p of them.
+
+    Returns:
+        Shape (p,), and the Jacobian (n, p) of the residual per range there [unit of the residual].
+
+    Raises:
+        InputError: for a simulation that diverges everywhere.
+    """
+    residual = BatchedResidual(simulate, parameters)
+    ((place, first),) = starting_places(residual, parameters, 1, 0)
+    noise = NoiseModel(residual.places, first)
+    cost = RowWeights(residual, parameters, noise, _weights(None, residual))
+    jacobian = residual.jacobian(place)
+    weight = cost.weight(noise.estimate(first))
+    return np.linalg.norm(weight[:, np.newaxis] * jacobian, axis=0) > 1.0, jacobian
 
 
 def _sharpened(

@@ -227,6 +227,20 @@ def test_what_angles_at_rest_cannot_show_is_named(rig, monkeypatch, capsys, tmp_
     assert measured == pytest.approx([float(row.split(",")[-1]) for row in rows[1:]])
 
 
+def test_what_is_free_by_default_is_what_the_data_show(rig, tmp_path):
+    """Valves play no part where the measured pressures drive."""
+    made = pamsim.hide(
+        rig, {}, protocols=("triangle",), duration=1.0, repeats=2, measured_drive=True
+    )
+    made.save(tmp_path / "data")
+    found = pamsim.calibrate([tmp_path / "data"], max_iterations=2)
+    names = {one.name for one in found.freed}
+    assert "joint.shaft.damping" in names
+    for valve in ("valve.conductance_fill", "valve.conductance_exhaust"):
+        assert valve not in names
+        assert f"{valve} stays as it is: these data do not show it" in found.notes
+
+
 def test_resumed_equals_uninterrupted(recording, report, tmp_path):
     options = {"free": list(PLANTED), "hold_out": ["fill"], "out": tmp_path / "out"}
     whole = report.fit

@@ -11,7 +11,7 @@ import pytest
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.inference.estimate import Flag
-from pamsim.inference.fit_simulator import fit_simulator
+from pamsim.inference.fit_simulator import fit_simulator, shown
 from pamsim.inference.free_parameter import FreeParameter, Prior, SearchScale
 from pamsim.inference.residual_block import ResidualBlock
 from pamsim.inference.simulator_fit import FitStatus, NoiseSource
@@ -32,6 +32,18 @@ def oscillator(v, size=1.0):
     angle = frequency * root * TIME
     fading = np.exp(-damping * frequency * TIME)
     return size * (1.0 - fading * (np.cos(angle) + damping / root * np.sin(angle)))
+
+
+def test_a_parameter_is_shown_if_its_range_moves_more_than_the_noise():
+    rows = np.ones((100, 3)) * [1.0, 5e-4, 0.0]
+    measured = 0.3 + 0.1 * np.random.default_rng(2).standard_normal(100)
+    three = [free("a"), free("b"), free("c")]
+    seen, jacobian = shown(line_rig(rows, measured, noise_sd=0.1), three)
+    ranges = np.array([one.high - one.low for one in three])
+    np.testing.assert_allclose(jacobian, rows * ranges, rtol=1e-6)
+    known = np.linalg.norm(jacobian / 0.1, axis=0)  # ranges over standard errors
+    assert known[0] > 1.0 > known[1]
+    assert seen.tolist() == [True, False, False]
 
 
 def test_planted_parameters_are_recovered_without_noise():
