@@ -41,7 +41,7 @@ def test_the_table_of_the_document_is_that_of_the_record():
     assert f"The table has {len(record['rows'])} of {len(cases)} cases" in " ".join(text.split())
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     (wrong,) = [one for one in record["must_show"] if one["quantity"].startswith("wrong at")]
-    named = re.findall(r"\((?:case )?(\d+)\)", paragraph)
+    named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases )?([\d,\s]+)\)", paragraph)))
     assert sorted(named) == sorted(name.partition("_")[0] for name in wrong["others"])
 
 
