@@ -16,10 +16,10 @@ import numpy as np
 from numba import types
 
 from pamsim.core.compilation import function_of_text
-from pamsim.core.numba_cache import numba
 from pamsim.engine.function_table import KIND, five_values, result, value
 from pamsim.engine.memory import address_of, as_pointer, keyed_by
 from pamsim.engine.muscle_step import doubles, states_at
+from pamsim.numba_cache import numba
 
 
 class _Passing(NamedTuple):

@@ -25,7 +25,6 @@ import numpy as np
 from numba import types
 
 from pamsim.core.compilation import compile_notice
-from pamsim.core.numba_cache import numba
 from pamsim.engine import (
     by_address,
     checks,
@@ -52,6 +51,7 @@ from pamsim.engine.muscle_step import (
     step_rates,
     supply_fall,
 )
+from pamsim.numba_cache import numba
 from pamsim.physics.chamber_pressure import chamber_pressure, consistent_pressure
 from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.record import STATES, record_dtype, view

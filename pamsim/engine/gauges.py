@@ -119,8 +119,8 @@ def _compile(key: str) -> Callable[..., None]:
     """Compile `read`; see `pamsim.engine.compiled` for the key."""
     from numba import types
 
-    from pamsim.core.numba_cache import numba
     from pamsim.engine.memory import keyed_by
+    from pamsim.numba_cache import numba
 
     signal, signals = types.float64[:, ::1], types.float64[:, :, ::1]
     places = types.int64[:, ::1]

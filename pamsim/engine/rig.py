@@ -253,8 +253,9 @@ def _compiled(
         name: build_muscle(_merged(file, name), where=f"{where}: {name}", own=own)
         for name in file.tendons
     }
-    model = compile_model(rig_spec(file, muscles, scene=scene))
-    _check_options(model, f"{file.mjcf}: option")
+    spec = rig_spec(file, muscles, scene=scene)
+    _check_options(spec, f"{file.mjcf}: option")
+    model = compile_model(spec)
     compiled = copy.copy(model)
     mjcf_fields.make_friction_stick(model)
     natives = {
@@ -286,13 +287,13 @@ def _compiled(
     )
 
 
-def _check_options(model: mujoco.MjModel, where: str) -> None:
+def _check_options(spec: mujoco.MjSpec, where: str) -> None:
     """Refuse an MJCF that asks for steps of no length, or for muscles that do not act."""
-    if not 0.0 < model.opt.timestep < np.inf:
-        raise InputError(f"{where}: timestep = {model.opt.timestep:g}; write one such as 0.0005")
-    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
-    groups = 1 << model.actuator_group.astype(int)
-    if off or (groups & model.opt.disableactuator).any():
+    option = spec.option
+    if not 0.0 < option.timestep < np.inf:
+        raise InputError(f"{where}: timestep = {option.timestep:g}; write one such as 0.0005")
+    off = option.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    if off or any(1 << one.group & option.disableactuator for one in spec.actuators):
         raise InputError(
             f"{where}: its muscles do not act, because actuation or their group of actuators is"
             " disabled; leave that out"

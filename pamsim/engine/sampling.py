@@ -147,7 +147,7 @@ def compiled_loop() -> Any:
     import llvmlite.binding
     from numba.extending import overload, register_jitable
 
-    from pamsim.core.numba_cache import numba
+    from pamsim.numba_cache import numba
 
     native = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
     llvmlite.binding.add_symbol("pamsim_mj_step", native)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
-from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
+from pamsim.numba_cache import numba
 
 ON = 0.33
 """Commanded opening from which an on/off valve is opened."""

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.envs.episode import NOISE, TORQUE
 from pamsim.envs.scales import LIMIT, ObservedSignals, Reach
 from pamsim.envs.settings import EnvSettings
+from pamsim.numba_cache import numba
 from pamsim.recordings.sensors import MeasurementChain
 
 ERROR_SHARE = 0.25

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pamsim.core.numba_cache import numba
 from pamsim.core.units import FloatArray
+from pamsim.numba_cache import numba
 
 _TERMS = 15
 _compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")

@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 CODE = """
-from pamsim.core.numba_cache import numba
+from pamsim.numba_cache import numba
 
 @numba.njit(cache=True)
 def twice(x):
