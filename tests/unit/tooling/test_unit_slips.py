@@ -77,3 +77,12 @@ def test_the_record_is_of_these_mistakes_and_the_page_states_it():
     alarms = f"{RECORD['false_alarms']} of {RECORD['valid']} valid recordings"
     counts = f"{alarms}, of {len(kinds)} kinds"
     assert counts in " ".join(page.split())
+
+
+def test_the_page_states_what_was_found_of_rigs_whose_numbers_are_off():
+    path = ROOT / "scripts/results/off_rigs.json"
+    found = json.loads(path.read_text(encoding="utf-8"))
+    page = " ".join((ROOT / "docs" / "validation.md").read_text(encoding="utf-8").split())
+    assert f"{found['false_alarms']} of {found['valid']} recordings raised a suspicion" in page
+    assert f"of {found['mistakes']} with a mistake {found['named']} were answered" in page
+    assert len(found["each_missed"]) == found["mistakes"] - found["named"]
