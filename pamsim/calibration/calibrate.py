@@ -34,7 +34,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import above_supply
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.inference.fit_simulator import fit_simulator, shown
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.profile_likelihood import profile
@@ -99,11 +99,7 @@ def calibrate(
     """
     began = time.perf_counter()
     data = read_calibration_data(sources)
-    loaded = (
-        rig
-        if isinstance(rig, Rig)
-        else load_rig(rig or data.rig or DEFAULT_RIG, recorded=rig is None)
-    )
+    loaded = given_or_recorded(rig, data.rig or DEFAULT_RIG)
     data = data.of_rig(loaded)
     fitted, held_out = split_held_out(data, hold_out)
     wanted = tuple(free) or default_names(loaded, moving=bool(fitted.trials))

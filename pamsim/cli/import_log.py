@@ -28,7 +28,7 @@ def _spans(
                 f"`segments` {text}: write BEGIN:END,BEGIN:END in seconds, or"
                 " PROTOCOL=BEGIN:END,PROTOCOL=BEGIN:END"
             ) from None
-    return spans or {"": []}
+    return spans
 
 
 @click.command(name="import", cls=Command)

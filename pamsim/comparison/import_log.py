@@ -162,7 +162,7 @@ def import_log(
         cut["period"] = period
     if lead_in:
         cut["lead_in"] = lead_in
-    parts = segments if isinstance(segments, Mapping) else {"": segments}
+    parts = (segments if isinstance(segments, Mapping) else {"": segments}) or {"": ()}
     targets = {folder / file.name: file for file in files}
     if len(targets) < len(files):
         raise InputError(f"{folder}: two logs have the same name; rename one")

@@ -32,7 +32,7 @@ from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.options import usual_nuisance
 from pamsim.engine.preflight import above_supply
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.inference.residual_block import layout
 from pamsim.recordings.signals import IMPOSED, JOINT_DRIVES, KINDS, kind_of
 from pamsim.recordings.trial import Trial
@@ -182,8 +182,7 @@ def check(
     measured = read_calibration_data(sources)
     if not measured.trials or measured.tables:
         raise InputError("check takes recording folders; tables and loops are judged as they are")
-    named = rig or measured.rig or "mas20_arm"
-    loaded = named if isinstance(named, Rig) else load_rig(named, recorded=rig is None)
+    loaded = given_or_recorded(rig, measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)
     split = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)

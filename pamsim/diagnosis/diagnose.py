@@ -22,7 +22,7 @@ from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.diagnosis.table_at_rest import diagnose_table
-from pamsim.engine.rig import Rig, load_rig
+from pamsim.engine.rig import Rig, given_or_recorded, load_rig
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
 from pamsim.recordings.static_table import read_static_table
@@ -112,7 +112,7 @@ def diagnose(
     measured = read_calibration_data(sources)
     if measured.tables:
         raise InputError("give recordings alone, or one table of angles at rest alone")
-    own = _loaded(rig) if rig else load_rig(measured.rig or "mas20_arm", recorded=True)
+    own = given_or_recorded(rig, measured.rig or "mas20_arm")
     return diagnose_recordings(measured, own, options)
 
 

@@ -244,6 +244,15 @@ def load_rig(rig: str | os.PathLike[str], *, scene: bool = False, recorded: bool
     return _compiled(read_rig(rig), scene=scene)
 
 
+def given_or_recorded(rig: str | os.PathLike[str] | Rig | None, named: str) -> Rig:
+    """The rig that the user gives, loaded or by name or folder, or the one that a recording names.
+
+    Raises:
+        InputError: as `load_rig`.
+    """
+    return rig if isinstance(rig, Rig) else load_rig(rig or named, recorded=not rig)
+
+
 def _compiled(
     file: RigFile, muscles: Mapping[str, Muscle] | None = None, *, scene: bool = False
 ) -> Rig:

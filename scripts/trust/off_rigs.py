@@ -28,11 +28,12 @@ import pamsim
 from pamsim.core.errors import PamsimError
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
+from pamsim.papers.bench_experiments import bench
 from pamsim.recordings.recording import write_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from kept_rows import as_text, fingerprint, kept_rows
-from unit_slips import ATMOSPHERE, MBAR, PSI, altered, checked, plus, times
+from unit_slips import ATMOSPHERE, MBAR, PSI, Table, altered, checked, plus, times
 
 KEPT = Path("out/off_rigs")
 TEMPLATES = ("joint", "leg", "bench", "bellows")
@@ -73,7 +74,7 @@ def rig_of(name: str, folder: Path) -> Rig:
     if name in TEMPLATES:
         return pamsim.load_rig(pamsim.new_rig(f"my_{name}", name, out=folder / "rig"))
     if name in BENCHES:
-        return pamsim.load_rig(Path(pamsim.load_rig("muscle_bench").file.folder) / name)
+        return bench(name)
     return pamsim.load_rig(name)
 
 
@@ -118,8 +119,9 @@ def record(rig: Rig, true: Rig, folder: Path, rng: np.random.Generator) -> str:
             sample_rate=50.0,
         )
         runs = {"swing": pamsim.simulate(true, swing).completed()}
-        write_recording(folder, str(rig.file.folder), runs)
-        altered_by_noise(folder, rng)
+        exact = folder.with_name("exact")
+        write_recording(exact, str(rig.file.folder), runs)
+        altered(exact, folder, lambda table: add_noise(table, rng))
         return "sealed, driven by a torque"
     measured = bool(rng.random() < 0.2)
     inputs = tuple(str(name) for name in rng.choice(INPUTS, size=2, replace=False))
@@ -137,17 +139,12 @@ def record(rig: Rig, true: Rig, folder: Path, rng: np.random.Generator) -> str:
     return f"{' and '.join(inputs)}, {'measured pressures' if measured else 'set points'}"
 
 
-def altered_by_noise(folder: Path, rng: np.random.Generator) -> None:
+def add_noise(table: Table, rng: np.random.Generator) -> None:
     """Add the sensors' noise to what was simulated."""
-    for path in folder.glob("*.csv"):
-        header, *rows = path.read_text(encoding="utf-8").splitlines()
-        table = np.array([row.split(",") for row in rows], dtype=float)
-        for column, name in enumerate(header.split(",")):
-            for pattern, noise in READ.items():
-                if re.fullmatch(pattern, name):
-                    table[:, column] += noise * rng.standard_normal(len(table))
-        lines = (",".join(f"{value:.9g}" for value in row) for row in table)
-        path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8")
+    for name in table:
+        for pattern, noise in READ.items():
+            if re.fullmatch(pattern, name):
+                table[name] = table[name] + noise * rng.standard_normal(table[name].size)
 
 
 def run_one(kind: str, name: str, seed: int) -> dict[str, str]:

@@ -291,3 +291,15 @@ def test_logs_of_one_name_are_repeats_and_the_folder_of_the_log_may_be_the_recor
     found = pamsim.import_log(logs, rig=rig, out=tmp_path)
     assert found.trials == ("stairs_1", "stairs_2")
     assert {t.protocol for t in read_recordings(tmp_path).trials} == {"stairs"}
+
+
+def test_the_command_proposes_a_period_where_no_segments_are_given(
+    rig, tmp_path, monkeypatch, capsys
+):
+    commands = {"P flexor cmd [Pa]": FLEXOR, "P extensor cmd [Pa]": EXTENSOR}
+    log = write(tmp_path / "run.csv", {**LOG, **commands})
+    words = ["pamsim", "import", log, "--rig", rig, "--out", tmp_path / "data"]
+    monkeypatch.setattr(sys, "argv", [str(word) for word in words])
+    with pytest.raises(SystemExit):
+        main()
+    assert "the command repeats every 1 s" in capsys.readouterr().out

@@ -272,14 +272,20 @@ def test_a_volume_that_is_not_stated_does_the_force_s_work(bench):
     assert math.isfinite(chamber_volume(row, [0.0] * 20, -0.03, 2e5))
 
 
-@pytest.mark.parametrize("job", ["check", "diagnose", "calibrate"])
-def test_code_runs_only_if_its_rig_is_named(bench, job, monkeypatch):
-    """A recording comes from anywhere, with the rig that it names."""
+@pytest.fixture
+def no_code(monkeypatch):
+    """Fails the test that runs a rig's code."""
 
     def run_unasked(path, text):
         raise AssertionError(path)
 
     monkeypatch.setattr("pamsim.recordings.rig_file._own_physics", run_unasked)
+
+
+@pytest.mark.usefixtures("no_code")
+@pytest.mark.parametrize("job", ["check", "diagnose", "calibrate"])
+def test_code_runs_only_if_its_rig_is_named(bench, job):
+    """A recording comes from anywhere, with the rig that it names."""
     data = bench / "data"
     with pytest.raises(
         InputError, match=r"effects\.py is code, which runs only if you name its rig"
@@ -287,11 +293,8 @@ def test_code_runs_only_if_its_rig_is_named(bench, job, monkeypatch):
         getattr(pamsim, job)([data] if job == "calibrate" else data)
 
 
-def test_identification_needs_no_rig_and_runs_no_code(bench, monkeypatch):
-    def run_unasked(path, text):
-        raise AssertionError(path)
-
-    monkeypatch.setattr("pamsim.recordings.rig_file._own_physics", run_unasked)
+@pytest.mark.usefixtures("no_code")
+def test_identification_needs_no_rig_and_runs_no_code(bench):
     found = pamsim.identify(bench / "data", trials=["staircase_1"], order=1, local=False)
     assert found.shown.fit.estimates
 
