@@ -11,6 +11,10 @@ from pamsim.inference.free_parameter import FreeParameter
 INSIDE = 1e-3
 """Distance of starts from the ends of a range, as a share of it: friction at 0 has no gradient."""
 
+AT_END = 0.01
+"""Distance from an end of a range within which a fit has ended there, as a share of the end: fits
+end that near an end as they close in on it."""
+
 
 def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
     """Values moved into their ranges and off the ends.
@@ -85,6 +89,20 @@ class Candidate:
         """Whether the effect may have either sign."""
         size = self.parameters[0]
         return size.low < self.neutral[size.name] < size.high
+
+    def at_end(self, values: Mapping[str, float]) -> bool:
+        """Whether a parameter lies at an end of its range beyond which rigs may lie.
+
+        Args:
+            values: rig parameter -> value of each [SI].
+        """
+        return any(
+            not stated.natural_ends
+            and end not in (0.0, self.neutral.get(own.name))
+            and abs(values[own.name] - end) <= AT_END * abs(end)
+            for own, stated in zip(self.parameters, self.effect.parameters, strict=True)
+            for end in (own.low, own.high)
+        )
 
     def moved(self, probe: Probe, factor: float) -> dict[str, float]:
         """A probe made larger or smaller, within the ranges and off their ends.

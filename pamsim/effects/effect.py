@@ -48,8 +48,9 @@ class EffectParameter:
             for another quantity; empty if any will do.
         another_size: True if the effect is there where this parameter alone is off neutral, as
             muscles may differ in stroke and not in strength.
-        natural_ends: True if no rig can lie beyond the ends of the range, so that a fit that ends
-            there may be right; elsewhere it is a sign that the effect stands for another one.
+        natural_ends: True if no rig can lie beyond the ends of the range, or data would not show
+            it, so that a fit that ends there may be right; elsewhere it is a sign that the effect
+            stands for another one.
     """
 
     name: str

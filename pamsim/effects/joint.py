@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from pamsim.effects.effect import JOINT, TILTED, Effect, change, factor, shape, size
 
-_PRESLIDING = shape("friction.presliding", 2e-5, 5e-6, 5e-4, starts=(7e-6, 1e-4))
+# So short that data show none, or so long that it never ends in them.
+_PRESLIDING = shape("friction.presliding", 2e-5, 5e-6, 5e-4, starts=(7e-6, 1e-4), natural_ends=True)
 
 EFFECTS = (
     Effect(
@@ -37,7 +38,10 @@ EFFECTS = (
         parameters=(
             size("friction.coulomb_force", 8.0, 0.0, 75.0),
             size("friction.breakaway_force", 4.0, 0.0, 75.0),
-            shape("friction.stribeck_velocity", 2e-3, 2e-4, 5e-2, starts=(5e-4, 1e-2)),
+            shape(
+                "friction.stribeck_velocity", 2e-3, 2e-4, 5e-2, starts=(5e-4, 1e-2),
+                natural_ends=True,  # below or above all speeds of the data
+            ),
             _PRESLIDING,
         ),
         look_alikes=("stribeck_friction", "load_dependent_friction"),
@@ -53,7 +57,7 @@ EFFECTS = (
             # As much as in `lugre`: breakaway is a half more than sliding.
             size("friction.dwell_force", 4.0, 0.0, 75.0),
             # Greased joints take some tenths of a second to some ten (Kato et al. 1972).
-            shape("friction.dwell_time", 1.0, 0.05, 30.0, starts=(0.2, 5.0)),
+            shape("friction.dwell_time", 1.0, 0.05, 30.0, starts=(0.2, 5.0), natural_ends=True),
             _PRESLIDING,
         ),
         look_alikes=("stribeck_friction", "viscoelastic_creep", "chain_backlash"),

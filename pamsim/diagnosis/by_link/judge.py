@@ -83,7 +83,7 @@ def judge(
                 best = min(preferred, key=lambda other: other.criterion)
                 model = fitter.everywhere(best)
                 break
-            judged.append(_judged(case, one, rests, rivals, left, unexplained))
+            judged.append(_judged(case, model, one, rests, rivals, left, unexplained))
         else:
             return model, beside_unknown(judged, alpha)
 
@@ -126,6 +126,7 @@ def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -
 
 def _judged(
     case: Case,
+    model: LinkModel,
     one: Needed,
     needed: Collection[Needed],
     rivals: Collection[Rival],
@@ -159,6 +160,8 @@ def _judged(
         uncounted=uncounted,
         error=(1.0 - EXPLAINED) * max(inexact, default=0.0),
         others=gain_of_others(one, needed),
+        missed=all_missed,
+        at_end=one.effect.at_end(model.values),
     )
 
 

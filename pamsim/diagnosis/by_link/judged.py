@@ -12,7 +12,8 @@ is not certain. An effect so small that what is left is much beside it is not ce
 that be too little to count (`BESIDE_OTHERS`). What other formulas of the families that were found
 would take away as well is not counted as left: it speaks for these families. So many effects in a
 link that they are rather the series of an unknown one (`SERIES`) are not certain, unless one of
-them outweighs all others.
+them outweighs all others. Nor is an effect that fits only at an end of a parameter's range: it
+stands for another one.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ BESIDE_OTHERS = 2.0
 as a small effect does. In training cases none of 7 that took away so much had the wrong family; of
 3 that took away less, one had. An effect must take away as much beside what is left and too
 little to count, too: in two draws of training cases 11 of 33 wrong effects took away less, and 9 of
-480 others."""
+480 others. Nor is one that takes away less than is left for certain, whatever shares that with it:
+it may be a part of what has no name."""
 
 NAMED = 0.99
 """Share of what an effect takes away and is then left, from which its name may be certain although
@@ -109,6 +111,10 @@ class Judged:
             in which that is too little to count [noise variance].
         error: mean square that the formula of another effect in its links may be off by, where that
             leaves more than noise [noise variance].
+        others: what all others take away in links where so many may be a series [noise variance].
+        missed: mean square that is left there for certain, on the scale of the gain, whatever
+            formula of the families that were found may take it away [noise variance].
+        at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
     """
 
     effect: Candidate
@@ -123,6 +129,8 @@ class Judged:
     uncounted: float = 0.0
     error: float = 0.0
     others: float = 0.0
+    missed: float = 0.0
+    at_end: bool = False
 
     @property
     def share(self) -> float:
@@ -133,7 +141,7 @@ class Judged:
         """Which levels of the name hold."""
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
-        there = self.p_value <= alpha and self.gain > 0.0
+        there = self.p_value <= alpha and self.gain > 0.0 and not self.at_end
         shown = {"name": self.named, "form": self.exact}
         return {
             level: there
@@ -145,7 +153,8 @@ class Judged:
 
     def _explains(self) -> bool:
         """Whether so little is left, and it is so large, that no error of a formula can be it."""
-        if self.gain < max(self.error, BESIDE_OTHERS * max(self.others, self.uncounted)):
+        beside = BESIDE_OTHERS * max(self.others, self.uncounted)
+        if self.gain < max(self.error, self.missed, beside):
             return False
         if self.gain >= EXPLAINED * (self.gain + self.left):
             return True

@@ -111,6 +111,10 @@ def search(
             break
         model = in_best_forms(fitter, fitter.everywhere(best), known, steps=steps)
         now = _about(fitter, model, now, where)
+    # Rivals of one family differ in detail: each of their forms may be the one that fits.
+    families = {effect.family for effect in model.effects}
+    kin = _untried([effect for effect in candidates if effect.family in families], known)
+    known = known + signatures(fitter, fitter.stated, kin)
     return Searched(base=base, model=model, known=tuple(known))
 
 

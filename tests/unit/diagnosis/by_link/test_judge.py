@@ -28,7 +28,7 @@ from tests.unit.diagnosis.by_link.toy_chain import (
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before, error=0.0, named=False, others=0.0, uncounted=0.0):
+def judged(gain, left, before, error=0.0, named=False, others=0.0, uncounted=0.0, **more):
     return Judged(
         effect=FRICTION,
         links=frozenset([ARMLINK]),
@@ -42,6 +42,7 @@ def judged(gain, left, before, error=0.0, named=False, others=0.0, uncounted=0.0
         error=error,
         others=others,
         uncounted=uncounted,
+        **more,
     )
 
 
@@ -97,6 +98,17 @@ def test_in_a_series_only_what_outweighs_all_others_is_certain():
 def test_an_effect_is_not_certain_beside_what_is_left_though_that_be_too_little_to_count():
     assert judged(0.09, 0.0, 0.1, uncounted=0.04).level() == "family"
     assert judged(0.07, 0.0, 0.1, uncounted=0.04).level() == ""
+
+
+def test_an_effect_is_not_certain_that_takes_away_less_than_is_left_whatever_may_take_that():
+    assert judged(0.5, 0.0, 0.6, missed=0.4).level() == "family"
+    assert judged(0.5, 0.0, 0.6, missed=0.6).level() == ""
+
+
+def test_an_effect_at_the_end_of_a_range_stands_for_another_one():
+    exact = replace(judged(9.0, 0.0, 9.0, named=True), exact=True)
+    assert exact.level() == "form"
+    assert replace(exact, at_end=True).level() == ""
 
 
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
