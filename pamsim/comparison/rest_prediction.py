@@ -17,7 +17,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Outcome
-from pamsim.recordings.sensors import MeasurementChain, true_pressure
+from pamsim.recordings.sensors import MeasurementChain, read_position, true_pressure
 from pamsim.recordings.static_table import StaticTable
 
 Values = Mapping[str, float]
@@ -92,8 +92,7 @@ class RestPredictor:
 
     def reported(self, rig: Rig, angle: FloatArray) -> FloatArray:
         """True angles as the rig's encoder reports them [rad]."""
-        chain = rig.sensor or MeasurementChain()
-        return chain.angle_scale * angle + chain.angle_bias
+        return read_position(angle, rig.sensor or MeasurementChain())
 
     def _residual(self, rig: Rig | None) -> FloatArray | None:
         if rig is None:

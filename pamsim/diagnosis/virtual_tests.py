@@ -309,10 +309,8 @@ def _braid_friction(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 
 def _lost_pressure(there: Bench, without: Bench, muscle: int) -> Quantities:
-    left, whole = (
-        effective_pressure(PRESSURE, rig.muscles[muscle].threshold.pressure)
-        for rig in (there, without)
-    )
+    thresholds = (rig.muscles[muscle].threshold for rig in (there, without))
+    left, whole = (effective_pressure(PRESSURE, one.pressure, one.width) for one in thresholds)
     return _chosen({"pressure_lost": (whole - left, "Pa")}, "at_pressure")
 
 

@@ -14,12 +14,24 @@ EFFECTS = (
         separating="read the angle at a mechanical stop",
     ),
     Effect(
-        link="sensor", family="angle_sensor", name="angle_scale",
+        link="sensor", family="angle_sensor", name="angle_scale", form="straight",
         missing="a wrong scale of the angle sensor",
         equation="beta_read = scale beta",
         parameters=(size("sensor.angle_scale", 0.03, 0.7, 1.4, neutral=1.0),),
         look_alikes=("thermal_relaxation", "passive_stiffness"),
         separating="read the angle at two known positions",
+    ),
+    Effect(
+        link="sensor", family="angle_sensor", name="angle_scale", form="bent",
+        missing="a scale of the angle sensor that is wrong and changes over its range",
+        equation="beta_read = (scale + bend beta) beta",
+        parameters=(
+            size("sensor.angle_scale", 0.03, 0.7, 1.4, neutral=1.0),
+            # Of a potentiometer or magnet that is linear to 1 % over half a radian.
+            size("sensor.angle_bend", 0.02, -0.5, 0.5, another_size=True),
+        ),
+        look_alikes=("angle_bias", "passive_stiffness"),
+        separating="read the angle at five known positions",
     ),
     Effect(
         link="sensor", family="angle_sensor", name="angle_lag",
@@ -69,12 +81,24 @@ EFFECTS = (
         separating="vent to the atmosphere and read the sensors",
     ),
     Effect(
-        link="sensor", family="pressure_sensor", name="pressure_scale",
+        link="sensor", family="pressure_sensor", name="pressure_scale", form="straight",
         missing="a wrong scale of the pressure sensors",
         equation="p_read = scale p",
         parameters=(size("sensor.pressure_scale", 0.02, 0.7, 1.4, neutral=1.0),),
         look_alikes=("air_leak", "pressure_bias", "supply_sag"),
         separating="compare with a reference gauge at two pressures",
+    ),
+    Effect(
+        link="sensor", family="pressure_sensor", name="pressure_scale", form="bent",
+        missing="a scale of the pressure sensors that is wrong and changes over their range",
+        equation="p_read = (scale + bend p) p",
+        parameters=(
+            size("sensor.pressure_scale", 0.02, 0.7, 1.4, neutral=1.0),
+            # Linear to 0.5 % of 5 bar, as cheap transducers are.
+            size("sensor.pressure_bend", 1e-8, -4e-7, 4e-7, another_size=True),
+        ),
+        look_alikes=("air_leak", "pressure_bias", "supply_sag"),
+        separating="compare with a reference gauge at five pressures",
     ),
     Effect(
         link="sensor", family="pressure_sensor", name="pressure_lag",

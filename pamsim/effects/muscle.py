@@ -152,7 +152,7 @@ EFFECTS = (
         path_dependent=True, rare=True,
     ),
     Effect(
-        link="muscle", family="muscle_force", name="threshold_pressure",
+        link="muscle", family="muscle_force", name="threshold_pressure", form="sharp",
         missing="a threshold pressure below which the tube does not press on the braid",
         equation="F = F_active(max(p - p_0, 0), kappa) + F_passive(kappa)",
         parameters=(size("threshold.pressure", 1.5e4, 0.0, 1.5e5),),
@@ -160,10 +160,35 @@ EFFECTS = (
         separating="inflate from zero at fixed length, with a force sensor",
     ),
     Effect(
-        link="muscle", family="muscle_force", name="passive_stiffness",
+        link="muscle", family="muscle_force", name="threshold_pressure", form="gradual",
+        missing="pressure that is lost before the tube presses on the braid, gradually",
+        equation="F = F_active(max(p - p_0 p / (p + w), 0), kappa) + F_passive(kappa)",
+        parameters=(
+            size("threshold.pressure", 3e4, 0.0, 3e5),
+            # From nearly at once to over most of a muscle's pressures.
+            shape("threshold.width", 5e4, 5e3, 5e5, starts=(2e4, 1.5e5)),
+        ),
+        look_alikes=("chain_compliance", "passive_stiffness", "pressure_bias"),
+        separating="inflate from zero at fixed length, with a force sensor",
+    ),
+    Effect(
+        link="muscle", family="muscle_force", name="passive_stiffness", form="softening",
         missing="the stiffness of tube and braid without pressure",
         equation="F = F_active + k/h (exp(h x) - 1), x = kappa_0 - kappa; stretched (x > 0) k x",
         parameters=(factor("passive.stiffness", 1.3, 0.3, 3.0),),
+        look_alikes=("chain_compliance", "threshold_pressure", "end_shape"),
+        separating="turn the arm by hand without pressure and read the force",
+    ),
+    Effect(
+        link="muscle", family="muscle_force", name="passive_stiffness", form="hardening",
+        missing="a stiffness of tube and braid that does not let go, and may harden",
+        equation="F = F_active + F_passive + K x (1 + (x/x_h)^2), x = kappa_0 - kappa",
+        parameters=(
+            # A third of the passive stiffness of a MAS-20.
+            change("passive.parallel", 2000.0, -4e4, 4e4),
+            # Twice as strong at 2 % stretch; from a straight line on.
+            shape("passive.hardening", 50.0, 0.0, 200.0, starts=(10.0, 25.0)),
+        ),
         look_alikes=("chain_compliance", "threshold_pressure", "end_shape"),
         separating="turn the arm by hand without pressure and read the force",
     ),

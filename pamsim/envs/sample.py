@@ -42,6 +42,7 @@ class Sampling(NamedTuple):
     noise: FloatArray  # (s,) standard deviations
     step: FloatArray  # (s,) resolution; 0 for unlimited
     gain: FloatArray  # (n, s) reading per true change
+    bend: FloatArray  # (n, s) half of the change of that per true change
     bias: FloatArray  # (n, s) reading at zero
     done: FloatArray  # (n, s) share of a jump that a lag makes up within a period; 1 without lag
     along: FloatArray  # (n, s) share of a change spread evenly over it
@@ -58,13 +59,20 @@ class Sampling(NamedTuple):
         readings has them as they come.
         """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
-        for columns, gain, bias, lag in (
-            (slice(joints), own.angle_scale, own.angle_bias, own.angle_lag),
-            (slice(joints, None), own.pressure_scale, own.pressure_bias, own.pressure_lag),
+        for columns, gain, bend, bias, lag in (
+            (slice(joints), own.angle_scale, own.angle_bend, own.angle_bias, own.angle_lag),
+            (
+                slice(joints, None),
+                own.pressure_scale,
+                own.pressure_bend,
+                own.pressure_bias,
+                own.pressure_lag,
+            ),
         ):
             ratio = self.period / lag if lag > 0.0 else math.inf
             done = -math.expm1(-ratio)
-            self.gain[number, columns], self.bias[number, columns] = gain, bias
+            self.gain[number, columns], self.bend[number, columns] = gain, bend
+            self.bias[number, columns] = bias
             self.done[number, columns], self.along[number, columns] = done, 1.0 - done / ratio
         self.slack[number, :joints] = 0.5 * own.angle_backlash
 
@@ -87,7 +95,7 @@ def new_sampling(
     # An encoder counts parts of a turn, so it reads joints which slide without rounding.
     steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    memory = np.zeros((8, shape[0], len(steps)))
+    memory = np.zeros((9, shape[0], len(steps)))
     return Sampling(
         signals.centre,
         signals.scale,
@@ -136,7 +144,8 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
                 held += s.done[rig, column] * (then - held)
                 held += s.along[rig, column] * (now - then)
             s.held[rig, column], s.before[rig, column] = held, now
-            reading = s.gain[rig, column] * held + s.bias[rig, column]
+            gain = s.gain[rig, column] + s.bend[rig, column] * held
+            reading = gain * held + s.bias[rig, column]
             reading += s.noise[column] * following[NOISE * joints + column]
             step = s.step[column]
             if step > 0.0:

@@ -2,7 +2,8 @@
 
 The compliance C is a spring with a parallel damper (Kelvin-Voigt): under a tension T its extension
 approaches C T with a time constant, which does not matter at rest. The extension is a state, so no
-equation has to be solved for the tension in a time step.
+equation has to be solved for the tension in a time step. Links and fittings that seat themselves
+make it stiffer under tension: it gives C / (1 + h T) per tension, and extends by C ln(1 + h T) / h.
 
 Between sprocket and chain there may be a backlash g. The chain that two muscles pull from both
 sides is then shifted by s on the teeth, |s| <= g/2: one muscle is longer by s, the other shorter.
@@ -10,7 +11,9 @@ It slides towards the stronger pull, with viscous damping, and rests where a too
 
     s' = (T_other - T) / b
 
-The power lost between muscles and joint is (T - T_other)^2 / b or, at a tooth, zero.
+The power lost between muscles and joint is (T - T_other)^2 / b or, at a tooth, zero. Teeth and
+their seats may give by c per tension. The chain then slides on beyond g/2 against their spring, at
+s' = (T_other - T - (s -+ g/2) / c) / b.
 
 A chain lies on its sprocket as on a polygon. Over a pitch p of its travel x the muscle's length
 runs ahead and falls back by an amplitude a, and the force on the sprocket changes with it, so that
@@ -30,6 +33,9 @@ class Chain(ParameterGroup, group="chain"):
     """Compliance and backlash of chain and end fittings; 0 turns each of them off."""
 
     compliance: float = quantity("[0, 1e-3] m/N", "C, extension per tension", 0.0)
+    hardening: float = quantity(
+        "[0, 1] 1/N", "h, reciprocal tension at which the compliance is halved; 0 never", 0.0
+    )
     relaxation_time: float = quantity(
         "[1e-3, 10] s",
         "in which the extension follows the tension; several time steps at least",
@@ -40,6 +46,9 @@ class Chain(ParameterGroup, group="chain"):
         "[1, 1e9] N*s/m",
         "b, difference of pulls per speed at which the chain slides within the backlash",
         1e3,
+    )
+    tooth_compliance: float = quantity(
+        "[0, 1e-3] m/N", "c, travel beyond the backlash per difference of pulls", 0.0
     )
     ripple: float = quantity(
         "[0, 5e-3] m", "a, by which the travel on the sprocket's teeth ripples", 0.0
@@ -66,7 +75,10 @@ def chain_ratio(chain: Chain, tendon_length: float) -> float:
 
 def extension_rate(chain: Chain, extension: float, tension: float) -> float:
     """Rate of the chain's extension [m/s] at an extension [m] and a tension T [N]."""
-    return (chain.compliance * tension - extension) / chain.relaxation_time
+    felt = tension
+    if chain.hardening > 0.0:
+        felt = math.log(1.0 + chain.hardening * tension) / chain.hardening
+    return (chain.compliance * felt - extension) / chain.relaxation_time
 
 
 def shift_rate(
@@ -74,14 +86,19 @@ def shift_rate(
 ) -> float:
     """Rate of the chain's shift s on the sprocket over an Euler step [m/s].
 
-    One step leaves the shift within half the backlash, exactly at a tooth where one stops it. Of
-    the shift [m], by which the muscle is longer than its tendon, its tension T and that of the
-    muscle at the chain's other end, 0 if there is none [N], and the step [s].
+    One step leaves the shift within half the backlash, exactly at a tooth where one stops it, or
+    beyond it as implicit Euler does against elastic teeth. Of the shift [m], by which the muscle is
+    longer than its tendon, its tension T and that of the muscle at the chain's other end, 0 if
+    there is none [N], and the step [s].
     """
     after = shift - timestep * (tension - opposing) / chain.seating_damping
     half = 0.5 * chain.backlash
+    given = 0.0
+    if chain.tooth_compliance > 0.0:
+        reach = chain.seating_damping * chain.tooth_compliance
+        given = reach / (reach + timestep)
     if after > half:
-        after = half
+        after = half + given * (after - half)
     elif after < -half:
-        after = -half
+        after = -half + given * (after + half)
     return (after - shift) / timestep

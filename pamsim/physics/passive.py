@@ -9,7 +9,10 @@ tube, with x = kappa_slack - kappa, the stretch beyond the slack point:
 Contracted, it resists with at most k/h, which is what a muscle must overcome before it pulls. Its
 kappa is that against the length at which the pressurised muscle is free. Where the braid locks, at
 a stretch x_lock of the muscle itself, it adds what makes the whole of an unpressurised muscle the
-finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972).
+finitely extensible spring k x / (1 - (x/x_lock)^2) (Warner 1972). Thick rubber or a sleeve does not
+let go. It is a spring in parallel that pulls as it pushes, at the same stretch, and may harden:
+
+    F = K x (1 + (x/x_h)^2)
 
 Creep is one or two Maxwell elements beside the muscle, which make it a standard linear solid: at a
 sudden change of length it is stiffer by k, held there it relaxes, and under a held load it goes on
@@ -49,6 +52,10 @@ class PassiveSpring(ParameterGroup, group="passive"):
     locking: float = quantity(
         "[0, 200]", "1/x_lock, reciprocal stretch at which the braid locks; 0 never", 0.0
     )
+    parallel: float = quantity("[-1e6, 1e6] N", "K, stiffness of a spring in parallel", 0.0)
+    hardening: float = quantity(
+        "[0, 200]", "1/x_h, reciprocal stretch at which that is twice as strong; 0 never", 0.0
+    )
 
 
 class Creep(ParameterGroup, group="creep"):
@@ -79,19 +86,38 @@ class Softening(ParameterGroup, group="softening"):
 
 
 def tube_force(spring: PassiveSpring, contraction: float) -> float:
-    """Force of the tube [N]: positive when stretched beyond the slack point, down to -k/h."""
+    """Force of the tube [N]: positive when stretched beyond the slack point.
+
+    Without a spring in parallel it is -k/h at least.
+    """
     stretch = spring.slack_contraction - contraction
+    force = spring.stiffness * stretch
     if stretch <= 0.0:
-        return spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
-    return spring.stiffness * stretch
+        force = spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
+    if spring.parallel != 0.0:
+        share = stretch * spring.hardening
+        force += spring.parallel * stretch * (1.0 + share * share)
+    return force
 
 
-def tube_energy(spring: PassiveSpring, contraction: float, force: float) -> float:
-    """Energy that the tube stores, per nominal length [N]; ``force`` is `tube_force` there [N]."""
+def tube_energy_and_slope(
+    spring: PassiveSpring, contraction: float, force: float
+) -> tuple[float, float]:
+    """Energy that the tube stores, per nominal length [N], and the slope of its force [N].
+
+    The slope is that by contraction. ``force`` is `tube_force` there [N].
+    """
     stretch = spring.slack_contraction - contraction
+    stored, slope = 0.0, -spring.stiffness
+    if spring.parallel != 0.0:
+        share = stretch * spring.hardening
+        force -= spring.parallel * stretch * (1.0 + share * share)
+        stored = spring.parallel * stretch * stretch * (0.5 + 0.25 * share * share)
+        slope -= spring.parallel * (1.0 + 3.0 * share * share)
     if stretch <= 0.0:
-        return (force - spring.stiffness * stretch) / spring.softening
-    return 0.5 * force * stretch
+        stored += (force - spring.stiffness * stretch) / spring.softening
+        return stored, slope - spring.softening * force
+    return stored + 0.5 * force * stretch, slope
 
 
 def locking_force(spring: PassiveSpring, contraction: float) -> float:

@@ -21,9 +21,9 @@ from pamsim.physics.chosen_law import (
     law_work,
 )
 from pamsim.physics.force_laws.force_law import GAUSS
-from pamsim.physics.passive import locking_force, tube_energy, tube_force
+from pamsim.physics.passive import locking_force, tube_energy_and_slope, tube_force
 from pamsim.physics.record import Parameters, States
-from pamsim.physics.tension import effective_pressure, force_left, taut
+from pamsim.physics.tension import effective_pressure, force_left, pressure_reaching, taut
 
 _HIGHER = 10.0  # step of a difference quotient by pressure [Pa]
 
@@ -62,13 +62,17 @@ def static_force(m: Parameters, tendon_length: float, pressure: float) -> float:
     """
     free = m.braid.nominal_length * (1.0 + m.braid.extensibility * pressure)
     kappa = 1.0 - muscle_length(m, tendon_length) / free
-    threshold = m.threshold.pressure
-    effective = pressure if law_pushes(m) else effective_pressure(pressure, threshold)
+    effective = pressure if law_pushes(m) else _in_braid(m, pressure)
     active = active_force(m, effective, kappa)
     if m.end_shape.loss > 0.0 and active > 0.0:
         active *= force_left(m.end_shape, kappa)[0]
     locked = locking_force(m.passive, contraction(m, tendon_length))
     return active + tube_force(m.passive, kappa) + locked
+
+
+def _in_braid(m: Parameters, pressure: float) -> float:
+    """Gauge pressure that reaches the braid [Pa]."""
+    return effective_pressure(pressure, m.threshold.pressure, m.threshold.width)
 
 
 def limited(m: Parameters, force: float) -> float:
@@ -101,7 +105,7 @@ def volume_at_nominal_length(m: Parameters) -> float:
 
 def rigid_volume(m: Parameters, kappa: float, pressure: float) -> float:
     """Volume gained since nominal length if the braid were inextensible [m^3]."""
-    effective = effective_pressure(pressure, m.threshold.pressure)
+    effective = _in_braid(m, pressure)
     return m.braid.nominal_length * _active_gain(m, effective, kappa)
 
 
@@ -113,15 +117,15 @@ def volume_and_slope(m: Parameters, kappa: float, pressure: float) -> tuple[floa
     dF/dp by q, and, with dq/dp = e (1 - q) / s, e times that of (1 - q) dF/dq by q, by parts.
     """
     nominal, extensibility = m.braid.nominal_length, m.braid.extensibility
-    effective = effective_pressure(pressure, m.threshold.pressure)
+    effective = _in_braid(m, pressure)
     grown = 1.0 + extensibility * pressure
     free, strained = 1.0 - 1.0 / grown, 1.0 - (1.0 - kappa) / grown
-    above = 1.0 if pressure > m.threshold.pressure else 0.0
+    above = pressure_reaching(pressure, m.threshold.pressure, m.threshold.width)
     slope = 0.0
     if above > 0.0 and law_volume_varies(m):
         for sign, at in ((1.0, strained), (-1.0, free)):
             higher = _active_gain(m, effective + _HIGHER, at)
-            slope += sign * grown * (higher - _active_gain(m, effective, at)) / _HIGHER
+            slope += above * sign * grown * (higher - _active_gain(m, effective, at)) / _HIGHER
     if extensibility == 0.0:
         return rigid_volume(m, kappa, pressure), nominal * slope
     gain, work, swell, rise = _gain_and_work(m, effective, strained)
@@ -149,8 +153,8 @@ def _gain_and_work(
             rise = left * rise + left_slope * active
             active, per_pressure = left * active, left * per_pressure
     tube = tube_force(m.passive, contraction)
-    stored = tube_energy(m.passive, contraction, tube)
-    rise = scale * rise - m.passive.stiffness - m.passive.softening * min(tube, 0.0)
+    stored, tube_slope = tube_energy_and_slope(m.passive, contraction, tube)
+    rise = scale * rise + tube_slope
     length = 1.0 - contraction
     return (
         scale * gain,

@@ -19,10 +19,12 @@ class Threshold(ParameterGroup, group="threshold"):
     """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1).
 
     Above it force and volume do the same work. A cycle that goes below costs up to the threshold
-    times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar.
+    times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar. A tube
+    that touches the braid here and there before loses the pressure gradually, over a width.
     """
 
-    pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube", 0.0)
+    pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube in the end", 0.0)
+    width: float = quantity("[0, 1e6] Pa", "pressure at which half of that is lost; 0 at once", 0.0)
 
 
 class EndShape(ParameterGroup, group="end_shape"):
@@ -34,11 +36,25 @@ class EndShape(ParameterGroup, group="end_shape"):
     onset: float = quantity("[-0.1, 0.5]", "contraction from which force is lost", 0.0)
 
 
-def effective_pressure(pressure: float, threshold: float) -> float:
-    """Gauge pressure that reaches the braid, max(p - p_0, 0) [Pa]; NaN stays NaN."""
-    if pressure < threshold:
+def effective_pressure(pressure: float, threshold: float, width: float = 0.0) -> float:
+    """Gauge pressure that reaches the braid [Pa], at a gauge pressure p [Pa]; NaN stays NaN.
+
+    max(p - p_0, 0) of a threshold p_0 [Pa], or max(p - p_0 p / (p + w), 0) over a width w [Pa].
+    """
+    lost = threshold
+    if width > 0.0 and pressure > 0.0:
+        lost = threshold * pressure / (pressure + width)
+    if pressure < lost:
         return 0.0
-    return pressure - threshold
+    return pressure - lost
+
+
+def pressure_reaching(pressure: float, threshold: float, width: float = 0.0) -> float:
+    """Slope of `effective_pressure` by pressure [-]; the same arguments."""
+    if not effective_pressure(pressure, threshold, width) > 0.0:
+        return 0.0
+    room = pressure + width
+    return 1.0 - threshold * width / (room * room)
 
 
 def force_left(ends: EndShape, contraction: float) -> tuple[float, float]:

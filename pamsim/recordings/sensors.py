@@ -37,6 +37,9 @@ class MeasurementChain(ParameterGroup):
     transducer_gain: float = _stated("pressure per volt of the transducer", "Pa/V", 1e7)
     angle_bias: float = _stated("reported less true angle at zero", "rad", 3.2, -3.2)
     angle_scale: float = _stated("reported per true change of angle", "1", 10.0, 0.1, 1.0)
+    angle_bend: float = _stated(
+        "half of the change of that scale per true angle", "1/rad", 10.0, -10.0
+    )
     angle_lag: float = _stated("time constant of the reported angle", "s", 10.0)
     angle_backlash: float = _stated(
         "travel that a reversing joint makes before its encoder follows", "rad", 1.0
@@ -49,6 +52,9 @@ class MeasurementChain(ParameterGroup):
     )
     pressure_bias: float = _stated("reported less true pressure at zero", "Pa", 1e6, -1e6)
     pressure_scale: float = _stated("reported per true change of pressure", "1", 10.0, 0.1, 1.0)
+    pressure_bend: float = _stated(
+        "half of the change of that scale per true pressure", "1/Pa", 1e-5, -1e-5
+    )
     pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
     pressure_dead_share: float = _stated(
         "share of a recording, up to its end, in which the reported pressures stand still", "1", 1.0
@@ -203,21 +209,14 @@ def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it.
 
-    A coupling's backlash comes first, then lag, scale and bias, then the clock that the angles are
-    logged by, while commands and pressures share the other one, and last what is dead of a channel.
-    Instruments without errors report the same arrays.
+    A coupling's backlash comes first, then the lag, the scale with its bend, and the bias, then the
+    clock that the angles are logged by, while commands and pressures share the other one, and last
+    what is dead of a channel. Instruments without errors report the same arrays.
     """
-
-    def reported(true: FloatArray, lag: float, scale: float, bias: float) -> FloatArray:
-        if (lag, scale, bias) == (0.0, 1.0, 0.0):
-            return true
-        return scale * lagged(recording.time, true, lag) + bias
-
-    angle = chain.angle_lag, chain.angle_scale, chain.angle_bias
-    pressure = chain.pressure_lag, chain.pressure_scale, chain.pressure_bias
-    turned = reported(through_backlash(recording.positions, chain.angle_backlash), *angle)
+    turned = through_backlash(recording.positions, chain.angle_backlash)
+    turned = read_position(lagged(recording.time, turned, chain.angle_lag), chain)
     turned = shifted(recording.time, turned, chain.clock_offset)
-    pressed = reported(recording.pressure, *pressure)
+    pressed = read_pressure(lagged(recording.time, recording.pressure, chain.pressure_lag), chain)
     return dataclasses.replace(
         recording,
         positions=dying(recording.time, turned, chain.angle_dead_share),
@@ -225,14 +224,39 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
+def read_pressure(true: FloatArray, chain: MeasurementChain) -> FloatArray:
+    """A sensor's reading (...) [Pa] at rest of a true pressure (...) [Pa]."""
+    return _read(true, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
+
+
+def read_position(true: FloatArray, chain: MeasurementChain) -> FloatArray:
+    """A sensor's reading (...) [rad or m] at rest of a true position (...) of a joint."""
+    return _read(true, chain.angle_scale, chain.angle_bend, chain.angle_bias)
+
+
 def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
     """True pressure (...) [Pa] at rest from a sensor's reading (...) [Pa]."""
-    return (np.asarray(reading, dtype=float) - chain.pressure_bias) / chain.pressure_scale
+    return _true(reading, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
 
 
 def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
     """True position (...) [rad or m] at rest of a joint from a sensor's reading (...)."""
-    return (np.asarray(reading, dtype=float) - chain.angle_bias) / chain.angle_scale
+    return _true(reading, chain.angle_scale, chain.angle_bend, chain.angle_bias)
+
+
+def _read(true: FloatArray, scale: float, bend: float, bias: float) -> FloatArray:
+    if (scale, bend, bias) == (1.0, 0.0, 0.0):
+        return true
+    return (scale + bend * true) * true + bias
+
+
+def _true(reading: ArrayLike, scale: float, bend: float, bias: float) -> FloatArray:
+    """Of the two true values with one reading, the one on the branch that holds zero."""
+    read = np.asarray(reading, dtype=float) - bias
+    if bend == 0.0:
+        return read / scale
+    # Beyond the turning point of the parabola no true value has such a reading: that point.
+    return 2.0 * read / (scale + np.sqrt(np.maximum(scale * scale + 4.0 * bend * read, 0.0)))
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:

@@ -52,6 +52,10 @@ EFFECTS = {
     "heat": {"chamber.heat_rate": 2.0},
     "braid_friction": {"braid.friction": 7e-4},
     "sprocket_ripple": {"chain.ripple": 1e-4},
+    "gradual_threshold": {"threshold.pressure": 3e4, "threshold.width": 5e4},
+    "hardening_tube": {"passive.parallel": 3e3, "passive.hardening": 40.0},
+    "hardening_chain": {"chain.compliance": 2e-6, "chain.hardening": 2e-3},
+    "elastic_teeth": {"chain.backlash": 3e-4, "chain.tooth_compliance": 2e-6},
     "load_dependent_friction": {"friction.tension_share": 0.02},
 }
 SHAPES = {
@@ -74,6 +78,10 @@ SHAPES = {
     "valve.supply_line": 1.0,
     "valve.tube_volume": 5e-5,
     "valve.dead_zone_asymmetry": 0.5,
+    "chain.hardening": 2e-3,
+    "chain.tooth_compliance": 2e-6,
+    "passive.hardening": 40.0,
+    "threshold.width": 5e4,
     "chain.ripple_pitch": 0.02,
     "chain.ripple_phase": 1.0,
 }

@@ -85,6 +85,8 @@ def spring(m: Record, stretch: float) -> float:
         force *= math.exp(m.passive_softening * stretch) - 1.0
     if m.cubic != 0.0:
         force += m.cubic * stretch * (1.0 + (stretch / m.cubic_at) ** 2)
+    if m.sinh != 0.0:
+        force += m.sinh * m.sinh_at * math.sinh(stretch / m.sinh_at)
     return force
 
 

@@ -83,7 +83,10 @@ def shift_rate(j: Record, muscles: Record, shift: float, tensions: FloatArray) -
         pull += math.copysign(tensions[i], muscles[i].arm)
     if j.tooth_stiffness > 0.0:
         beyond = max(abs(shift) - 0.5 * j.backlash, 0.0)
-        pull -= math.copysign(j.tooth_stiffness * beyond, shift)
+        stiffness = j.tooth_stiffness
+        if j.tooth_bend > 0.0:
+            stiffness *= math.sqrt(beyond / j.tooth_bend)  # contact of Hertz
+        pull -= math.copysign(stiffness * beyond, shift)
     elif abs(shift) >= 0.5 * j.backlash and pull * shift > 0.0:
         return 0.0
     return pull / j.shift_damping

@@ -58,6 +58,7 @@ JOINT_FIELDS = (
     "stop_at",  # soft stop on one side: angle [rad]
     "stop_stiffness",  # [N m/rad]
     "tooth_stiffness",  # of elastic teeth; 0 for hard ones [N/m]
+    "tooth_bend",  # deflection at which round teeth have that stiffness on average; 0 straight [m]
     "refill_square",  # the same per squared flow [Pa s^2/kg^2]
     "cross",  # laminar leak between the first two muscles [kg/(s Pa)]
 )
@@ -141,6 +142,8 @@ MUSCLE_FIELDS = (
     "lost_over",  # pressure over which it does [Pa]
     "cubic",  # stiffness of a cubic spring [N]
     "cubic_at",  # stretch at which its cubic part equals its linear one [-]
+    "sinh",  # stiffness of a spring that stiffens exponentially [N]
+    "sinh_at",  # stretch over which it does [-]
     "cone",  # share of the force lost per contraction [-]
     "cone_onset",
     "cone_bend",

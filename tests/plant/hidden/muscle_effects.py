@@ -140,6 +140,16 @@ EFFECTS = (
         signed=True,
     ),
     PlantEffect(
+        name="stiffening_spring",
+        formulation="a spring beside each muscle that stiffens exponentially to both sides",
+        stands_for=("passive_stiffness",),
+        unit="N",
+        typical=2800.0,
+        change=on_muscles(lambda s: {"sinh": s, "sinh_at": 0.015}),
+        measure=pull_change,
+        signed=True,
+    ),
+    PlantEffect(
         name="cone_ends",
         formulation="a loss of force proportional to contraction beyond a smooth onset",
         stands_for=("end_shape",),
@@ -191,6 +201,23 @@ EFFECTS = (
         unit="m",
         typical=3e-4,
         change=on_joint(lambda s: {"backlash": s, "tooth_stiffness": 4e5, "shift_damping": 500.0}),
+        stated="lost_travel",
+        equals="chain.backlash",
+    ),
+    PlantEffect(
+        name="round_teeth",
+        formulation="backlash between round teeth that give as bodies of Hertz do",
+        stands_for=("chain_backlash",),
+        unit="m",
+        typical=3e-4,
+        change=on_joint(
+            lambda s: {
+                "backlash": s,
+                "tooth_stiffness": 4e5,
+                "tooth_bend": 5e-4,
+                "shift_damping": 700.0,
+            }
+        ),
         stated="lost_travel",
         equals="chain.backlash",
     ),

@@ -55,9 +55,11 @@ def reported(run: Recording, chain: MeasurementChain) -> Recording:
         angle = behind(run.time, angle, chain.angle_lag)
     if chain.pressure_lag > 0.0:
         pressure = behind(run.time, pressure, chain.pressure_lag)
+    bent = chain.angle_bend * angle**2
+    pressed = chain.pressure_scale * pressure + chain.pressure_bend * pressure**2
     return dataclasses.replace(
-        run.with_angle(chain.angle_scale * angle + chain.angle_bias),
-        pressure=chain.pressure_scale * pressure + chain.pressure_bias,
+        run.with_angle(chain.angle_scale * angle + bent + chain.angle_bias),
+        pressure=pressed + chain.pressure_bias,
     )
 
 
@@ -123,6 +125,19 @@ EFFECTS = (
         signed=True,
     ),
     PlantEffect(
+        name="unequal_channels",
+        formulation="an encoder that reads a magnet by two channels of unequal gain",
+        stands_for=("angle_scale",),
+        unit="1",
+        typical=0.03,
+        sensed=lambda run, size: run.with_angle(
+            np.arctan2((1.0 + size) * np.sin(run.angle), np.cos(run.angle))
+        ),
+        stated="relative_error",
+        library=lambda size, *_: {"sensor.angle_scale": 1.0 + size},
+        signed=True,
+    ),
+    PlantEffect(
         name="warming_encoder",
         formulation="an offset of the angle that falls by a quarter while the encoder warms up",
         stands_for=("angle_bias",),
@@ -176,6 +191,21 @@ EFFECTS = (
         sensed=_pressure_error(
             lambda run, size: (
                 size * run.pressure * (1.0 + _BENT * (1.0 - run.pressure / _PRESSURE_SPAN))
+            )
+        ),
+        stated="relative_error_at_3_bar",
+        library=lambda size, *_: {"sensor.pressure_scale": 1.0 + size},
+        signed=True,
+    ),
+    PlantEffect(
+        name="power_pressure_scale",
+        formulation="an error of the pressures that grows with pressure to the power of 0.75",
+        stands_for=("pressure_scale",),
+        unit="1",
+        typical=0.02,
+        sensed=_pressure_error(
+            lambda run, size: (
+                size * _PRESSURE_SPAN * (np.maximum(run.pressure, 0.0) / _PRESSURE_SPAN) ** 0.75
             )
         ),
         stated="relative_error_at_3_bar",

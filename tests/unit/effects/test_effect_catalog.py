@@ -76,6 +76,12 @@ RARE = [
     "clock_offset",
 ]
 OTHER_FORMS = [
+    "angle_scale:bent",
+    "chain_backlash:elastic_teeth",
+    "chain_compliance:hardening",
+    "passive_stiffness:hardening",
+    "pressure_scale:bent",
+    "threshold_pressure:gradual",
     "coulomb_friction:dahl",
     "coulomb_friction:lugre",
     "coulomb_friction:dwell",

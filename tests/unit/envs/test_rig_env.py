@@ -208,15 +208,23 @@ def test_noise_and_encoder_are_of_the_stated_size(made):
 
 def test_a_lagging_instrument_shows_what_a_recording_would(made):
     rig = pamsim.load_rig("mas20_arm").with_parameters(
-        {"sensor.angle_lag": 0.05, "sensor.pressure_scale": 1.1, "sensor.angle_bias": 0.01}
+        {
+            "sensor.angle_lag": 0.05,
+            "sensor.angle_bend": 0.3,
+            "sensor.angle_bias": 0.01,
+            "sensor.pressure_scale": 1.1,
+            "sensor.pressure_bend": 2e-7,
+        }
     )
     env = made(rig=rig)
     rows = played(env, actions(30))
     from pamsim.recordings.sensors import lagged
 
     time = env.rigs.period * np.arange(31)
-    assert rows[:, 0] == pytest.approx(lagged(time, rows[:, -1], 0.05) + 0.01, abs=1e-12)
-    assert env.rigs.true[0, 1] * 1.1 == pytest.approx(rows[-1, 2])
+    behind = lagged(time, rows[:, -1], 0.05)
+    assert rows[:, 0] == pytest.approx(behind + 0.3 * behind**2 + 0.01, abs=1e-12)
+    true = env.rigs.true[0, 1]
+    assert 1.1 * true + 2e-7 * true**2 == pytest.approx(rows[-1, 2])
 
 
 def test_an_instrument_with_backlash_shows_what_a_recording_would(made):

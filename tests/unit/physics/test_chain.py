@@ -56,6 +56,19 @@ def test_under_a_held_tension_the_extension_closes_in_with_its_time_constant(ten
     assert extension_rate(SOFT, COMPLIANCE * tension, tension) == 0.0
 
 
+@pytest.mark.parametrize("tension", [1.0, 300.0, 5e3])
+def test_a_hardening_chain_gives_per_tension_what_its_law_says(tension):
+    """dx/dT = C / (1 + h T) of the extension at which the rate is zero."""
+    hard = dataclasses.replace(SOFT, hardening=2e-3)
+
+    def resting(at):
+        return float(brentq(lambda x: extension_rate(hard, x, at), -1.0, 1.0, xtol=1e-15))
+
+    step = 1e-3 * tension
+    slope = (resting(tension + step) - resting(tension - step)) / (2.0 * step)
+    assert slope == pytest.approx(COMPLIANCE / (1.0 + 2e-3 * tension), rel=1e-5)
+
+
 @pytest.mark.parametrize("loop", ["none", *LOOPS])
 @pytest.mark.parametrize(("tendon", "pressure"), STATES)
 def test_it_passes_on_the_tension_of_the_muscle_at_its_own_length(loop, tendon, pressure):

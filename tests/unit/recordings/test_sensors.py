@@ -22,8 +22,12 @@ from pamsim.recordings.sensors import (
     encoder_offset,
     lagged,
     measured,
+    read_position,
+    read_pressure,
     shifted,
     through_backlash,
+    true_position,
+    true_pressure,
 )
 
 # Matiskova 2021, sections 2.3 and 2.4: 2500 increments, 14 bits over 20 V, 100 kPa/V
@@ -130,6 +134,23 @@ def test_lag_scale_and_bias_act_on_their_own_signal_in_that_order():
     assert distorted(true, MeasurementChain(**pressure)).positions is true.positions
     seen = measured(true, dataclasses.replace(CHAIN, angle_bias=0.02))
     assert np.array_equal(seen.angle, encode_angle(true.angle + 0.02, 2500.0))  # erring, then round
+
+
+def test_a_bent_scale_changes_over_the_range_and_is_undone_exactly():
+    bent = MeasurementChain(
+        angle_scale=1.1, angle_bend=-0.2, angle_bias=0.02, pressure_scale=0.9, pressure_bend=3e-7
+    )
+    angle, pressure = np.linspace(-0.6, 0.6, 7), np.linspace(0.0, 6e5, 7)
+    seen = read_position(angle, bent)
+    np.testing.assert_allclose(seen, 0.02 + 1.1 * angle - 0.2 * angle**2, rtol=1e-13)
+    np.testing.assert_allclose(
+        read_pressure(pressure, bent), 0.9 * pressure + 3e-7 * pressure**2, rtol=1e-13
+    )
+    np.testing.assert_allclose(true_position(seen, bent), angle, atol=1e-14)
+    np.testing.assert_allclose(
+        true_pressure(read_pressure(pressure, bent), bent), pressure, rtol=1e-12, atol=1e-9
+    )
+    assert true_position(9.0, bent) == pytest.approx(2.0 * 8.98 / 1.1)  # none reads so much
 
 
 @pytest.mark.parametrize("lag", [1e-4, 0.02, 3.0])

@@ -103,7 +103,7 @@ def test_all_forms_are_known_where_more_is_left_than_the_usual_ones_take_away():
 
 
 def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
-    lag, stiffness = tried("pressure_lag", "passive_stiffness")
+    lag, stiffness = tried("pressure_lag", "passive_stiffness:softening")
     planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
     chain = ToyChain([lag, stiffness], planted)
     fitter = LinkFitter(chain, NUISANCE, chain.units())
@@ -215,7 +215,7 @@ def test_an_interval_lies_about_what_time_steps_of_zero_would_find():
 
     chain = InSteps(EFFECTS, {"passive.stiffness": STIFFNESS})
     fitter = LinkFitter(chain, NUISANCE, chain.units())
-    (effect,) = tried("passive_stiffness")
+    (effect,) = tried("passive_stiffness:softening")
     fit = fitter.fit(fitter.stated, (effect,), effect.probes[0].values, {ARMLINK})
     reach = []
     for _ in range(2):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from pamsim.physics.force_laws.force_law import coefficients_of
-from pamsim.physics.passive import PassiveSpring, locking_force, tube_force
+from pamsim.physics.passive import PassiveSpring, locking_force, tube_energy_and_slope, tube_force
 
 SPRINGS = [
     (9237.0, 32.9, 0.0013, 24.6),
@@ -119,7 +120,39 @@ def test_locking_does_not_touch_the_contracted_side(spring):
 
 def test_default_spring_is_no_spring():
     for contraction in (-0.3, 0.0, 0.25):
-        assert spring_force(contraction, *coefficients_of(PassiveSpring())) == 0.0
+        assert spring_force(contraction, *coefficients_of(PassiveSpring())[:4]) == 0.0
+        assert tube_force(PassiveSpring(), contraction) == 0.0
+
+
+def test_a_parallel_spring_pulls_as_it_pushes_and_is_twice_as_strong_at_its_stretch():
+    straight = PassiveSpring(parallel=3e3, slack_contraction=0.01)
+    hard = dataclasses.replace(straight, hardening=50.0)
+    for stretch in (1e-4, 0.02, 0.3):
+        pulled, pushed = (tube_force(hard, 0.01 - x) for x in (stretch, -stretch))
+        assert pulled == pytest.approx(-pushed, rel=1e-12)
+        linear = tube_force(straight, 0.01 - stretch)
+        assert linear == pytest.approx(3e3 * stretch, rel=1e-9)
+        assert pulled == pytest.approx(linear * (1.0 + (stretch / 0.02) ** 2), rel=1e-9)
+
+
+@pytest.mark.parametrize("parallel", [0.0, 3e3, -2e3])
+@pytest.mark.parametrize("contraction", [-0.05, 0.003, 0.12])
+def test_force_is_the_slope_of_the_energy_and_its_own_slope_that_of_the_force(
+    parallel, contraction
+):
+    spring = PassiveSpring(
+        stiffness=9e3, softening=30.0, slack_contraction=0.01, parallel=parallel, hardening=40.0
+    )
+
+    def at(kappa):
+        return tube_energy_and_slope(spring, kappa, tube_force(spring, kappa))
+
+    step = 1e-6
+    (low, _), (high, _) = at(contraction - step), at(contraction + step)
+    force = tube_force(spring, contraction)
+    assert force == pytest.approx((low - high) / (2.0 * step), rel=1e-6)
+    change = tube_force(spring, contraction + step) - tube_force(spring, contraction - step)
+    assert at(contraction)[1] == pytest.approx(change / (2.0 * step), rel=1e-6)
 
 
 def test_nan_is_passed_on():
