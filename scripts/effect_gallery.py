@@ -32,7 +32,7 @@ from pamsim.effects import (
     transmission,
 )
 from pamsim.effects.catalog import FORMS
-from pamsim.effects.effect import LINKS, Effect, EffectParameter
+from pamsim.effects.effect import Effect, EffectParameter
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
@@ -55,38 +55,33 @@ LAYERS = {
     "Static force of the muscle": muscle_at_rest,
 }
 
-INTRODUCTION = f"""# The effects
+INTRODUCTION = f"""\
+# The effects
 
 What `pamsim diagnose` can name, one card each; `pamsim list effects NAME` prints it. Written by
 `scripts/effect_gallery.py` from the catalog (`pamsim/effects/`). Symbols and sources:
 [theory](theory.md). How to find an effect: [diagnose](diagnose.md). One of your own:
 [own_physics](own_physics.md).
 
-The **pictures** show what an effect of its typical size changes in the readings of `{RIG}`: with
-it less without it, by the same commands, without noise. The input, above each picture, is the one
-of `pamsim hide` in which the change is largest in units of the sensors' noise
-({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa). That input does not
-separate effects with similar pictures: the experiment of the card does.
+A **card** states what an effect frees: each number with its typical value, from which a search
+starts, and in brackets the range that it may try, and further starts. x is a factor of the rig's
+own value, + and - are added to it. A shape has no influence while the effect is absent.
 
-In the **tables** the range is what a search may try, and an effect is absent at its neutral value.
-A search starts from the typical value, and from others where they are given. "own" is the rig's
-own value; a number with x is a factor of it, one with + or - is added to it. A shape has no
-influence while the effect is absent.
+The **pictures** show what an effect of its typical size changes in the readings of `{RIG}`, with it
+less without it, without noise. The input, above each picture, is the one of `pamsim hide` in which
+the change is largest in units of the sensors' noise ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg,
+{PRESSURE_NOISE / 1e3:.1f} kPa). It need not separate effects with similar pictures: the experiment
+of the card does.
 
-The **link** is where the effect acts in the chain from the command to the readings. The effects of
-a **family** act in one link: they are kinds of one cause, which data may be unable to separate.
+The effects of a **family** act in one link of the chain from the command to the readings. They are
+kinds of one cause, which data may be unable to separate.
 """
-
-HEADER = "| parameter | meaning | unit | typical | range | neutral |\n|---|---|---|---|---|---|\n"
 
 
 def page() -> str:
     """The text of docs/effects.md."""
     rig = pamsim.load_rig(RIG)
-    parts = [INTRODUCTION, "\n| link | where |\n|---|---|\n"]
-    parts += [f"| {link} | {where} |\n" for link, where in LINKS.items()]
-    parts += ["\n| input | what it shows |\n|---|---|\n"]
-    parts += [f"| {one.name} | {one.shows} |\n" for one in PROTOCOLS.values()]
+    parts = [INTRODUCTION]
     for layer, module in LAYERS.items():
         parts.append(f"\n## {layer}\n")
         for name in dict.fromkeys(one.name for one in module.EFFECTS):
@@ -99,32 +94,26 @@ def _card(rig: Rig, one: Effect) -> str:
     form = f"**{one.label}**: " if one.form else ""
     resembling = ", ".join(f"[{name}](#{name})" for name in one.look_alikes)
     rows = "".join(_row(rig, parameter) for parameter in one.parameters)
-    when = []
+    when = ""
     if one.rare:
-        when.append("tried only where other effects leave a remainder, or by name")
+        when = " Tried only where others leave a remainder, or by name."
     if not one.in_trials:
-        when.append("tried in tables at rest; in recordings over time by name")
-    searched = f"- Searched for: {'; '.join(when)}.\n" if when else ""
+        when += " Tried in tables at rest; in recordings over time by name."
     return (
-        f"\n{form}{one.missing[0].upper()}{one.missing[1:]}.\n\n"
-        f"- Link: {one.link}; family: {one.family}\n"
-        f"- Equation: `{one.equation}`\n"
-        f"- Look-alikes: {resembling}\n"
-        f"- Experiment that separates them: {one.separating}.\n"
-        f"{searched}"
-        f"\n{HEADER}{rows}"
+        f"\n{form}{one.missing[0].upper()}{one.missing[1:]}. Family `{one.family}`, link"
+        f" {one.link}.{when}\n\n`{one.equation}`\n\n{rows}"
+        f"- Mistaken for {resembling}. To separate them: {one.separating}.\n"
         f"\n![What {one.label} changes]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
 
 def _row(rig: Rig, parameter: EffectParameter) -> str:
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
+    mark = ""
     if parameter.relative:
-        mark, neutral = "x ", "own"
+        mark = "x "
     elif parameter.neutral is None and not parameter.shape:
-        mark, neutral = "+ ", "own"
-    else:
-        mark, neutral = "", "shape" if parameter.shape else f"{parameter.neutral:g}"
+        mark = "+ "
     typical, low, high = (
         (mark + f"{value:g}").replace("+ -", "- ")
         for value in (parameter.typical, parameter.low, parameter.high)
@@ -132,10 +121,12 @@ def _row(rig: Rig, parameter: EffectParameter) -> str:
     if not parameter.relative and parameter.neutral:
         typical = f"{parameter.neutral + parameter.typical:g}"
     starts = ", ".join(f"{value:g}" for value in parameter.starts)
-    searched = f"{low} to {high}" + (f", started from {starts} too" if starts else "")
+    searched = f"{low} to {high}" + (f"; also from {starts}" if starts else "")
     unit = f"{spec.unit} per {parameter.scaled_by}" if parameter.scaled_by else spec.unit
+    there = "" if parameter.relative or unit == "1" else f" {unit}"
+    kind = "shape " if parameter.shape else ""
     name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
-    return f"| `{name}` | {spec.doc} | {unit} | {typical} | {searched} | {neutral} |\n"
+    return f"- {kind}`{name}`, {spec.doc}: {typical}{there} ({searched})\n"
 
 
 def _picture(one: Effect) -> Path:

@@ -31,7 +31,7 @@ Values may be in any unit of the same quantity; ranges and defaults here are in 
 with a default may be left out. A value outside its range is refused with the range.
 """
 
-HEADER = "\n| field | meaning | unit | range | default |\n|---|---|---|---|---|\n"
+HEADER = "\n| field | meaning | range | default |\n|---|---|---|---|\n"
 
 NEEDED = "Every muscle needs it."
 OPTIONAL = "Optional."
@@ -72,8 +72,8 @@ def _is_needed(field: dataclasses.Field[object]) -> bool:
 def _table(title: str, group: type[ParameterGroup], text: str, level: int = 2) -> str:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
     rows = "".join(
-        f"| `{name}` | {spec.doc.replace('|', '&#124;')} | {spec.unit} |"
-        f" {'above ' if spec.low_open else ''}{spec.low:g} to {spec.high:g} |"
+        f"| `{name}` | {spec.doc.replace('|', '&#124;')} |"
+        f" {'above ' if spec.low_open else ''}{spec.low:g} to {spec.high:g}{_unit(spec.unit)} |"
         f" {_default(defaults[name])} |\n"
         for name, spec in specs(group)
     )
@@ -85,6 +85,10 @@ def _validity(card: ForceLaw) -> str:
         return ", at the pressure of its fit"
     low, high = (1e-3 * pressure for pressure in card.pressure_range)
     return ", at any pressure" if high == math.inf else f", for {low:g} to {high:g} kPa"
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" {unit}"
 
 
 def _default(value: object) -> str:
