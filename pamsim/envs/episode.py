@@ -25,7 +25,7 @@ from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach
 from pamsim.envs.settings import RANGES, EnvSettings, check_names, check_supply
-from pamsim.envs.tasks import TASKS, held
+from pamsim.envs.tasks import held, task_signals
 from pamsim.recordings.experiment import Experiment
 
 STIFFNESS, TORQUE, NOISE = 3, 4, 5
@@ -165,7 +165,7 @@ class Episodes:
         time = self._period * np.arange(rows + 1, dtype=np.float64)
         *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
-            asked = TASKS[self._settings.task](tasks[joint], time, reach)
+            asked = task_signals(self._settings.own_task, tasks[joint], time, reach)
             if name in episode.target:
                 there = held(time, episode.target[name])
                 asked = replace(there, stiffness=asked.stiffness, torque=asked.torque)

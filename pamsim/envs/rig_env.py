@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -16,7 +17,7 @@ from pamsim.engine.rig import load_rig
 from pamsim.envs.actions import as_array
 from pamsim.envs.plant import OneRig
 from pamsim.envs.rigs import Rigs
-from pamsim.envs.settings import env_settings
+from pamsim.envs.settings import check_names, env_settings
 from pamsim.scene.picture import has_screen, open_renderer, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
 
@@ -49,8 +50,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ## Observation Space
 
     `Box(-10, 10, (6 j + m,))`. Each number is (signal - centre) / scale, which is of the order of
-    1. `rigs.signals` has names, units, centres and scales; `rigs.signals.named(observation)` gives
-    the signals in SI. P is ``top_pressure``, w is pi/s; c and r are of each joint, see below.
+    1. `rigs.signals` has names, units, centres and scales; `named` gives the signals in SI. P is
+    ``top_pressure``, w is pi/s; c and r are of each joint, see below.
 
     | count | signal | centre | scale | name | in the MJCF |
     |---|---|---|---|---|---|
@@ -94,9 +95,13 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     Those of `pamsim.envs.settings.EnvSettings`; ``render_mode``, which is ``rgb_array``, ``human``
     or None; ``width`` and ``height`` of pictures [px].
 
-    `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. The information of
-    `reset` and `step` holds the true ``position`` (j,) [rad or m] and ``pressure`` (m,) [Pa]. An
-    environment can be copied and pickled; the copy continues the same episode.
+    `model` and `data` are MuJoCo's, `dt` is the time between two actions [s]. An environment can be
+    copied and pickled; the copy continues the same episode.
+
+    The information of `reset` and `step` holds the true ``position`` (j,) [rad or m] and
+    ``pressure`` (m,) [Pa], gauge; ``target`` (j,), the position wanted at that time;
+    ``is_success``, whether each joint is within r/40 of it; and the terms of the reward above,
+    ``reward_position``, ``reward_effort`` and ``reward_stiffness``.
 
     ## Version History
 
@@ -181,8 +186,34 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
         seen = self.rigs.observation[0]
         return seen, float(reward[0]), bool(broken[0]), False, self._information()
 
+    def named(self, observation: FloatArray | None = None) -> dict[str, float]:
+        """Signals of an observation by name [SI]; of the last one if left out."""
+        return self.rigs.signals.named(
+            self.rigs.observation[0] if observation is None else observation
+        )
+
+    def action_of(self, command: Mapping[str, float]) -> NDArray[np.generic]:
+        """The action that gives the muscles a command.
+
+        Args:
+            command: muscle -> gauge pressure [Pa] in the action ``pressure_set``; else opening of
+                its valves, from -1 for the exhaust to 1 for the supply. On/off valves open beyond
+                `pamsim.envs.actions.ON`.
+
+        Raises:
+            InputError: for an unknown muscle, or one that is missing.
+        """
+        muscles = self.rigs.rig.muscles
+        check_names("no muscle", command, muscles)
+        missing = [name for name in muscles if name not in command]
+        if missing:
+            raise InputError(f"no command for {', '.join(missing)}")
+        wanted = [float(command[name]) for name in muscles]
+        return self.rigs.kind.action(wanted, self.rigs.top_pressure)
+
     def _information(self) -> dict[str, Any]:
-        return {name: rows[0] for name, rows in self.rigs.information().items()}
+        shown = {name: rows[0] for name, rows in self.rigs.information().items()}
+        return {name: one if np.ndim(one) else one.item() for name, one in shown.items()}
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig, quickly: without shadows and fine parts.

@@ -23,13 +23,13 @@ from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
 from pamsim.envs.plant import ManyRigs, OneRig
-from pamsim.envs.sample import new_sampling, take_sample
+from pamsim.envs.sample import BREAKDOWN, SUCCESS, new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
 from pamsim.envs.settings import EnvSettings, check_supply
 from pamsim.gpu.worlds import Worlds
 from pamsim.physics.record import Parameters, view
 
-_STATE = ("_drawn", "_sampling", "_table", "_full", "sample", "true", "observation")
+_STATE = ("_drawn", "_sampling", "_table", "_full", "_terms", "sample", "true", "observation")
 """What changes from step to step besides the plant."""
 
 
@@ -111,6 +111,7 @@ class Rigs:
         self._table = np.zeros((count, EPISODE + 1, self._episodes.columns))
         self.sample, self._all = np.zeros(count, dtype=np.int64), np.arange(count)
         self.true = np.zeros((count, self._joints + self._muscles))
+        self._terms = np.zeros((count, 3))  # of the reward: position, effort, stiffness
 
     def reset(
         self,
@@ -163,7 +164,7 @@ class Rigs:
         if self._full and self.sample.max() + 1 >= rows:
             more = [self._episodes.table(self._drawn[at], 2 * rows) for at in range(len(self._all))]
             self._table = np.array(more)
-        if self.settings.task == "disturbance":
+        if self.settings.may_ask("disturbance"):
             self.plant.push(self._asked(TORQUE), self._dofs)
         before = self.plant.time.tolist() if checks.is_on() else []
         recent = self._sampling.commands
@@ -174,26 +175,42 @@ class Rigs:
             checks.raise_found()
             for begin, end in zip(before, self.plant.time.tolist(), strict=True):
                 checks.check_clock(begin, end, self.period)
-        wanted = self._asked(STIFFNESS) if self.settings.task == "stiffness" else None
-        reward, broken = self._take(self._all, False, command)
-        if wanted is not None:
-            missed = np.abs(self.stiffness() / wanted - 1.0).mean(axis=1)
-            reward -= np.where(broken, 0.0, missed)
-        return reward, broken
+        wanted = self._asked(STIFFNESS) if self.settings.may_ask("stiffness") else np.zeros(0)
+        broken = self._take(self._all, False, command)
+        if wanted.any():
+            there = np.where(wanted > 0.0, wanted, np.inf)
+            missed = np.where(wanted > 0.0, np.abs(self.stiffness() / there - 1.0), 0.0)
+            self._terms[:, 2] = np.where(broken, 0.0, -missed.mean(axis=1))
+        return self._rewards(broken), broken
 
-    def _take(
-        self, rigs: NDArray[np.int64], first: bool, command: FloatArray
-    ) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Take the next sample of some rigs -> rewards and which have broken down, of all."""
+    def _rewards(self, broken: NDArray[np.bool_]) -> FloatArray:
+        """(n,) of the present step: the sum of its terms, or by a function of one's own."""
+        own = self.settings.reward
+        if own is None:
+            return self._terms[:, 0] + self._terms[:, 1] + self._terms[:, 2]
+        reward = np.array(own(self.information()), dtype=float)
+        if reward.shape != broken.shape or not np.isfinite(reward[~broken]).all():
+            raise InputError(
+                f"the reward function gives shape {reward.shape}, or what is not finite; give a"
+                f" number for each of {len(broken)} rigs"
+            )
+        reward[broken] = BREAKDOWN
+        return reward
+
+    def _take(self, rigs: NDArray[np.int64], first: bool, command: FloatArray) -> NDArray[np.bool_]:
+        """Take the next sample of some rigs -> which of all have broken down."""
         plant, joints = self.plant, self._joints
         # New arrays: the caller may still hold those of the last step.
         self.true, self.observation = np.empty_like(self.true), self.observation.copy()
         self.true[:, :joints] = plant.position[:, self._positions]
         self.true[:, joints:] = self.gauges.pressures(plant.act, plant.length)
-        reward, broken = np.empty(len(command)), np.empty(len(command), dtype=np.bool_)
-        now = self.true, command, self._table, self.sample, self.observation, reward, broken
+        self._terms, broken = self._terms.copy(), np.empty(len(command), dtype=np.bool_)
+        now = self.true, command, self._table, self.sample, self.observation, self._terms, broken
         self._full = take_sample(self._sampling, rigs, first, *now)
-        return reward, broken
+        self._terms[rigs, 2] = 0.0
+        if first:
+            self._terms[rigs] = 0.0
+        return broken
 
     def _asked(self, block: int) -> FloatArray:
         """(n, j) of a block of the episodes' columns for the present step."""
@@ -216,10 +233,22 @@ class Rigs:
             self._views[number] = [*map(view, self.gauges.rows[number])]
         return self._views[number]
 
-    def information(self) -> dict[str, FloatArray]:
-        """(n, j) true ``position`` [rad or m] and (n, m) ``pressure`` [Pa], gauge."""
+    def information(self) -> dict[str, NDArray[Any]]:
+        """What `RigEnv` gives beside an observation, a row (n, ...) for each of n rigs."""
         true, joints = self.true, self._joints
-        return {"position": true[:, :joints], "pressure": true[:, joints:]}
+        # Row k of the table holds what was wanted at the end of step k.
+        asked = self._table[self._all, np.maximum(self.sample - 1, 0), :joints]
+        missed = np.abs(true[:, :joints] - asked) / self._sampling.unit
+        success: NDArray[Any] = missed.max(axis=1) < SUCCESS
+        return {
+            "position": true[:, :joints],
+            "pressure": true[:, joints:],
+            "target": asked,
+            "is_success": success,
+            "reward_position": self._terms[:, 0],
+            "reward_effort": self._terms[:, 1],
+            "reward_stiffness": self._terms[:, 2],
+        }
 
     def __getstate__(self) -> dict[str, Any]:
         """How they were made, and all that the next steps depend on."""

@@ -23,6 +23,10 @@ from pamsim.recordings.sensors import MeasurementChain
 ERROR_SHARE = 0.25
 """Error of a joint's position, as a share of its travel, that counts as 1 in the reward."""
 
+SUCCESS = 0.1
+"""Error of every joint, in units of `ERROR_SHARE` of its travel, below which a step succeeds: a
+fortieth of the travel, 0.5 deg on `mas20_arm`."""
+
 BREAKDOWN = -100.0
 """Reward of the step in which a simulation breaks down."""
 
@@ -111,8 +115,8 @@ def new_sampling(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def take_sample(s, rigs, first, true, command, table, at, observation, reward, broken):
-    """Observations (n, o) of some rigs, their rewards (n,), and whether they have broken down (n,).
+def take_sample(s, rigs, first, true, command, table, at, observation, terms, broken):
+    """Observations (n, o) of some rigs, terms of reward (n, 2), and which have broken down (n,).
 
     From true signals (n, s), commands (n, m) of the step, the episodes' tables and the numbers (n,)
     of the last samples, which are counted on; the memory of the `Sampling` is updated. At first the
@@ -164,10 +168,11 @@ def take_sample(s, rigs, first, true, command, table, at, observation, reward, b
         s.commands[rig, 0] = command[rig]
         for old in range(s.commands.shape[1] - 1, 0, -1):
             s.commands[rig, old] = s.commands[rig, old - 1]
-        reward[rig] = -error / joints - s.effort * moved / command.shape[1]
+        terms[rig, 0], terms[rig, 1] = -error / joints, -s.effort * moved / command.shape[1]
         broken[rig] = not fine
         if not fine and not first:
-            reward[rig], velocity[:], shown[:] = BREAKDOWN, 0.0, 0.0
+            terms[rig, 0], terms[rig, 1] = BREAKDOWN, 0.0
+            velocity[:], shown[:] = 0.0, 0.0
         seen[:joints], seen[joints : 2 * joints] = shown[:joints], velocity
         seen[2 * joints : joints + signals] = shown[joints:]
         seen[joints + signals :] = following[: TORQUE * joints]

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import FieldSpec, check_value
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.envs.actions import KINDS
-from pamsim.envs.tasks import TASKS
+from pamsim.envs.tasks import TASKS, Task
 
 RANGES = {
     name: FieldSpec(unit=unit, low=low, high=high, low_open=name == "top_pressure", doc=doc)
@@ -32,6 +34,10 @@ RANGES = {
 """Of the options of an environment, and of `reset`."""
 
 
+Reward: TypeAlias = Callable[[Mapping[str, NDArray[Any]]], FloatArray]
+"""Information of a step, each entry (n, ...) for n rigs -> rewards (n,)."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class EnvSettings:
     """Options of the environments.
@@ -40,7 +46,9 @@ class EnvSettings:
         rig: name of a shipped rig, a rig folder (such as ``rig`` in what `pamsim diagnose` writes),
             or a loaded rig.
         action: one of `pamsim.envs.actions.KINDS`.
-        task: one of `pamsim.envs.tasks.TASKS`.
+        task: one of `pamsim.envs.tasks.TASKS`, or a function as `pamsim.envs.tasks.Task`.
+        reward: in place of the rewards of `pamsim.envs.rig_env.RigEnv`: a function of the
+            information of a step, each entry (n, ...) for n rigs, that returns (n,).
         frame_skip: time steps of the engine per action.
         load: mass on the rig [kg], or a range from which it is drawn for every episode.
         top_pressure: largest set point [Pa]; the supply's if left out. Tasks and observations
@@ -62,7 +70,8 @@ class EnvSettings:
 
     rig: str | os.PathLike[str] | Rig = "mas20_arm"
     action: str = "pressure_set"
-    task: str = "regulation"
+    task: str | Task = "regulation"
+    reward: Reward | None = None
     frame_skip: int = 40
     load: float | tuple[float, float] = 0.0
     top_pressure: float | None = None
@@ -76,7 +85,10 @@ class EnvSettings:
 
     def __post_init__(self) -> None:
         check_names("no action", [self.action], KINDS)
-        check_names("no task", [self.task], TASKS)
+        if not callable(self.task):
+            check_names("no task", [self.task], TASKS)
+        if self.reward is not None and not callable(self.reward):
+            raise InputError(f"reward {self.reward!r}: give a function of a step's information")
         low, high = self.load_range
         for name, value in {**vars(self), "load": low}.items():
             if name in RANGES and value is not None:
@@ -86,6 +98,15 @@ class EnvSettings:
             raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
         if low > high:
             raise InputError(f"load ({low:g}, {high:g}) kg is no range: give the lower end first")
+
+    @property
+    def own_task(self) -> Task:
+        """What the episodes ask of each joint."""
+        return self.task if callable(self.task) else TASKS[self.task]
+
+    def may_ask(self, task: str) -> bool:
+        """Whether episodes may ask for what one of `TASKS` asks for; a task of one's own may."""
+        return callable(self.task) or self.task == task
 
     @property
     def load_range(self) -> tuple[float, float]:

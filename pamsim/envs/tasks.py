@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.envs.scales import Reach
 
@@ -46,7 +47,43 @@ class TaskSignals:
     torque: FloatArray
 
 
-Task: TypeAlias = Callable[[np.random.Generator, FloatArray, Reach], TaskSignals]
+Task: TypeAlias = Callable[[np.random.Generator, FloatArray, Reach], "TaskSignals | FloatArray"]
+"""What an episode asks of a joint: random generator of its own, times (n,) [s] and reach -> its
+signals, or positions (n,) alone, whose differences are then velocity and acceleration."""
+
+
+def task_signals(
+    task: Task, rng: np.random.Generator, time: FloatArray, reach: Reach
+) -> TaskSignals:
+    """What a task asks of a joint.
+
+    Raises:
+        InputError: if an own task gives something else, or what is not finite.
+    """
+    found = task(rng, time, reach)
+    if not isinstance(found, TaskSignals):
+        try:
+            position = np.array(found, dtype=float)
+        except (TypeError, ValueError):
+            position = np.empty(0)
+        if position.shape != time.shape:
+            raise InputError(
+                f"the task gives {type(found).__name__} of shape {np.shape(found)}; give positions"
+                f" at the {len(time)} times, or TaskSignals"
+            )
+        velocity = np.gradient(position, time)
+        found = _signals(
+            time,
+            position=position,
+            velocity=velocity,
+            acceleration=np.gradient(velocity, time),
+        )
+    for name, signal in vars(found).items():
+        if np.shape(signal) != time.shape or not np.isfinite(signal).all():
+            raise InputError(
+                f"the task's {name} is no finite number at each of the {len(time)} times"
+            )
+    return found
 
 
 def held(time: FloatArray, position: float) -> TaskSignals:

@@ -363,3 +363,91 @@ def test_render_without_a_mode_says_how(made):
     env.reset(seed=0)
     with pytest.raises(InputError, match="render_mode"):
         env.render()
+
+
+def test_the_information_holds_the_target_the_terms_of_the_reward_and_whether_it_is_met(made):
+    env = made(task="stiffness", effort=0.3)
+    (joint,) = env.rigs.rig.joints
+    _, info = env.reset(seed=3)
+    assert [info[f"reward_{name}"] for name in ("position", "effort", "stiffness")] == [0.0] * 3
+    for action in actions(5):
+        wanted = env.named()[f"{joint}.angle_set"]
+        _, reward, _, _, info = env.step(action)
+        assert info["target"] == pytest.approx(wanted)
+        terms = [info[f"reward_{name}"] for name in ("position", "effort", "stiffness")]
+        assert sum(terms) == reward
+        assert max(terms) < 0.0
+        unit = UNIT * env.rigs.reaches[0].travel
+        missed = abs(info["position"] - info["target"]).max() / unit
+        assert terms[0] == pytest.approx(-missed)
+        assert info["is_success"] == (missed < 0.1)
+    at_rest = made(task="regulation")
+    _, info = at_rest.reset(seed=0)
+    held = {"target": {joint: float(info["position"][0])}}
+    _, info = at_rest.reset(seed=0, options=held)
+    assert info["is_success"] is True
+
+
+def growing(rng, time, reach):
+    """A position that grows from the centre, with noise of the episode."""
+    return reach.centre + (0.02 + 1e-4 * rng.uniform()) * time**2
+
+
+def nearness(info):
+    return 1.0 - np.abs(info["position"] - info["target"]).sum(axis=1)
+
+
+def test_a_task_and_a_reward_of_ones_own(made):
+    env = made(task=growing, reward=nearness, max_episode_steps=500)
+    (joint,) = env.rigs.rig.joints
+    env.reset(seed=1)
+    for _ in range(410):  # beyond the first table
+        seen, reward, _, _, info = env.step(np.zeros(2, dtype=np.float32))
+        assert reward == 1.0 - abs(info["position"] - info["target"])[0]
+    time = 410 * env.dt
+    rate = 2.0 * (info["target"][0] - env.rigs.reaches[0].centre) / time
+    ahead = env.named(seen)
+    assert ahead[f"{joint}.angle_set"] > info["target"][0]
+    assert ahead[f"{joint}.velocity_set"] == pytest.approx(rate, rel=0.02)
+    many = gymnasium.make_vec(
+        PRESSURE, 3, vectorization_mode="vector_entry_point", task=growing, reward=nearness
+    )
+    many.reset(seed=1)
+    _, rewards, _, _, info = many.step(many.action_space.sample())
+    assert np.array_equal(rewards, nearness(info))
+    many.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"task": lambda rng, time, reach: 0.3}, "positions at the"),
+        ({"task": lambda rng, time, reach: np.full(len(time), np.nan)}, "no finite number"),
+        ({"task": lambda rng, time, reach: "up"}, "positions at the"),
+        ({"reward": 1.0}, "give a function"),
+        ({"reward": lambda info: 1.0}, "a number for each of 1 rigs"),
+        ({"reward": lambda info: info["position"][:, 0] * np.inf}, "a number for each"),
+    ],
+)
+def test_what_is_no_task_and_no_reward_is_refused_in_a_line(made, options, message):
+    def begun():
+        env = made(**options)
+        env.reset(seed=0)
+        env.step(np.zeros(2, dtype=np.float32))
+
+    with pytest.raises(InputError, match=message) as refused:
+        begun()
+    assert "\n" not in str(refused.value)
+
+
+def test_an_action_is_made_from_pressures_or_openings(made):
+    env = made(top_pressure=5e5)
+    muscles = list(env.rigs.rig.muscles)
+    env.reset(seed=0)
+    action = env.action_of(dict(zip(muscles, (1e5, 5e5), strict=True)))
+    assert action.tolist() == pytest.approx([-0.6, 1.0])
+    assert made(VALVE).action_of(dict.fromkeys(muscles, -0.5)).tolist() == [-0.5, -0.5]
+    with pytest.raises(InputError, match="no muscle 'bicep'"):
+        env.action_of({"bicep": 1e5})
+    with pytest.raises(InputError, match=f"no command for {muscles[1]}"):
+        env.action_of({muscles[0]: 1e5})
