@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "docs" / "real_data.md").read_text(encoding="utf-8")
 PAGE = " ".join(TEXT.split())
-EXPECTED = (ROOT / "docs" / "real_data_expectations.md").read_text(encoding="utf-8")
+EXPECTED = (ROOT / "scripts" / "results" / "real_data_expectations.md").read_text(encoding="utf-8")
 LOOPS = ("alraouf2025", "alraouf2025_equations")
 
 
