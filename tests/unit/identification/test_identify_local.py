@@ -99,3 +99,11 @@ def test_an_input_that_changes_too_fast_stays_whole():
     assert [model.point.direction for model in local.models] == [0, 0]
     alone, _ = fit_operating_points(trials[:1], fit_continuous([trials[0].record], order=1))
     assert alone is None
+
+
+def test_of_very_many_points_some_are_drawn_and_that_is_said(monkeypatch):
+    monkeypatch.setattr("pamsim.identification.local._MOST", 3)
+    trials = [staircase(lambda p: 1e-6, 1)]
+    local, notes = fit_operating_points(trials, first_order(trials))
+    assert notes == ["of 4 operating points 3, drawn at random, have a model"]
+    assert len(local.models) == 3
