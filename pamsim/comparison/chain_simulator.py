@@ -25,7 +25,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import Block
 
 _OF_VALVES = frozenset({"valve", "chamber"})
-_OF_FORCE_ALONE = frozenset({"creep", "friction", "joint", "body"})
+_OF_FORCE_ALONE = frozenset({"creep", "friction", "learned", "joint", "body"})
 """Groups of parameters without influence on pressures along an imposed motion. Those of the active
 force have: the volume is its derivative by the pressure (virtual work). So has the stiffness of the
 passive one, on which the length of a slack muscle depends."""

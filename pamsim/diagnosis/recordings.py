@@ -21,6 +21,7 @@ from pamsim.diagnosis.by_link.entries import (
     link_entries,
     nuisance_entries,
 )
+from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
@@ -66,7 +67,7 @@ def diagnose_recordings(
         rig,
         data,
         chain_values(found, found.base),
-        chain_values(found, found.model) if found.effects else None,
+        _repaired(found),
         held_out=split.trials,
         threads=options.threads,
     )
@@ -80,6 +81,7 @@ def diagnose_recordings(
         rig=rig.name,
         links=link_entries(found),
         effects=effect_entries(rig, found),
+        learned=learned_entries(rig, found.shape),
         gap=chain.gap,
         nuisance=refitted,
         next_experiment=next_experiment(rig, found, noise, threads=options.threads),
@@ -122,14 +124,24 @@ def _tried(
     return tuple(tried), skipped
 
 
+def _repaired(found: LinkDiagnosis) -> dict[str, float] | None:
+    """Values of the repaired rig, with what was learned [SI]; None if nothing was found."""
+    if found.shape is not None:
+        return {**chain_values(found, found.shape.model), **found.shape.values}
+    return chain_values(found, found.model) if found.effects else None
+
+
 def _repair(rig: Rig, found: LinkDiagnosis, sources: Sequence[str]) -> Repair | None:
     """The repaired rig, if anything was found."""
-    if not found.effects:
+    values = _repaired(found)
+    if values is None:
         return None
+    learned = {} if found.shape is None else dict.fromkeys(found.shape.values, "learned, no name")
+    named = {p.name: one.effect.name for one in found.effects for p in one.effect.parameters}
     return repair(
         rig,
-        chain_values(found, found.model),
-        {name: size.interval95 for name, size in found.sizes.items()},
-        {p.name: one.effect.name for one in found.effects for p in one.effect.parameters},
+        values,
+        {name: size.interval95 for name, size in found.sizes.items() if name in values},
+        {**named, **learned},
         ", ".join(Path(source).name or source for source in sources),
     )

@@ -131,6 +131,7 @@ _LINK_OF_GROUP: dict[str, Link] = {
     "chain": "transmission",
     "tendon": "transmission",
     "friction": "joint",
+    "learned": "joint",
     "joint": "joint",
     "body": "joint",
     "sensor": "sensor",

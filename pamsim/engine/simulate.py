@@ -32,6 +32,7 @@ from pamsim.engine.sampling import (
 )
 from pamsim.engine.state import put_away, put_back, quieten, restore_state, save_state, settle
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
+from pamsim.physics.learned import learns
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 
@@ -270,8 +271,8 @@ def record(
     plan, memory = run.plan(commands), engine_memory(model, data)
     trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
     pressure, tension = np.empty((2, run.samples, len(muscles)))
-    # Friction and the sprocket's teeth make the force on a tendon another than its muscle's.
-    braked = any(m.friction.acts or m.chain.ripple for m in muscles.values())
+    # Friction, teeth and what was learned make the force on a tendon another than its muscle's.
+    braked = any(m.friction.acts or learns(m.learned) or m.chain.ripple for m in muscles.values())
     gauges = Gauges(model, backend=backend)
 
     def gauge(begin: int, end: int) -> None:

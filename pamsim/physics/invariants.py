@@ -24,6 +24,7 @@ from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.friction import rubs
 from pamsim.physics.kernel import tension
+from pamsim.physics.learned import learns
 from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached_opening
 from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
@@ -103,7 +104,8 @@ def broken_invariant(
             return PRESSURE
     if not law_pushes(m):
         pull = -force
-        if rubs(m.friction) or m.friction.stribeck_force > 0.0 or m.chain.ripple > 0.0:
+        braked = rubs(m.friction) or m.friction.stribeck_force > 0.0 or learns(m.learned)
+        if braked or m.chain.ripple > 0.0:
             # The force along the tendon is another than the muscle's.
             pull = tension(m, before, memory_before, tendon_length, tendon_velocity)
         if not pull >= 0.0:

@@ -14,6 +14,7 @@ from pamsim.physics.chamber import air_state, air_state_rate, relaxing_rate
 from pamsim.physics.chamber_pressure import chamber_pressure, chamber_volume
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.friction import bond_rate, dry_friction, rubs, tendon_friction
+from pamsim.physics.learned import learned_force, learns
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
 from pamsim.physics.muscle_valves import (
     flow_through_valves,
@@ -90,13 +91,16 @@ def tendon_force(
     tendon_velocity: float,
     timestep: float,
 ) -> float:
-    """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and friction.
+    """Force against the tendon's lengthening [N]: the muscle's tension, ``pull`` [N], and others.
 
     The states are those before the step, length [m] and velocity [m/s] the present ones; dry
     friction is that at the end of the step [s], by the bonds at its beginning.
     """
     rubbed = tendon_friction(m.friction, s.friction, pull, tendon_velocity, timestep, s.bonds)
-    return chain_ratio(m.chain, tendon_length) * pull + rubbed
+    force = chain_ratio(m.chain, tendon_length) * pull + rubbed
+    if learns(m.learned):
+        force += learned_force(m.learned, tendon_length, tendon_velocity)
+    return force
 
 
 def state_rates(

@@ -20,6 +20,7 @@ from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.hysteresis.group import Hysteresis, Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
+from pamsim.physics.learned import Learned
 from pamsim.physics.passive import Creep, FirstStroke, PassiveSpring, Softening
 from pamsim.physics.tension import EndShape, Threshold
 from pamsim.physics.valves import COMMANDS, ValvePair
@@ -53,6 +54,7 @@ PLAIN_GROUPS: tuple[type[ParameterGroup], ...] = (
     ValvePair,
     Chain,
     Friction,
+    Learned,
 )
 """The groups of which there is one kind."""
 
@@ -98,6 +100,7 @@ class Muscle:
         softening: force lost in the course of a run.
         chain: what the muscle pulls through.
         friction: along its tendon.
+        learned: force along its tendon that has no formula.
         hysteresis: group of the operator on the force, or None.
         parallel_hysteresis: Maxwell slip beside it.
         command: what the control means, one of `COMMANDS`.
@@ -117,6 +120,7 @@ class Muscle:
     softening: Softening = field(default_factory=Softening)
     chain: Chain = field(default_factory=Chain)
     friction: Friction = field(default_factory=Friction)
+    learned: Learned = field(default_factory=Learned)
     hysteresis: Hysteresis | None = None
     parallel_hysteresis: ParallelHysteresis = field(default_factory=ParallelHysteresis)
     command: str = "valve"

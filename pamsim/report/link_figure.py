@@ -1,4 +1,4 @@
-"""Figure of where a gap is born: a pair of bars for every link of the chain."""
+"""Figures of where a gap is born, and of the curves that stand for what has no name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,23 @@ from pamsim.report.style import BLUE, GREEN, INK, VERMILION, finish_axes, new_fi
 
 _WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
 _BAR = 0.36  # thickness; links are 1 apart
+_CURVE_IN = 2.4  # height of a curve's axes
 _BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
+
+
+@styled
+def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
+    """Learned torques over position or speed, one below the other.
+
+    Args:
+        learned: of a result of schema ``pamsim-diagnosis/3``.
+    """
+    figure, axes = new_figure(_CURVE_IN * len(learned), len(learned), 1, width_in=_WIDTH_IN)
+    for ax, one in zip(axes, learned, strict=True):
+        ax.plot(one["at"], one["torque"], color=BLUE)
+        unit = one["torque_unit"].replace("*", " ")
+        finish_axes(ax, x=f"{one['joint']} [{one['at_unit']}]", y=f"learned [{unit}]")
+    return figure
 
 
 @styled

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.report.diagnose_rows import loop_branches, row_errors
 from pamsim.report.diagnose_signals import trial_channels, worst_trials
-from pamsim.report.link_figure import link_bars
+from pamsim.report.link_figure import learned_curves, link_bars
 from pamsim.report.numbers import fixed, percent, plain
 from pamsim.report.page import inline_image, write_page
 
@@ -87,7 +87,8 @@ def headline(result: Mapping[str, Any]) -> str:
     if result["effects"]:
         return f"Missing: {' and '.join(one['certain_words'] for one in result['effects'])}"
     if result["remainder"]:
-        return f"No effect tried explains the gap in {' and '.join(result['remainder'])}"
+        shape = ", but its shape is learned" if result["learned"] else ""
+        return f"No effect tried explains the gap in {' and '.join(result['remainder'])}{shape}"
     return "No gap: nothing is missing that these data can show"
 
 
@@ -119,6 +120,8 @@ def _figures(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], shown: Sequence[str]
 ) -> Iterator[tuple[str, Figure]]:
     yield first_figure(result)
+    if result["learned"]:
+        yield "learned", learned_curves(result["learned"])
     noise = _noise(result)
     for number, trial in enumerate(shown, 1):
         parts = [part for part in comparisons if part.trial == trial]

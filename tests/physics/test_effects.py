@@ -57,6 +57,8 @@ EFFECTS = {
     "hardening_chain": {"chain.compliance": 2e-6, "chain.hardening": 2e-3},
     "elastic_teeth": {"chain.backlash": 3e-4, "chain.tooth_compliance": 2e-6},
     "load_dependent_friction": {"friction.tension_share": 0.02},
+    "learned_over_length": {"muscle_1:learned.low": -0.005, "muscle_1:learned.force_4": 30.0},
+    "learned_over_speed": {"muscle_1:learned.slowest": -0.02, "muscle_1:learned.drag_4": 5.0},
 }
 SHAPES = {
     "parallel_hysteresis.chord": 30.0,
@@ -74,6 +76,8 @@ SHAPES = {
     "friction.bristle_time": 1e-3,
     "friction.dwell_time": 0.3,
     "friction.dwell_travel": 1e-3,
+    "learned.force_4": 30.0,
+    "learned.drag_2": -5.0,
     "valve.supply_volume": 1e-4,
     "valve.supply_line": 1.0,
     "valve.tube_volume": 5e-5,

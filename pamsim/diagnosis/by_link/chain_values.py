@@ -16,6 +16,7 @@ _PARTS = {
     "chain": (JOINT,),
     "tendon": (JOINT,),
     "friction": (JOINT,),
+    "learned": (JOINT,),
     "joint": (JOINT,),
     "body": (JOINT,),
     "sensor": PARTS,
@@ -65,7 +66,10 @@ def link_values(found: LinkDiagnosis, model: LinkModel, name: str) -> dict[Link,
 
 
 def _fitted_in(found: LinkDiagnosis, model: LinkModel, link: Link) -> LinkModel:
-    """The model, or the one without effects where that has left a link as the rig states it."""
+    """The model, or another one where that has left a link as the rig states it."""
+    shape = found.shape
+    if shape is not None and model is shape.model:
+        return model if link in shape.links else found.model
     return model if any(link in one.links for one in found.effects) else found.base
 
 

@@ -9,23 +9,22 @@ import numpy as np
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.links import Link, whole_run
-from pamsim.comparison.noise_within_trial import LAG, FloorRoute
+from pamsim.comparison.links import JOINT, Link, whole_run
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
-from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
+from pamsim.diagnosis.by_link.judged_units import judged_trials, units_of
+from pamsim.diagnosis.by_link.learned_shape import LearnedShape, learned_shape
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.log_variation import log_variation
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
 from pamsim.diagnosis.by_link.short_steps import sharpened
 from pamsim.diagnosis.by_link.sizes import Size, sizes
-from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
+from pamsim.diagnosis.by_link.units import Units
 from pamsim.diagnosis.by_link.whole_fit import (
     confirmed,
     exact_effects,
@@ -33,8 +32,6 @@ from pamsim.diagnosis.by_link.whole_fit import (
     left_in_both,
 )
 from pamsim.engine.rig import Rig
-from pamsim.inference.blocks import correlation_length
-from pamsim.inference.model_comparison import fewest_units
 from pamsim.recordings.trial import Trial
 
 FITS = 30
@@ -57,6 +54,8 @@ class LinkDiagnosis:
         base: the rig without effects, its nuisance parameters fitted.
         model: with these effects, as fitted.
         whole: the same, refitted in the whole chain; None where something is left.
+        shape: curves learned of what is left behind the muscles; None if nothing is, or no curve
+            predicts it.
         notes: what it rests on, if that is not repeats and whole trials.
     """
 
@@ -70,6 +69,7 @@ class LinkDiagnosis:
     base: LinkModel
     model: LinkModel
     whole: LinkModel | None = None
+    shape: LearnedShape | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -119,10 +119,10 @@ def diagnose_links(
     """
     steps = Steps(progress, FITS)
     steps.begin("the links of the rig as it is")
-    judged = _judged(trials, held_out, alpha)
+    judged = judged_trials(trials, held_out, alpha)
     groups = (*repeats([t for t in trials if t.name not in judged]), *repeats([*judged.values()]))
     simulator = ChainSimulator(rig, groups, threads=threads)
-    units = _units(simulator, trials, judged, alpha)
+    units = units_of(simulator, trials, judged, alpha)
     fitter = LinkFitter(simulator, nuisance, units)
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
@@ -135,7 +135,7 @@ def diagnose_links(
     if effects and (nothing_left or all(one.certain(alpha)["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
         chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
-        whole = in_whole_chain(chain, nuisance, _units(chain, trials, judged, alpha), model)
+        whole = in_whole_chain(chain, nuisance, units_of(chain, trials, judged, alpha), model)
     if whole is not None and not nothing_left:
         rest = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
         if all(one.excluded(alpha) for one in rest):
@@ -145,6 +145,15 @@ def diagnose_links(
             whole = None
     if whole is not None:
         found = confirmed(found, sizes(*whole))
+    shape = None
+    if any(one.counts(alpha) and JOINT in link.parts for link, one in unexplained.items()):
+        steps.begin("a shape for what has no name")
+
+        def links_of(other: Rig) -> tuple[ChainSimulator, Units]:
+            again = ChainSimulator(other, groups, threads=threads)
+            return again, units_of(again, trials, judged, alpha)
+
+        shape = learned_shape(rig, trials, sure, nuisance, links_of, alpha=alpha, seed=seed)
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
@@ -156,44 +165,6 @@ def diagnose_links(
         base=searched.base,
         model=model,
         whole=None if whole is None else whole[1],
+        shape=shape,
         notes=evidence_notes(simulator.noise, units),
     )
-
-
-def _judged(trials: Sequence[Trial], held_out: Collection[str], alpha: float) -> dict[str, Trial]:
-    """Trials that are held out; every second one if none is named and there are enough."""
-    found = {trial.name: trial for trial in trials if trial.name in held_out}
-    if len(found) == len(trials):
-        raise InputError("all trials are held out, none is left to fit; name fewer in `hold_out`")
-    if not found and len(trials) >= 2 * fewest_units(alpha, two_sided=False):
-        return {trial.name: trial for k, trial in enumerate(trials) if second_half(k)}
-    return found
-
-
-def _units(
-    simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str], alpha: float
-) -> Units:
-    """Trials, or parts of them if fewer are held out than decide anything."""
-    fewest = fewest_units(alpha, two_sided=False)
-    if len(judged) >= fewest:
-        inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
-        repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())
-        varying = None if repeated else log_variation(simulator)
-        return whole_trials(simulator, judged, input_of=inputs, varying=varying)
-    return parts_of_trials(
-        simulator,
-        judged,
-        gap=_memory(simulator, trials),
-        varying=log_variation(simulator),
-        fewest=fewest,
-    )
-
-
-def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
-    """Samples over which noise may be correlated; what samples show of it is no measure of that."""
-    shown = [
-        correlation_length(one.noise, max(trial.time.size for trial in trials))
-        for one in simulator.noise.values()
-        if one.source is not FloorRoute.WITHIN_TRIALS
-    ]
-    return max([*(round(LAG / trial.sample_interval) for trial in trials), *shown])

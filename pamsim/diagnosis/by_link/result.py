@@ -11,6 +11,7 @@ from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.diagnosis.by_link.judged import ALPHA
+from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
 from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
@@ -213,6 +214,7 @@ class LinkReport:
         rig: its name.
         links: from the command on.
         effects: that are there, the largest first.
+        learned: curves of what has no name, where something is left behind the muscles.
         gap: channel -> what the whole chain misses, from the command on.
         nuisance: parameters that were refitted.
         next_experiment: None if the question is settled.
@@ -230,6 +232,7 @@ class LinkReport:
     rig: str
     links: tuple[LinkEntry, ...]
     effects: tuple[EffectEntry, ...]
+    learned: tuple[LearnedEntry, ...] = ()
     gap: Mapping[str, ChannelGap] = field(default_factory=dict[str, ChannelGap])
     nuisance: tuple[NuisanceEntry, ...] = ()
     next_experiment: NextExperiment | None = None

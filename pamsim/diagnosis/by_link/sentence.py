@@ -36,7 +36,22 @@ def verdict_sentence(result: LinkReport) -> str:
             f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
             " explains."
         )
-    return " ".join(sentences)
+    return " ".join([*sentences, *_learned(result)])
+
+
+def _learned(result: LinkReport) -> list[str]:
+    """What was learned of what has no name, in a sentence."""
+    if not result.learned:
+        return []
+    first = result.learned[0]
+    curves = " and ".join(
+        f"a torque over the {one.over} of {one.joint}" + (f", like {one.words}" * bool(one.words))
+        for one in result.learned
+    )
+    return [
+        f"Without a name: in {' and '.join(first.links)} {first.before - 1.0:.2g} of the noise"
+        f" variance is left, {max(first.after - 1.0, 0.0):.2g} with {curves}."
+    ]
 
 
 def certain_words(one: EffectEntry) -> str:

@@ -1,0 +1,324 @@
+"""What has no name gets a shape: a torque over a joint's position or speed, learned from the data.
+
+Where more than noise is left behind the muscles and no effect tried explains it, curves without a
+formula stand in (`pamsim.physics.learned`): forces along a tendon over its length and its speed,
+fitted through the simulator as the effects are. They are judged as an effect is, on units that no
+fit has seen. A curve is a description, never a name. Without load cells a force of the muscles over
+their length is a torque over the joint's position, too: which of them it is stays open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.chain_simulator import ChainSimulator
+from pamsim.comparison.effects_on_rig import candidate
+from pamsim.comparison.imposed_signals import smoothed
+from pamsim.comparison.links import JOINT, Link
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.units import Units
+from pamsim.effects.effect import Effect, size
+from pamsim.engine.equilibrium import moment_arms, tendon_lengths
+from pamsim.engine.rig import Rig
+from pamsim.physics.learned import LENGTH, SPEED, learned_force
+from pamsim.recordings.trial import Trial
+
+POSITION, RATE = "position", "speed"
+
+_POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
+"""Percentiles of what was visited, between which a curve is spread: rates of read positions have
+outliers."""
+
+_POINTS = 60  # of a curve that is written
+_WEAKEST = 1e-3  # a direction of control forces that is seen less, relative, begins at 0
+_FARTHEST = 100.0  # control force that a fit begins with at most [N]: promises are of first order
+_TYPICAL, _MOST = 5.0, 2e3
+"""Control force by which steps of fits are scaled, which changes the readings of a small arm, and
+the largest that is sought [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A learned torque.
+
+    Attributes:
+        joint: on which.
+        over: ``position`` or ``speed`` of the joint.
+        at: (n,) of them, from one end of what was visited to the other [rad or m, or per s].
+        torque: (n,) in the direction in which the position grows [N m or N].
+    """
+
+    joint: str
+    over: str
+    at: FloatArray
+    torque: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearnedShape:
+    """Curves that stand for what has no name.
+
+    Attributes:
+        curves: of every joint that has some.
+        links: whose outputs they change.
+        model: with the curves, as fitted.
+        values: rig parameters of the curves, their ends among them [SI].
+        before: mean square that is left in these links without them, in the judged units; 1 is
+            noise.
+        after: the same with them.
+        p_value: of curves that predict no better.
+    """
+
+    curves: tuple[Curve, ...]
+    links: tuple[Link, ...]
+    model: LinkModel
+    values: Mapping[str, float]
+    before: float
+    after: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A joint, the tendon that stands for it, and what was visited of both."""
+
+    joint: str
+    muscle: str
+    arm: float  # change of the tendon's length with the position
+    positions: tuple[float, float]
+    rates: tuple[float, float]
+
+    def ends(self, at_zero: float) -> dict[str, float]:
+        """Parameters of the curves' ends; of the tendon's length with the joint at 0 [m]."""
+        low, high = sorted(at_zero + self.arm * one for one in self.positions)
+        slowest, fastest = sorted(self.arm * one for one in self.rates)
+        return {
+            f"{self.muscle}:learned.low": low,
+            f"{self.muscle}:learned.high": high,
+            f"{self.muscle}:learned.slowest": slowest,
+            f"{self.muscle}:learned.fastest": fastest,
+        }
+
+
+def learned_shape(
+    rig: Rig,
+    trials: Sequence[Trial],
+    model: LinkModel,
+    nuisance: Sequence[str],
+    links_of: Callable[[Rig], tuple[ChainSimulator, Units]],
+    *,
+    alpha: float,
+    seed: int,
+) -> LearnedShape | None:
+    """Learn what is left behind the muscles.
+
+    Args:
+        rig: as it is.
+        trials: that are fitted and judged.
+        model: with the effects that are certain.
+        nuisance: parameters that are refitted with the curves.
+        links_of: links of the trials on a rig, and the rows that are fitted and judged.
+        alpha: level at which curves must predict better.
+        seed: random seed of the sign flips.
+
+    Returns:
+        The curves; None where they predict no better, or a joint has no tendon of its own.
+    """
+    places = _places(rig, trials)
+    if not places:
+        return None
+    ends = {n: end for one in places for n, end in one.ends(_at_zero(rig, one)).items()}
+    with_ends = rig.with_parameters(ends)
+    simulator, units = links_of(with_ends)
+    links = frozenset(link for link in simulator.links if JOINT in link.parts)
+    fitter = LinkFitter(simulator, nuisance, units)
+    own = {name: value for name, value in model.values.items() if name not in fitter.nuisance}
+    # Nuisance parameters have stood in for what is left: fits with curves begin as the rig states.
+    rest, begin = (
+        fitter.everywhere(replace(fitter.stated, effects=model.effects, values=values))
+        for values in ({**fitter.nuisance, **model.values}, {**own, **fitter.nuisance})
+    )
+    shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in (POSITION, RATE)}
+    unseen, best, found = HeldOut(fitter, seed=seed), rest, None
+    # One curve first: two must predict better than one.
+    for kinds, start in _promised(fitter, begin, shapes, links):
+        chosen = [shapes[kind] for kind in kinds]
+        fit = fitter.fit(begin, (*begin.effects, *chosen), start, links)
+        better = None if fit is None else unseen.better(fit, best, links)
+        if fit is None or better is None or better.p_value > alpha or better.gain <= 0.0:
+            break
+        best, found = fit, better
+    if found is None:
+        return None
+    forces = {name: value for name, value in best.values.items() if ":learned." in name}
+    learned = with_ends.with_parameters(forces)
+    before, after = (_mean(unseen, m, links) for m in (rest, best))
+    return LearnedShape(
+        curves=tuple(
+            curve
+            for place in places
+            for curve in _curves(
+                learned, place, [kind for kind in _FIELD if _has(forces, place, kind)]
+            )
+        ),
+        links=tuple(sorted(links, key=lambda link: link.order)),
+        model=best,
+        values={**{name: end for name, end in ends.items() if _used(name, forces)}, **forces},
+        before=before,
+        after=after,
+        p_value=found.p_value,
+    )
+
+
+_FIELD = {POSITION: "force_", RATE: "drag_"}
+_KEPT = {POSITION: ("force_", "low", "high"), RATE: ("drag_", "slowest", "fastest")}
+_COUNT = {POSITION: LENGTH, RATE: SPEED}
+
+
+def _effect(places: Sequence[_Place], kind: str) -> Effect:
+    """The control forces of every joint's curve as an effect to fit."""
+    return Effect(
+        name=f"learned_over_{kind}",
+        link="joint",
+        family="unnamed",
+        missing=f"a torque over the {kind}",
+        look_alikes=(),
+        separating="",
+        parameters=tuple(
+            size(f"{place.muscle}:learned.{_FIELD[kind]}{k}", _TYPICAL, -_MOST, _MOST)
+            for place in places
+            for k in range(1, _COUNT[kind] + 1)
+        ),
+    )
+
+
+def _promised(
+    fitter: LinkFitter,
+    begin: LinkModel,
+    shapes: Mapping[str, Candidate],
+    links: frozenset[Link],
+) -> list[tuple[tuple[str, ...], dict[str, float]]]:
+    """Kinds of curves that promise something, and the control forces that fits begin with [N].
+
+    The more promising kind comes first, then both together. Every control force costs what a
+    parameter of an effect does (`LinkModel.criterion`). Nuisance parameters stay as the rig states:
+    what they could take as well as a curve, such as the locking of both muscles' braids, they do
+    not get.
+    """
+    none = {p.name: 0.0 for shape in shapes.values() for p in shape.parameters}
+    both = replace(
+        begin, effects=(*begin.effects, *shapes.values()), values={**begin.values, **none}
+    )
+    columns = fitter.sensitivities(both, list(none), links)
+    left = begin.rows
+    cost = float(np.log(left.size))
+
+    def promise(kinds: tuple[str, ...]) -> tuple[float, tuple[str, ...], dict[str, float]]:
+        names = [p.name for kind in kinds for p in shapes[kind].parameters]
+        own = np.column_stack([columns[name] for name in names])
+        share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
+        after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
+        scaled = (share * _TYPICAL).clip(-_FARTHEST, _FARTHEST).tolist()
+        return after, kinds, dict(zip(names, scaled, strict=True))
+
+    single = min(promise((POSITION,)), promise((RATE,)), key=lambda one: one[0])
+    double, found, least = promise((POSITION, RATE)), [], float(left @ left)
+    for after, kinds, start in (single, double):
+        if after < least:
+            found.append((kinds, start))
+            least = after
+    return found
+
+
+def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:
+    losses = unseen.losses(model)
+    return float(np.mean([np.mean(losses[link]) for link in links if link in losses]))
+
+
+def _places(rig: Rig, trials: Sequence[Trial]) -> list[_Place]:
+    """Each joint that moves freely, with a tendon that runs over it alone."""
+    arms = moment_arms(rig, rig.model.qpos0)
+    found: list[_Place] = []
+    for j, joint in enumerate(rig.joints):
+        alone = [m for m, row in enumerate(arms) if row[j] != 0.0 and np.count_nonzero(row) == 1]
+        channel = rig.names.joint_channel(joint)
+        seen = [trial for trial in trials if channel in trial.measured]
+        if not alone or not seen:
+            continue
+        read = [smoothed(trial.time, trial.measured[channel]) for trial in seen]
+        rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
+        found.append(
+            _Place(
+                joint=joint,
+                muscle=list(rig.muscles)[alone[0]],
+                arm=float(arms[alone[0], j]),
+                positions=_between(read, _POSITIONS),
+                rates=_between(rates, _RATES),
+            )
+        )
+    return found
+
+
+def _between(
+    signals: Sequence[FloatArray], percentiles: tuple[float, float]
+) -> tuple[float, float]:
+    low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
+    return low, high
+
+
+def _at_zero(rig: Rig, place: _Place) -> float:
+    """Length of a joint's tendon where the joint is at 0 [m]."""
+    position = rig.model.qpos0.copy()
+    address = rig.position_addresses[list(rig.joints).index(place.joint)]
+    position[address] = 0.0
+    return float(tendon_lengths(rig, position)[list(rig.muscles).index(place.muscle)])
+
+
+def _has(values: Mapping[str, float], place: _Place, kind: str) -> bool:
+    return f"{place.muscle}:learned.{_FIELD[kind]}1" in values
+
+
+def _used(end: str, values: Mapping[str, float]) -> bool:
+    """Whether a curve that ends there was fitted."""
+    muscle, _, field = end.rpartition(":learned.")
+    kind = POSITION if field in _KEPT[POSITION] else RATE
+    return f"{muscle}:learned.{_FIELD[kind]}1" in values
+
+
+def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:
+    """The learned curves of a joint as torques on it.
+
+    A constant may lie in either. Where there are two, the one over speed is 0 at rest.
+    """
+    learned, zero = rig.muscles[place.muscle].learned, _at_zero(rig, place)
+    alone = {
+        kind: replace(learned, **{n: 0.0 for n in vars(learned) if not n.startswith(_KEPT[kind])})
+        for kind in kinds
+    }
+    at_rest = learned_force(learned, zero, 0.0) - learned_force(
+        replace(learned, slowest=0.0, fastest=0.0), zero, 0.0
+    )
+    found: list[Curve] = []
+    for kind in kinds:
+        span = place.positions if kind == POSITION else place.rates
+        at = np.linspace(*span, _POINTS)
+        force = np.array(
+            [
+                learned_force(alone[kind], zero + place.arm * x, 0.0)
+                if kind == POSITION
+                else learned_force(alone[kind], zero, place.arm * x)
+                for x in at.tolist()
+            ]
+        )
+        if len(kinds) == 2:
+            force += at_rest if kind == POSITION else -at_rest
+        # A force against lengthening pulls the joint to where the tendon is shorter.
+        found.append(Curve(joint=place.joint, over=kind, at=at, torque=-place.arm * force))
+    return found

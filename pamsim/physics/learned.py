@@ -1,0 +1,107 @@
+"""A force along the tendon without a formula: two curves that were learned from data.
+
+One runs over the length of the tendon, one over its speed. Each is a uniform cubic B-spline that is
+natural at its ends (de Boor, A Practical Guide to Splines, 1978). Its n control forces c_k are
+spread from one end of what the data visited to the other:
+
+    F = sum_k c_k B(u - k),   u = (n - 1) (x - low) / (high - low),   k = -1 ... n
+
+B is the cardinal cubic, 2/3 - |t|^2 + |t|^3 / 2 for |t| < 1 and (2 - |t|)^3 / 6 for |t| < 2. The
+force more on either side lies on the straight line through the last two. At its ends the curve has
+the value of the outermost control force, and beyond them it stays at that: nothing was seen there.
+The curve over length has a potential, whatever its shape; that over speed takes work wherever it
+has the sign of the speed.
+"""
+
+from __future__ import annotations
+
+from pamsim.core.parameters import ParameterGroup, quantity
+
+LENGTH, SPEED = 16, 8
+"""Control forces of each curve: bends in a 15th of the range, a tooth or a detent of some degrees,
+and in a seventh."""
+
+
+class Learned(ParameterGroup, group="learned"):
+    """Ends and control forces of both curves; a curve whose ends are equal is none."""
+
+    low: float = quantity("[-10, 10] m", "tendon length at which the curve over it begins", 0.0)
+    high: float = quantity("[-10, 10] m", "tendon length at which it ends", 0.0)
+    force_1: float = quantity("[-1e4, 1e4] N", "control force against lengthening, first", 0.0)
+    force_2: float = quantity("[-1e4, 1e4] N", "second", 0.0)
+    force_3: float = quantity("[-1e4, 1e4] N", "third", 0.0)
+    force_4: float = quantity("[-1e4, 1e4] N", "fourth", 0.0)
+    force_5: float = quantity("[-1e4, 1e4] N", "fifth", 0.0)
+    force_6: float = quantity("[-1e4, 1e4] N", "sixth", 0.0)
+    force_7: float = quantity("[-1e4, 1e4] N", "seventh", 0.0)
+    force_8: float = quantity("[-1e4, 1e4] N", "eighth", 0.0)
+    force_9: float = quantity("[-1e4, 1e4] N", "ninth", 0.0)
+    force_10: float = quantity("[-1e4, 1e4] N", "tenth", 0.0)
+    force_11: float = quantity("[-1e4, 1e4] N", "11th", 0.0)
+    force_12: float = quantity("[-1e4, 1e4] N", "12th", 0.0)
+    force_13: float = quantity("[-1e4, 1e4] N", "13th", 0.0)
+    force_14: float = quantity("[-1e4, 1e4] N", "14th", 0.0)
+    force_15: float = quantity("[-1e4, 1e4] N", "15th", 0.0)
+    force_16: float = quantity("[-1e4, 1e4] N", "16th", 0.0)
+    slowest: float = quantity("[-100, 100] m/s", "tendon speed at which the other begins", 0.0)
+    fastest: float = quantity("[-100, 100] m/s", "tendon speed at which it ends", 0.0)
+    drag_1: float = quantity("[-1e4, 1e4] N", "its control force against lengthening, first", 0.0)
+    drag_2: float = quantity("[-1e4, 1e4] N", "second", 0.0)
+    drag_3: float = quantity("[-1e4, 1e4] N", "third", 0.0)
+    drag_4: float = quantity("[-1e4, 1e4] N", "fourth", 0.0)
+    drag_5: float = quantity("[-1e4, 1e4] N", "fifth", 0.0)
+    drag_6: float = quantity("[-1e4, 1e4] N", "sixth", 0.0)
+    drag_7: float = quantity("[-1e4, 1e4] N", "seventh", 0.0)
+    drag_8: float = quantity("[-1e4, 1e4] N", "eighth", 0.0)
+
+
+def learns(learned: Learned) -> bool:
+    """Whether there is a curve."""
+    return learned.high > learned.low or learned.fastest > learned.slowest
+
+
+def spread(x: float, low: float, high: float, count: int) -> float:
+    """Place u among ``count`` control forces of an x, moved to the nearer end from beyond."""
+    if x < low:
+        x = low
+    elif x > high:
+        x = high
+    return (count - 1) * (x - low) / (high - low)
+
+
+def bump(t: float) -> float:
+    """Cardinal cubic B-spline [-] at a distance t from its control force, in their spacing."""
+    if t < 0.0:
+        t = -t
+    if t >= 2.0:
+        return 0.0
+    if t >= 1.0:
+        rest = 2.0 - t
+        return rest * rest * rest / 6.0
+    return 2.0 / 3.0 - t * t + 0.5 * t * t * t
+
+
+def learned_force(learned: Learned, length: float, speed: float) -> float:
+    """Force against the tendon's lengthening [N] at its length [m] and its speed [m/s]."""
+    force = 0.0
+    if learned.high > learned.low:
+        u = spread(length, learned.low, learned.high, LENGTH)
+        force += (2.0 * learned.force_1 - learned.force_2) * bump(u + 1.0)
+        force += (2.0 * learned.force_16 - learned.force_15) * bump(u - 16.0)
+        force += learned.force_1 * bump(u) + learned.force_2 * bump(u - 1.0)
+        force += learned.force_3 * bump(u - 2.0) + learned.force_4 * bump(u - 3.0)
+        force += learned.force_5 * bump(u - 4.0) + learned.force_6 * bump(u - 5.0)
+        force += learned.force_7 * bump(u - 6.0) + learned.force_8 * bump(u - 7.0)
+        force += learned.force_9 * bump(u - 8.0) + learned.force_10 * bump(u - 9.0)
+        force += learned.force_11 * bump(u - 10.0) + learned.force_12 * bump(u - 11.0)
+        force += learned.force_13 * bump(u - 12.0) + learned.force_14 * bump(u - 13.0)
+        force += learned.force_15 * bump(u - 14.0) + learned.force_16 * bump(u - 15.0)
+    if learned.fastest > learned.slowest:
+        u = spread(speed, learned.slowest, learned.fastest, SPEED)
+        force += (2.0 * learned.drag_1 - learned.drag_2) * bump(u + 1.0)
+        force += (2.0 * learned.drag_8 - learned.drag_7) * bump(u - 8.0)
+        force += learned.drag_1 * bump(u) + learned.drag_2 * bump(u - 1.0)
+        force += learned.drag_3 * bump(u - 2.0) + learned.drag_4 * bump(u - 3.0)
+        force += learned.drag_5 * bump(u - 4.0) + learned.drag_6 * bump(u - 5.0)
+        force += learned.drag_7 * bump(u - 6.0) + learned.drag_8 * bump(u - 7.0)
+    return force

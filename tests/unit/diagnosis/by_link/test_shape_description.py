@@ -1,0 +1,73 @@
+"""A curve is described by the form with the fewest numbers that follows it, in the units shown."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.comparison.links import JOINT, MUSCLE, Link
+from pamsim.diagnosis.by_link.learned_entry import learned_entries
+from pamsim.diagnosis.by_link.learned_shape import Curve, LearnedShape
+from pamsim.diagnosis.by_link.shape_description import description
+
+AT = np.linspace(-0.6, 0.5, 60)
+NOISE = 2e-3 * np.random.default_rng(2).normal(size=AT.size)
+CURVES = {
+    "constant": ("position", np.full_like(AT, 0.2), {"torque": 0.2}),
+    "spring": ("position", 0.1 - 0.8 * AT, {"stiffness": 0.8}),
+    "stop": (
+        "position",
+        -1.2 * np.maximum(AT - 0.14, 0.0),
+        {"stiffness": 1.2, "begin": 0.14, "side": 1.0},
+    ),
+    "ripple": ("position", 0.15 * np.sin(16.0 * AT + 0.7), {"amplitude": 0.15, "period": 0.3927}),
+    "viscous": ("speed", -0.3 * AT, {"damping": 0.3}),
+    "quadratic": ("speed", -0.5 * AT * np.abs(AT), {"coefficient": 0.5}),
+    "dry": ("speed", -0.2 * np.tanh(AT / 0.03), {"torque": 0.2, "speed": 0.03}),
+}
+
+
+@pytest.mark.parametrize("form", CURVES)
+def test_each_form_is_found_with_its_numbers(form):
+    over, torque, numbers = CURVES[form]
+    found = description(over, AT, torque + NOISE)
+    assert found is not None
+    assert found.form == form
+    assert found.share >= 0.95
+    assert found.numbers == pytest.approx(numbers, rel=0.15)
+
+
+def test_a_stop_on_the_other_side_pushes_up():
+    found = description("position", AT, 1.2 * np.maximum(-0.2 - AT, 0.0))
+    assert found is not None
+    assert (found.form, found.numbers["side"]) == ("stop", -1.0)
+    assert found.numbers["stiffness"] == pytest.approx(1.2, rel=0.1)
+
+
+def test_a_curve_that_no_form_follows_is_not_described():
+    detent = (AT + 0.07) * np.exp(-0.5 * ((AT + 0.07) / 0.04) ** 2)
+    assert description("position", AT, detent) is None
+    assert description("speed", AT, np.cos(9.0 * AT)) is None
+
+
+def test_numbers_are_written_in_the_units_of_the_curve():
+    _, torque, _ = CURVES["stop"]
+    shape = LearnedShape(
+        curves=(Curve(joint="shaft", over="position", at=AT, torque=torque),),
+        links=(Link(parts=(MUSCLE, JOINT)),),
+        model=None,
+        values={},
+        before=4.0,
+        after=1.05,
+        p_value=1e-4,
+    )
+    (one,) = learned_entries(pamsim.load_rig("mas20_arm"), shape)
+    assert one.at == pytest.approx(np.degrees(AT))
+    assert (one.at_unit, one.torque_unit) == ("deg", "N*m")
+    assert one.numbers["begin"] == pytest.approx(math.degrees(0.14), rel=0.1)
+    assert one.numbers["stiffness"] == pytest.approx(1.2 * math.pi / 180.0, rel=0.1)
+    assert one.words.startswith("a stop from ")
+    assert learned_entries(pamsim.load_rig("mas20_arm"), None) == ()

@@ -1,0 +1,62 @@
+"""The learned curves: splines of their control forces that stay at their ends."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force, learns
+
+RNG = np.random.default_rng(4)
+FORCES, DRAGS = RNG.normal(size=LENGTH) * 20.0, RNG.normal(size=SPEED) * 5.0
+
+
+def curves(forces=FORCES, drags=DRAGS, length=(0.16, 0.2), speed=(-0.1, 0.15)):
+    numbers = {f"force_{k}": float(c) for k, c in enumerate(forces, start=1)}
+    numbers |= {f"drag_{k}": float(c) for k, c in enumerate(drags, start=1)}
+    low, high = length
+    slowest, fastest = speed
+    return Learned(low=low, high=high, slowest=slowest, fastest=fastest, **numbers)
+
+
+def by_scipy(control, ends, x):
+    spacing = (ends[1] - ends[0]) / (len(control) - 1)
+    knots = ends[0] + spacing * np.arange(-3, len(control) + 3)
+    beyond = 2.0 * control[0] - control[1], 2.0 * control[-1] - control[-2]
+    return BSpline(knots, [beyond[0], *control, beyond[1]], 3)(x)
+
+
+def test_each_curve_is_scipy_s_spline_and_stays_at_its_ends():
+    learned = curves()
+    for x in np.linspace(0.16, 0.2, 23):
+        alone = learned_force(curves(drags=np.zeros(SPEED)), float(x), 0.3)
+        assert alone == pytest.approx(by_scipy(FORCES, (0.16, 0.2), x), abs=1e-9)
+    for v in np.linspace(-0.1, 0.15, 23):
+        alone = learned_force(curves(forces=np.zeros(LENGTH)), 0.17, float(v))
+        assert alone == pytest.approx(by_scipy(DRAGS, (-0.1, 0.15), v), abs=1e-9)
+    assert learned_force(learned, 0.0, 9.0) == learned_force(learned, 0.16, 0.15)
+    assert learned_force(learned, 0.3, -9.0) == learned_force(learned, 0.2, -0.1)
+
+
+def test_ends_have_the_outermost_control_force_and_no_curvature():
+    learned = curves(drags=np.zeros(SPEED))
+    assert learned_force(learned, 0.16, 0.0) == pytest.approx(FORCES[0])
+    assert learned_force(learned, 0.2, 0.0) == pytest.approx(FORCES[-1])
+    near = [learned_force(learned, 0.16 + 1e-5 * k, 0.0) for k in range(3)]
+    assert near[0] - 2.0 * near[1] + near[2] == pytest.approx(
+        0.0, abs=1e-3 * abs(near[1] - near[0])
+    )
+
+
+def test_equal_control_forces_are_a_constant_force():
+    flat = curves(forces=np.full(LENGTH, 3.0), drags=np.full(SPEED, -1.0))
+    for x, v in ((0.16, -0.1), (0.1837, 0.02), (0.2, 0.15), (0.5, 1.0)):
+        assert learned_force(flat, x, v) == pytest.approx(2.0)
+
+
+def test_without_ends_there_is_no_curve():
+    assert not learns(Learned())
+    assert learned_force(Learned(force_3=10.0, drag_3=10.0), 0.18, 0.1) == 0.0
+    assert learns(Learned(low=0.1, high=0.2))
+    assert learns(Learned(slowest=-0.1, fastest=0.1))
