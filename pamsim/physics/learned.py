@@ -60,7 +60,7 @@ def learns(learned: Learned) -> bool:
     return learned.high > learned.low or learned.fastest > learned.slowest
 
 
-def spread(x: float, low: float, high: float, count: int) -> float:
+def _place(x: float, low: float, high: float, count: int) -> float:
     """Place u among ``count`` control forces of an x, moved to the nearer end from beyond."""
     if x < low:
         x = low
@@ -69,7 +69,7 @@ def spread(x: float, low: float, high: float, count: int) -> float:
     return (count - 1) * (x - low) / (high - low)
 
 
-def bump(t: float) -> float:
+def _bump(t: float) -> float:
     """Cardinal cubic B-spline [-] at a distance t from its control force, in their spacing."""
     if t < 0.0:
         t = -t
@@ -85,23 +85,23 @@ def learned_force(learned: Learned, length: float, speed: float) -> float:
     """Force against the tendon's lengthening [N] at its length [m] and its speed [m/s]."""
     force = 0.0
     if learned.high > learned.low:
-        u = spread(length, learned.low, learned.high, LENGTH)
-        force += (2.0 * learned.force_1 - learned.force_2) * bump(u + 1.0)
-        force += (2.0 * learned.force_16 - learned.force_15) * bump(u - 16.0)
-        force += learned.force_1 * bump(u) + learned.force_2 * bump(u - 1.0)
-        force += learned.force_3 * bump(u - 2.0) + learned.force_4 * bump(u - 3.0)
-        force += learned.force_5 * bump(u - 4.0) + learned.force_6 * bump(u - 5.0)
-        force += learned.force_7 * bump(u - 6.0) + learned.force_8 * bump(u - 7.0)
-        force += learned.force_9 * bump(u - 8.0) + learned.force_10 * bump(u - 9.0)
-        force += learned.force_11 * bump(u - 10.0) + learned.force_12 * bump(u - 11.0)
-        force += learned.force_13 * bump(u - 12.0) + learned.force_14 * bump(u - 13.0)
-        force += learned.force_15 * bump(u - 14.0) + learned.force_16 * bump(u - 15.0)
+        u = _place(length, learned.low, learned.high, LENGTH)
+        force += (2.0 * learned.force_1 - learned.force_2) * _bump(u + 1.0)
+        force += (2.0 * learned.force_16 - learned.force_15) * _bump(u - 16.0)
+        force += learned.force_1 * _bump(u) + learned.force_2 * _bump(u - 1.0)
+        force += learned.force_3 * _bump(u - 2.0) + learned.force_4 * _bump(u - 3.0)
+        force += learned.force_5 * _bump(u - 4.0) + learned.force_6 * _bump(u - 5.0)
+        force += learned.force_7 * _bump(u - 6.0) + learned.force_8 * _bump(u - 7.0)
+        force += learned.force_9 * _bump(u - 8.0) + learned.force_10 * _bump(u - 9.0)
+        force += learned.force_11 * _bump(u - 10.0) + learned.force_12 * _bump(u - 11.0)
+        force += learned.force_13 * _bump(u - 12.0) + learned.force_14 * _bump(u - 13.0)
+        force += learned.force_15 * _bump(u - 14.0) + learned.force_16 * _bump(u - 15.0)
     if learned.fastest > learned.slowest:
-        u = spread(speed, learned.slowest, learned.fastest, SPEED)
-        force += (2.0 * learned.drag_1 - learned.drag_2) * bump(u + 1.0)
-        force += (2.0 * learned.drag_8 - learned.drag_7) * bump(u - 8.0)
-        force += learned.drag_1 * bump(u) + learned.drag_2 * bump(u - 1.0)
-        force += learned.drag_3 * bump(u - 2.0) + learned.drag_4 * bump(u - 3.0)
-        force += learned.drag_5 * bump(u - 4.0) + learned.drag_6 * bump(u - 5.0)
-        force += learned.drag_7 * bump(u - 6.0) + learned.drag_8 * bump(u - 7.0)
+        u = _place(speed, learned.slowest, learned.fastest, SPEED)
+        force += (2.0 * learned.drag_1 - learned.drag_2) * _bump(u + 1.0)
+        force += (2.0 * learned.drag_8 - learned.drag_7) * _bump(u - 8.0)
+        force += learned.drag_1 * _bump(u) + learned.drag_2 * _bump(u - 1.0)
+        force += learned.drag_3 * _bump(u - 2.0) + learned.drag_4 * _bump(u - 3.0)
+        force += learned.drag_5 * _bump(u - 4.0) + learned.drag_6 * _bump(u - 5.0)
+        force += learned.drag_7 * _bump(u - 6.0) + learned.drag_8 * _bump(u - 7.0)
     return force

@@ -44,6 +44,7 @@ from tests.unit.physics.muscles import FORCES, KINDS, LOOPS, make
 GROUP_FIELDS = {
     "mounting", "braid", "force", "passive", "threshold", "end_shape", "creep", "hysteresis",
     "first_stroke", "softening", "parallel_hysteresis", "chamber", "valve", "chain", "friction",
+    "learned",
 }  # fmt: skip
 
 

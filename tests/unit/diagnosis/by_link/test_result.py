@@ -96,6 +96,7 @@ def test_a_rig_has_the_nuisance_values_of_the_links_that_its_parts_lie_in():
         base=base,
         model=fitted,
         whole=None,
+        shape=None,
         effects=[SimpleNamespace(links={muscle, whole})],
     )
     values = chain_values(found, fitted)
@@ -105,6 +106,11 @@ def test_a_rig_has_the_nuisance_values_of_the_links_that_its_parts_lie_in():
     found.whole = SimpleNamespace(values={"force.scale in whole chain": 1.02, LEAK: 3e-12})
     assert chain_values(found, fitted) == {"force.scale": 1.02, LEAK: 3e-12}
     assert chain_values(found, base)[LEAK] == 2e-12
+    learned = model(0.9)
+    found.shape = SimpleNamespace(model=learned, links=(whole,))
+    shaped = chain_values(found, learned)
+    assert shaped["force.scale"] == pytest.approx((2.0 * 1.01 + 4.0 * 0.9 * 1.04) / 6.0)
+    assert shaped["chamber.dead_volume"] == pytest.approx(1e-5)  # no curve there: the model's
 
 
 def test_a_refitted_parameter_far_from_what_the_rig_states_is_in_the_warnings():
