@@ -27,6 +27,7 @@ from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
+from pamsim.inference.projected_effect import orthonormal
 from pamsim.physics.learned import LENGTH, SPEED, learned_force
 from pamsim.recordings.trial import Trial
 
@@ -208,21 +209,22 @@ def _promised(
     """Kinds of curves that promise something, and the control forces that fits begin with [N].
 
     The more promising kind comes first, then both together. Every control force costs what a
-    parameter of an effect does (`LinkModel.criterion`). Nuisance parameters stay as the rig states:
-    what they could take as well as a curve, such as the locking of both muscles' braids, they do
-    not get.
+    parameter of an effect does (`LinkModel.criterion`). What nuisance parameters can take is not
+    promised: the locking of both muscles' braids is a torque over the position, too.
     """
     none = {p.name: 0.0 for shape in shapes.values() for p in shape.parameters}
     both = replace(
         begin, effects=(*begin.effects, *shapes.values()), values={**begin.values, **none}
     )
     columns = fitter.sensitivities(both, list(none), links)
-    left = begin.rows
+    basis = orthonormal(begin.jacobian())
+    left = begin.rows - basis @ (basis.T @ begin.rows)
     cost = float(np.log(left.size))
 
     def promise(kinds: tuple[str, ...]) -> tuple[float, tuple[str, ...], dict[str, float]]:
         names = [p.name for kind in kinds for p in shapes[kind].parameters]
         own = np.column_stack([columns[name] for name in names])
+        own -= basis @ (basis.T @ own)
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
         after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
         scaled = (share * _TYPICAL).clip(-_FARTHEST, _FARTHEST).tolist()
