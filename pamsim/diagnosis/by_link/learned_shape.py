@@ -88,21 +88,35 @@ class LearnedShape:
 
 @dataclass(frozen=True)
 class _Place:
-    """A joint, the tendon that stands for it, and what was visited of both."""
+    """A joint, the tendon that stands for it, and what was visited of both.
+
+    Attributes:
+        joint: which.
+        muscle: whose tendon it is.
+        at: (n,) positions from one end to the other [rad or m].
+        rates: slowest and fastest change of the position [per s].
+        length: (n,) of the tendon at the positions [m].
+        arm: (n,) change of that length with the position.
+    """
 
     joint: str
     muscle: str
-    arm: float  # change of the tendon's length with the position
-    positions: tuple[float, float]
+    at: FloatArray
     rates: tuple[float, float]
+    length: FloatArray
+    arm: FloatArray
 
-    def ends(self, at_zero: float) -> dict[str, float]:
-        """Parameters of the curves' ends; of the tendon's length with the joint at 0 [m]."""
-        low, high = sorted(at_zero + self.arm * one for one in self.positions)
-        slowest, fastest = sorted(self.arm * one for one in self.rates)
+    @property
+    def middle(self) -> float:
+        """The arm that speeds of the tendon are taken with."""
+        return float(np.mean(self.arm))
+
+    def ends(self) -> dict[str, float]:
+        """Parameters of the curves' ends [SI]."""
+        slowest, fastest = sorted(self.middle * one for one in self.rates)
         return {
-            f"{self.muscle}:learned.low": low,
-            f"{self.muscle}:learned.high": high,
+            f"{self.muscle}:learned.low": float(self.length.min()),
+            f"{self.muscle}:learned.high": float(self.length.max()),
             f"{self.muscle}:learned.slowest": slowest,
             f"{self.muscle}:learned.fastest": fastest,
         }
@@ -135,7 +149,7 @@ def learned_shape(
     places = _places(rig, trials)
     if not places:
         return None
-    ends = {n: end for one in places for n, end in one.ends(_at_zero(rig, one)).items()}
+    ends = {name: end for one in places for name, end in one.ends().items()}
     with_ends = rig.with_parameters(ends)
     simulator, units = links_of(with_ends)
     links = frozenset(link for link in simulator.links if JOINT in link.parts)
@@ -246,25 +260,32 @@ def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:
 
 def _places(rig: Rig, trials: Sequence[Trial]) -> list[_Place]:
     """Each joint that moves freely, with a tendon that runs over it alone."""
-    arms = moment_arms(rig, rig.model.qpos0)
     found: list[_Place] = []
     for j, joint in enumerate(rig.joints):
-        alone = [m for m, row in enumerate(arms) if row[j] != 0.0 and np.count_nonzero(row) == 1]
         channel = rig.names.joint_channel(joint)
         seen = [trial for trial in trials if channel in trial.measured]
-        if not alone or not seen:
+        if not seen:
             continue
         read = [smoothed(trial.time, trial.measured[channel]) for trial in seen]
         rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
-        found.append(
-            _Place(
-                joint=joint,
-                muscle=list(rig.muscles)[alone[0]],
-                arm=float(arms[alone[0], j]),
-                positions=_between(read, _POSITIONS),
-                rates=_between(rates, _RATES),
+        at = np.linspace(*_between(read, _POSITIONS), _POINTS)
+        poses = np.tile(rig.model.qpos0, (_POINTS, 1))
+        poses[:, rig.position_addresses[j]] = at
+        arms = np.array([moment_arms(rig, pose) for pose in poses])  # (n, m, j)
+        over = np.abs(arms).max(axis=0) > 0.0
+        alone = [m for m, row in enumerate(over) if row[j] and np.count_nonzero(row) == 1]
+        if alone:
+            lengths = np.array([tendon_lengths(rig, pose)[alone[0]] for pose in poses])
+            found.append(
+                _Place(
+                    joint=joint,
+                    muscle=list(rig.muscles)[alone[0]],
+                    at=at,
+                    rates=_between(rates, _RATES),
+                    length=lengths,
+                    arm=arms[:, alone[0], j],
+                )
             )
-        )
     return found
 
 
@@ -273,14 +294,6 @@ def _between(
 ) -> tuple[float, float]:
     low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
     return low, high
-
-
-def _at_zero(rig: Rig, place: _Place) -> float:
-    """Length of a joint's tendon where the joint is at 0 [m]."""
-    position = rig.model.qpos0.copy()
-    address = rig.position_addresses[list(rig.joints).index(place.joint)]
-    position[address] = 0.0
-    return float(tendon_lengths(rig, position)[list(rig.muscles).index(place.muscle)])
 
 
 def _has(values: Mapping[str, float], place: _Place, kind: str) -> bool:
@@ -299,28 +312,22 @@ def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:
 
     A constant may lie in either. Where there are two, the one over speed is 0 at rest.
     """
-    learned, zero = rig.muscles[place.muscle].learned, _at_zero(rig, place)
-    alone = {
-        kind: replace(learned, **{n: 0.0 for n in vars(learned) if not n.startswith(_KEPT[kind])})
-        for kind in kinds
-    }
-    at_rest = learned_force(learned, zero, 0.0) - learned_force(
-        replace(learned, slowest=0.0, fastest=0.0), zero, 0.0
+    learned = rig.muscles[place.muscle].learned
+    over_length, over_speed = (
+        replace(learned, **{n: 0.0 for n in vars(learned) if not n.startswith(_KEPT[kind])})
+        for kind in (POSITION, RATE)
     )
+    at_rest = learned_force(over_speed, 0.0, 0.0) if len(kinds) == 2 else 0.0
+    # A force against lengthening pulls the joint to where the tendon is shorter.
     found: list[Curve] = []
-    for kind in kinds:
-        span = place.positions if kind == POSITION else place.rates
-        at = np.linspace(*span, _POINTS)
-        force = np.array(
-            [
-                learned_force(alone[kind], zero + place.arm * x, 0.0)
-                if kind == POSITION
-                else learned_force(alone[kind], zero, place.arm * x)
-                for x in at.tolist()
-            ]
-        )
-        if len(kinds) == 2:
-            force += at_rest if kind == POSITION else -at_rest
-        # A force against lengthening pulls the joint to where the tendon is shorter.
-        found.append(Curve(joint=place.joint, over=kind, at=at, torque=-place.arm * force))
+    if POSITION in kinds:
+        force = [learned_force(over_length, x, 0.0) + at_rest for x in place.length.tolist()]
+        torque = -place.arm * np.array(force)
+        found.append(Curve(joint=place.joint, over=POSITION, at=place.at, torque=torque))
+    if RATE in kinds:
+        at = np.linspace(*place.rates, _POINTS)
+        speeds = (place.middle * at).tolist()
+        force = [learned_force(over_speed, 0.0, speed) - at_rest for speed in speeds]
+        torque = -place.middle * np.array(force)
+        found.append(Curve(joint=place.joint, over=RATE, at=at, torque=torque))
     return found
