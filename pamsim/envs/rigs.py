@@ -219,7 +219,7 @@ class Rigs:
 
     def stiffness(self) -> FloatArray:
         """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
-        signals = zip(self.plant.length.tolist(), self.information()["pressure"], strict=True)
+        signals = zip(self.plant.length.tolist(), self.true[:, self._joints :], strict=True)
         return np.array(
             [
                 stiffness_of_joints(self._arms, self.muscles(at), length, pressure.tolist())

@@ -95,9 +95,13 @@ def tube_force(spring: PassiveSpring, contraction: float) -> float:
     if stretch <= 0.0:
         force = spring.stiffness / spring.softening * math.expm1(spring.softening * stretch)
     if spring.parallel != 0.0:
-        share = stretch * spring.hardening
-        force += spring.parallel * stretch * (1.0 + share * share)
+        force += _parallel_force(spring, stretch)
     return force
+
+
+def _parallel_force(spring: PassiveSpring, stretch: float) -> float:
+    share = stretch * spring.hardening
+    return spring.parallel * stretch * (1.0 + share * share)
 
 
 def tube_energy_and_slope(
@@ -111,7 +115,7 @@ def tube_energy_and_slope(
     stored, slope = 0.0, -spring.stiffness
     if spring.parallel != 0.0:
         share = stretch * spring.hardening
-        force -= spring.parallel * stretch * (1.0 + share * share)
+        force -= _parallel_force(spring, stretch)
         stored = spring.parallel * stretch * stretch * (0.5 + 0.25 * share * share)
         slope -= spring.parallel * (1.0 + 3.0 * share * share)
     if stretch <= 0.0:

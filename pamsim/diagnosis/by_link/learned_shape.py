@@ -180,7 +180,7 @@ def learned_shape(
             curve
             for place in places
             for curve in _curves(
-                learned, place, [kind for kind in _FIELD if _has(forces, place, kind)]
+                learned, place, [kind for kind in _FIELD if _has(forces, place.muscle, kind)]
             )
         ),
         links=tuple(sorted(links, key=lambda link: link.order)),
@@ -193,7 +193,7 @@ def learned_shape(
 
 
 _FIELD = {POSITION: "force_", RATE: "drag_"}
-_KEPT = {POSITION: ("force_", "low", "high"), RATE: ("drag_", "slowest", "fastest")}
+_ENDS = {POSITION: ("low", "high"), RATE: ("slowest", "fastest")}
 _COUNT = {POSITION: LENGTH, RATE: SPEED}
 
 
@@ -296,15 +296,15 @@ def _between(
     return low, high
 
 
-def _has(values: Mapping[str, float], place: _Place, kind: str) -> bool:
-    return f"{place.muscle}:learned.{_FIELD[kind]}1" in values
+def _has(values: Mapping[str, float], muscle: str, kind: str) -> bool:
+    """Whether a tendon's curve over position or speed was fitted."""
+    return f"{muscle}:learned.{_FIELD[kind]}1" in values
 
 
 def _used(end: str, values: Mapping[str, float]) -> bool:
     """Whether a curve that ends there was fitted."""
     muscle, _, field = end.rpartition(":learned.")
-    kind = POSITION if field in _KEPT[POSITION] else RATE
-    return f"{muscle}:learned.{_FIELD[kind]}1" in values
+    return _has(values, muscle, POSITION if field in _ENDS[POSITION] else RATE)
 
 
 def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:
@@ -314,7 +314,10 @@ def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:
     """
     learned = rig.muscles[place.muscle].learned
     over_length, over_speed = (
-        replace(learned, **{n: 0.0 for n in vars(learned) if not n.startswith(_KEPT[kind])})
+        replace(
+            learned,
+            **{n: 0.0 for n in vars(learned) if not n.startswith((_FIELD[kind], *_ENDS[kind]))},
+        )
         for kind in (POSITION, RATE)
     )
     at_rest = learned_force(over_speed, 0.0, 0.0) if len(kinds) == 2 else 0.0
