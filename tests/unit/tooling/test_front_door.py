@@ -86,6 +86,18 @@ def test_the_conda_recipe_asks_for_what_pyproject_asks_for():
         assert given == asked(wanted)
 
 
+def test_the_workflow_runs_the_commands_of_the_readme_and_targets_that_exist():
+    workflow = (ROOT / ".github/workflows/check.yml").read_text()
+    commands = re.findall(r"^ *(?:- run: )?((?:make|pamsim) [^\n]+)$", workflow, re.MULTILINE)
+    readme = (ROOT / "README.md").read_text().splitlines()
+    assert {"make reproduce", "make test", "pamsim demo --no-open"} <= {*commands} & {*readme}
+    targets = {words.split()[1] for words in commands if words.startswith("make ")}
+    makefile = (ROOT / "Makefile").read_text()
+    assert all(re.search(rf"^{target}:", makefile, re.MULTILINE) for target in targets)
+    for lock in re.findall(r"-r (\S+)", workflow):
+        assert (ROOT / lock).is_file()
+
+
 def test_every_issue_template_asks_for_version_command_and_rig():
     templates = list((ROOT / ".github/ISSUE_TEMPLATE").glob("*.md"))
     assert len(templates) == 3
