@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from pamsim.controllers.controller import (
 )
 from pamsim.controllers.lead_lag_design import LeadLagDesign
 from pamsim.controllers.regulator_design import RegulatorDesign
-from pamsim.controllers.sampled_controller import SampledController
+from pamsim.controllers.sampled_controller import SampledController, sampled_controller
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
@@ -253,6 +253,32 @@ class Lti(LinearisedController):
         state = [_dot(a, memory) + _dot(b, seen) for a, b in rows]
         missed = point.given(wanted) - wanted
         return point.pressures(wanted), _moved(state, design.correction, missed)
+
+
+def linear_controller(
+    system: Any, rig: Rig, *, period: float, common: float, load: float = 0.0
+) -> Lti:
+    """Run what was designed with python-control, about the angle at which a rig rests.
+
+    Args:
+        system: see `pamsim.controllers.sampled_controller.sampled_controller`; rad to Pa.
+        rig: of one joint between two muscles.
+        period: between two samples [s], ``dt`` of the environment.
+        common: pressure of both muscles where the arm rests, gauge [Pa].
+        load: on the arm [kg].
+
+    Raises:
+        InputError: for a common pressure beyond the supply's, or a system that is no controller.
+    """
+    split = PressureSplit(common=common, supply=rig.supply_pressure)
+    moment = split.experiment(
+        np.zeros(1), np.zeros(1), duration=1.0 / _RATE, sample_rate=_RATE, load=load
+    )
+    angle = float(simulate(rig, moment).completed().angle[0])
+    return Lti(
+        design=sampled_controller(system, period),
+        point=LinearisationPoint(split=split, angle=angle),
+    )
 
 
 def lead_lag(design: LeadLagDesign, model: SecondOrderModel, point: LinearisationPoint) -> Lti:

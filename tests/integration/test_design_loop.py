@@ -9,10 +9,8 @@ import pytest
 
 import pamsim
 import pamsim.envs
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.imc_tuning import imc_gains_of_fit
-from pamsim.controllers.model_based import LinearisationPoint, Lti
-from pamsim.controllers.sampled_controller import sampled_controller
+from pamsim.controllers.model_based import linear_controller
 from pamsim.envs.closed_loop import run_episode
 from pamsim.linear.transfer_function import sampled_plants
 from pamsim.recordings.trial import Trial, TrialSet
@@ -69,10 +67,7 @@ def simulated(controller, rest):
     """The arm's step under a controller, and the period."""
     rig = pamsim.load_rig("mas20_arm")
     env = gymnasium.make("pamsim/Rig-v0", task="regulation", load=1.2, max_episode_steps=80)
-    point = LinearisationPoint(
-        split=PressureSplit(common=COMMON, supply=rig.supply_pressure), angle=rest
-    )
-    lti = Lti(design=sampled_controller(controller, env.unwrapped.dt), point=point)
+    lti = linear_controller(controller, rig, period=env.unwrapped.dt, common=COMMON, load=1.2)
     target = dict.fromkeys(rig.joints, rest + GOAL)
     run = run_episode(env, lti, 0, {"target": target})
     env.close()

@@ -60,6 +60,12 @@ def test_python_snippets_run(text, tmp_path, monkeypatch, capsys):
     assert "Warning" not in printed.err
 
 
+def test_ten_recipes_take_at_most_fifteen_lines_each():
+    recipes = FENCE.findall((ROOT / "docs" / "recipes.md").read_text(encoding="utf-8"))
+    assert len(recipes) == 10
+    assert all(sum(map(bool, text.splitlines())) <= 15 for _, text in recipes)
+
+
 def test_the_first_python_snippet_needs_nothing_that_is_already_there(tmp_path):
     first = next(snippets("python")).values[0]
     assert run([sys.executable, "-W", "error", "-c", first], tmp_path).strip()

@@ -6,8 +6,9 @@ import control
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.controllers.controller import PressureSplit
-from pamsim.controllers.model_based import LinearisationPoint, Lti
+from pamsim.controllers.model_based import LinearisationPoint, Lti, linear_controller
 from pamsim.controllers.sampled_controller import sampled_controller
 from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
 from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
@@ -55,6 +56,17 @@ def test_the_closed_loop_is_that_of_python_control():
         Lti(design=design, point=POINT), lambda t: (POINT.angle + 0.1, 0.0, 0.0), 60
     )
     np.testing.assert_allclose(angles - POINT.angle, 0.1 * expected, atol=1e-9)
+
+
+def test_a_rig_at_rest_stays_where_it_is():
+    rig, common = pamsim.load_rig("mas20_arm"), 2.5e5
+    controller = linear_controller(PID, rig, period=PERIOD, common=common, load=1.2)
+    rest = controller.point.angle
+    seen = observe(angle=rest, wanted=(rest, 0.0, 0.0), pressure=(common, common))
+    command, _ = controller.step(seen, controller.start(seen))
+    np.testing.assert_allclose(command, (common, common))
+    hold = pamsim.pressure_step(command, command, duration=1.0, load=1.2)
+    np.testing.assert_allclose(pamsim.simulate(rig, hold).completed().angle, rest, atol=1e-4)
 
 
 def test_it_begins_with_the_pressures_that_are_there():
