@@ -60,6 +60,7 @@ html_theme = "furo"
 html_title = f"pamsim {release}"
 html_math_renderer = "mathml"
 html_copy_source = False
+html_search_scorer = "guides_first.js"
 html_show_sphinx = False
 html_extra_path = ["site"]
 html_static_path = ["static"]
