@@ -118,11 +118,10 @@ def gap_per_link(
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
     residuals = link_residuals(rig, trials, threads=threads, simulated=simulated)
-    commands = {trial.name: trial.command for trial in trials}
     found: list[_Output] = []
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])
-        floor = noise_floor(layout(blocks), stack, commands)
+        floor = noise_floor(layout(blocks), stack, trials)
         kept = [block for block in blocks if judged is None or block.trial in judged]
         channels = dict.fromkeys(block.channel for block in kept)
         found += [_output(link, channel, kept, floor) for channel in channels]

@@ -7,7 +7,9 @@ Without repeats noise is taken from what no model misses:
   model misses then is constant or drifts: noise that changes more slowly than holds last is unseen;
 * a second reading of every measured signal, drawn with the noise that shows from sample to sample.
   Links are simulated with it as with the first, so that noise which inputs bring along counts.
-  Noise that drifts at all is unseen.
+  Noise that drifts at all is unseen, but for what a recording states.
+
+What a recording states of its sensors is drawn in the same way, and is the least noise there is.
 
 What differs from trial to trial is in none of them. So without repeats a residual above this noise
 does not show that a model is missing something, and one with the colour of this noise does not show
@@ -87,29 +89,39 @@ def link_noise(
     found: dict[Output, OutputNoise] = {}
     groups = repeats(trials)
     read_again: Residuals | None = None
+    stated = any(
+        one.rms > sample_noise(trial.measured[channel])
+        for trial in trials
+        for channel, one in trial.noise.items()
+    )
+    unrepeated = FloorRoute.STATED if stated else FloorRoute.WITHIN_TRIALS
     for link, channel in dict.fromkeys((link, channel) for link, _, channel in exact):
         names = [t.name for t in trials if (link, t.name, channel) in exact]
         own = {name: exact[link, name, channel] for name in names}
+        logs = [(trial, own[trial.name]) for trial in trials if trial.name in own]
         protocols = [
             np.stack([own[trial.name] for trial in group.trials])
             for group in groups
             if len(group.trials) > 1 and all(trial.name in own for trial in group.trials)
         ]
         if protocols:
-            noise = noise_from_repeats(protocols)
-            found[link, channel] = OutputNoise(noise=noise, source=FloorRoute.REPEATS)
-            continue
-        logs = [(trial, own[trial.name]) for trial in trials if trial.name in own]
-        one = _by_periods(logs) or _by_holds(logs)
-        if one is None:
+            one = OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.REPEATS)
+        else:
+            one = _by_periods(logs) or _by_holds(logs)
+        if one is None or stated:
             read_again = read_again or _read_again(rig, trials, exact, divided, threads, simulated)
             drawn = [
                 read_again[link, n, channel] for n in names if (link, n, channel) in read_again
             ]
-            one = OutputNoise(noise=fit_ar_noise(drawn), source=FloorRoute.WITHIN_TRIALS)
+            again = fit_ar_noise(drawn)
+            if one is None:
+                one = OutputNoise(noise=again, source=unrepeated)
+            elif again.standard_deviation > one.noise.standard_deviation:
+                repeated = one.source is FloorRoute.REPEATS
+                one = OutputNoise(noise=again, source=one.source if repeated else unrepeated)
         # A reading that does not change while a command is held has the noise of its rounding.
         least = float(np.mean([sample_noise(trial.measured[channel]) for trial, _ in logs]))
-        if one.noise.standard_deviation < least:
+        if one.source is not FloorRoute.REPEATS and one.noise.standard_deviation < least:
             one = replace(one, noise=ArNoise((), least**2))
         found[link, channel] = one
     return found
@@ -166,13 +178,13 @@ def _read_again(
     threads: int | None,
     simulated: Callable[[], None] | None,
 ) -> Residuals:
-    """By what residuals change if every signal has the noise of its samples once more."""
+    """By what residuals change if every signal has its noise once more."""
     rng = np.random.default_rng(0)
     second = [
         replace(
             trial,
             measured={
-                channel: values + sample_noise(values) * rng.standard_normal(values.size)
+                channel: values + _noise_of(trial, channel, rng)
                 for channel, values in trial.measured.items()
             },
         )
@@ -185,3 +197,12 @@ def _read_again(
         for block in blocks
         if (link, block.trial, block.channel) in exact
     }
+
+
+def _noise_of(trial: Trial, channel: str, rng: np.random.Generator) -> FloatArray:
+    """Noise as samples show it, or as it is stated where that is more."""
+    values = trial.measured[channel]
+    shown, stated = sample_noise(values), trial.noise.get(channel)
+    if stated is None or stated.rms <= shown:
+        return shown * rng.standard_normal(values.size)
+    return stated.drawn(values.size, trial.sample_interval, rng)

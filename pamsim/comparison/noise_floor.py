@@ -11,6 +11,7 @@ from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial
 from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import BlockPlace
+from pamsim.recordings.trial import Trial
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +36,7 @@ class NoiseFloor:
 def noise_floor(
     places: Sequence[BlockPlace],
     residual: FloatArray,
-    commands: Mapping[str, FloatArray] | None = None,
+    trials: Sequence[Trial] = (),
 ) -> NoiseFloor:
     """Noise from what repeats of a protocol differ by, or else within trials.
 
@@ -45,30 +46,39 @@ def noise_floor(
     Args:
         places: of the channels of all trials in the residual.
         residual: (n,) of any parameters [SI].
-        commands: trial -> (n, m), by whose periods and holds single trials are judged.
+        trials: by whose commands, their periods and holds, single trials are judged, and whose
+            stated noise is the least.
     """
-    trials: dict[tuple[str, str], list[BlockPlace]] = {}
+    of_trial = {trial.name: trial for trial in trials}
+    in_protocol: dict[tuple[str, str], list[BlockPlace]] = {}
+    stated: dict[str, float] = {}
     for place in places:
-        key = (place.block.channel, place.block.protocol)
-        trials.setdefault(key, []).append(place)
+        channel, trial = place.block.channel, of_trial.get(place.block.trial)
+        in_protocol.setdefault((channel, place.block.protocol), []).append(place)
+        if trial is not None and channel in trial.noise:
+            stated[channel] = max(trial.noise[channel].rms, stated.get(channel, 0.0))
     scatter = repeat_scatter(places, residual)
     routes = dict.fromkeys(scatter, FloorRoute.REPEATS)
-    for key, (first, *_) in trials.items():
+    for key, (first, *_) in in_protocol.items():
         if key not in scatter:
+            own = of_trial.get(first.block.trial)
             routes[key], scatter[key] = noise_within_trial(
                 residual[first.rows],
                 first.block.sample_interval or 1.0,
-                (commands or {}).get(first.block.trial),
+                None if own is None else own.command,
             )
     return NoiseFloor(
         sd={
             channel: max(
                 pooled_deviation([s for (name, _), s in scatter.items() if name == channel]),
                 _smallest(places, channel),
+                stated.get(channel, 0.0),
             )
             for channel in dict.fromkeys(place.block.channel for place in places)
         },
-        variance={key: scatter[key].variance for key in trials},
+        variance={
+            key: max(scatter[key].variance, stated.get(key[0], 0.0) ** 2) for key in in_protocol
+        },
         routes=routes,
     )
 

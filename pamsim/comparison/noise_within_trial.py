@@ -37,6 +37,7 @@ class FloorRoute(StrEnum):
     PERIODS = "periods"
     HOLDS = "holds"
     WITHIN_TRIALS = "within trials"
+    STATED = "stated"
 
 
 def noise_within_trial(

@@ -133,7 +133,7 @@ def start_error(
 def _noise(trial: Trial) -> FloatArray:
     """Noise of each muscle's pressure sensor from sample to sample, (m,) [Pa]; 0 without sensor.
 
-    At least that of rounding to the converter's step.
+    At least that of rounding to the converter's step, and what the recording states.
     """
     noise = np.zeros(trial.muscles)
     for muscle, channel in enumerate(trial.pressure_channels):
@@ -142,7 +142,8 @@ def _noise(trial: Trial) -> FloatArray:
             # Neighbouring values of a converter are a step apart, those of a finer record are not.
             step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
             rounding = step / _UNIFORM if np.isfinite(step) else 0.0
-            noise[muscle] = max(rough_noise(measured), rounding)
+            stated = trial.noise[channel].rms if channel in trial.noise else 0.0
+            noise[muscle] = max(rough_noise(measured), rounding, stated)
     return noise
 
 

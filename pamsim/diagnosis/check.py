@@ -203,7 +203,7 @@ def check(
     blocks = predictor.blocks(prediction)
     places = layout(blocks)
     residual = np.concatenate([block.residual for block in blocks])
-    floor = noise_floor(places, residual, {t.name: t.command for t in beside.trials})
+    floor = noise_floor(places, residual, beside.trials)
     links = gap_per_link(
         loaded,
         beside.trials,

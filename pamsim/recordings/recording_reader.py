@@ -18,6 +18,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ from pamsim.recordings.signals import (
     command_columns,
     muscle_channels,
 )
+from pamsim.recordings.stated_noise import stated_noise
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
 
@@ -54,6 +56,7 @@ _TOP = {
     "schema": Entry(),
     "rig": Entry(write='"...", the name or path of the rig it is of'),
     "columns": Entry(object, default=None),
+    "noise": Entry(object, default=None),
     "trial": Entry(object, default=None),
 }
 _TRIAL = {
@@ -115,6 +118,13 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
         if missing:
             where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
             unmeasured.append(f"{channel} was not measured in {where}")
+    if table["noise"] is not None:
+        measured = [channel for trial in trials for channel in trial.measured]
+        noise = stated_noise(table["noise"], measured, f"{index}: [noise]")
+        trials = [
+            replace(trial, noise={c: noise[c] for c in trial.measured if c in noise})
+            for trial in trials
+        ]
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
     rig = str(beside) if os.path.isfile(beside / "params.toml") else table["rig"]

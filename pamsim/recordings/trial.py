@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,6 +22,7 @@ from pamsim.recordings.signals import (
     muscle_channels,
     owner_of,
 )
+from pamsim.recordings.stated_noise import StatedNoise
 
 HELD_OUT_SUFFIX = "_check"
 """Trials of protocols with this end of the name are held out unless others are named."""
@@ -61,6 +62,7 @@ class Trial:
         measured: channel -> (n,) [SI], gauge pressures; what was not measured is absent.
         muscle_names: in the order of the commands; none where muscles have numbers.
         lead_in: None for a trial that begins at rest.
+        noise: channel -> noise that the lab states of it.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Trial:
     measured: Mapping[str, FloatArray]
     muscle_names: tuple[str, ...] = ()
     lead_in: TrialLead | None = None
+    noise: Mapping[str, StatedNoise] = field(default_factory=dict[str, StatedNoise])
 
     @property
     def sample_interval(self) -> float:
@@ -155,6 +158,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
         drive=in_order.stated(names.muscles),
         command=trial.command[:, columns],
         measured={channels[c]: v for c, v in trial.measured.items() if c in channels},
+        noise={channels[c]: v for c, v in trial.noise.items() if c in channels},
         muscle_names=names.named_muscles,
     ), tuple(notes)
 

@@ -13,6 +13,7 @@ _KNOWN_BY = {
     FloorRoute.PERIODS: "by what periods of the command differ by",
     FloorRoute.HOLDS: "while commands are held, about a straight line: slower noise is unseen",
     FloorRoute.WITHIN_TRIALS: "from sample to sample: noise that drifts is unseen",
+    FloorRoute.STATED: "as the recording states it: what differs from trial to trial is unseen",
 }
 
 

@@ -109,8 +109,7 @@ def _gap(
     blocks = predictor.blocks(known)
     places = layout(blocks)
     residual = np.concatenate([block.residual for block in blocks])
-    commands = {trial.name: trial.command for trial in predictor.data.trials}
-    floor = noise_floor(places, residual, commands).sd
+    floor = noise_floor(places, residual, predictor.data.trials).sd
     found: dict[str, ChannelGap] = {}
     for channel in dict.fromkeys(part.channel for part in comparisons):
         own = [part for part in comparisons if part.channel == channel and part.held_out]

@@ -10,6 +10,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Outcome, Recording, write_recording
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.stated_noise import StatedNoise
 
 INDEX = """\
 schema = "pamsim-recording/1"
@@ -234,6 +235,12 @@ def test_a_valve_beyond_fully_open_is_refused(folder, value, expected):
     assert expected in str(refused.value)
 
 
+def test_noise_that_a_lab_states_is_read_in_si(folder):
+    table = '[noise]\nangle = { rms = "0.1 deg", filter = "3 Hz" }\n[[trial]]'
+    (trial,) = read_recordings(folder(pressure_table(), INDEX.replace("[[trial]]", table))).trials
+    assert trial.noise == {"angle": StatedNoise(rms=np.deg2rad(0.1), cutoff=3.0)}
+
+
 BAD_INDEXES = {
     "schema": ('"pamsim-recording/1"', '"pamsim-recording/9"', "schema is 'pamsim-recording/9'"),
     "TOML": ("[[trial]]", "[[trial]", "not valid TOML"),
@@ -248,6 +255,11 @@ BAD_INDEXES = {
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
     "file twice": ("[[", '[[trial]]\nfile = "staircase_1.csv"\nprotocol = "a"\n'
                    'drive = "pressure_set"\nload_kg = 0\n[[', "give each its segments"),
+    "noise of what": ("[[", '[noise]\nknee = { rms = "1 deg" }\n[[', "knee was not measured"),
+    "noise in kg": ("[[", '[noise]\nangle = { rms = "1 kg" }\n[[', "[noise]: angle: rms"),
+    "noise below 0": ("[[", '[noise]\nangle = { rms = "-1 deg" }\n[[', "must be 0 or more"),
+    "noise as text": ("[[", 'noise = "little"\n[[', "write a table"),
+    "no size": ("[[", '[noise]\nangle = { filter = "3 Hz" }\n[[', "needs rms"),
 }  # fmt: skip
 
 
