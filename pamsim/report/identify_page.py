@@ -99,8 +99,8 @@ def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
     several = len(curves.bodes) > 1
     for i in range(len(curves.bodes)):
         figures[f"bode_{i + 1}" if several else "bode"] = bode(result, curves, i)
-    if result["scan"] is not None:
-        figures["scan"] = scan(result)
     if result["local"] is not None:
         figures["local"] = local_map(result)
+    if result["scan"] is not None:
+        figures["scan"] = scan(result)
     return figures
