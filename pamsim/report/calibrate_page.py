@@ -9,9 +9,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.report import calibrate_numbers, calibrate_signals
+from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
 from pamsim.report.numbers import fixed, plain, sentence, significant, words
 from pamsim.report.page import write_page
+from pamsim.report.row_errors import rest_errors
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-calibrate/1"
 
@@ -41,7 +43,7 @@ def write_calibration(
         schema=SCHEMA,
         headline=lambda: headline(result),
         shown_unit=shown_unit,
-        shown=len(calibrate_signals.shown_trials(trials)),
+        shown=len(shown_trials(trials)),
         trials=len({c.trial for c in trials}),
         settings=lambda: _settings(result),
     )
@@ -49,18 +51,18 @@ def write_calibration(
 
 def _figures(result: Mapping[str, Any], trials: Sequence[Comparison]) -> dict[str, Figure]:
     parameters = result["parameters"]
-    figures = {"parameters": calibrate_numbers.parameter_ranges(parameters)}
+    figures = {"parameters": parameter_ranges(parameters)}
     if len(parameters) > 1:
         matrix = result["fit"]["correlation"]
-        figures["correlation"] = calibrate_numbers.correlations(parameters, matrix)
+        figures["correlation"] = correlations(parameters, matrix)
     if trials:
-        figures["trials"] = calibrate_signals.trial_signals(trials)
+        figures["trials"] = trial_signals(trials)
     tables = [trial for trial in result["trials"] if "rows" in trial]
     if tables:
-        figures["rest"] = calibrate_signals.rest_errors(tables)
+        figures["rest"] = rest_errors(tables)
     if result["profiles"]:
         named = {parameter["name"]: parameter for parameter in parameters}
-        figures["profiles"] = calibrate_numbers.profile_curves(result["profiles"], named)
+        figures["profiles"] = profile_curves(result["profiles"], named)
     return figures
 
 

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison
-from pamsim.report.calibrate_signals import shown_trials, trial_signals
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
 from pamsim.report.style import BLUE, INK, MUTED, finish_axes, new_figure, styled
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-check/2"
 

@@ -11,11 +11,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.report.diagnose_rows import loop_branches, row_errors
-from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import learned_curves, link_bars
 from pamsim.report.numbers import fixed, percent, plain
 from pamsim.report.page import inline_image, write_page
+from pamsim.report.row_errors import loop_branches, row_errors
+from pamsim.report.trial_signals import trial_channels, worst_trials
 
 SCHEMA = "pamsim-diagnosis/3"
 

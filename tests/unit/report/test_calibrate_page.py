@@ -11,8 +11,9 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
 from pamsim.report.calibrate_page import headline, write_calibration
-from pamsim.report.calibrate_signals import rest_errors, shown_trials, trial_signals
+from pamsim.report.row_errors import rest_errors
 from pamsim.report.style import BLUE, VERMILION
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 TIME = np.linspace(0.0, 1.0, 50)
 

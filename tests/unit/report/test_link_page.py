@@ -11,10 +11,10 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnose import diagnose
-from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import link_bars
 from pamsim.report.link_page import headline, write_link_diagnosis
 from pamsim.report.style import BLUE, VERMILION
+from pamsim.report.trial_signals import trial_channels, worst_trials
 from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
 
 

@@ -1,8 +1,8 @@
-"""Figures of a table at rest and of a loop beside what was found in them."""
+"""Figures of tables at rest and of a loop beside their simulations."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -101,3 +101,44 @@ def _rows(ax: Axes, rows: list[Mapping[str, Any]], key: str, colour: str, title:
                 fontsize=8, color=MUTED,
             )  # fmt: skip
     finish_axes(ax, y="simulated − measured [deg]", title=f"{title}: {fixed(rms, 2)} deg RMS")
+
+
+@styled
+def rest_errors(tables: Sequence[Mapping[str, Any]]) -> Figure:
+    """Simulated minus measured angle of every row of the static tables, before and after.
+
+    Args:
+        tables: entries with ``rows`` of a result of schema ``pamsim-calibrate/1``.
+    """
+    figure, axes = new_figure(0.4 + 2.6 * len(tables), rows=len(tables))
+    for ax, table in zip(axes, tables, strict=True):
+        rows = table["rows"]
+        at = np.arange(len(rows))
+        for key, colour, marker, label in (
+            ("before_deg", VERMILION, "o", "before"),
+            ("after_deg", BLUE, "D", "after"),
+        ):
+            values = [row[key] for row in rows]
+            if None in values:
+                continue
+            error = np.array([row[key] - row["measured_deg"] for row in rows])
+            ax.plot(
+                at,
+                error,
+                marker,
+                color=colour,
+                markersize=4.5,
+                markerfacecolor="none" if key == "before_deg" else colour,
+                label=f"{label}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS",
+            )
+        ax.set_xticks(at, [row["row"].split(" ")[-1] for row in rows])
+        held = ", held out" if table["held_out"] else ""
+        finish_axes(
+            ax,
+            x=f"{rows[0]['row'].split(' ')[0]} of the table",
+            y="simulated − measured [deg]",
+            title=f"{table['trial']}{held}",
+        )
+        ax.legend(loc="best")
+        ax.axhline(0.0, color=INK, linewidth=0.7)
+    return figure
