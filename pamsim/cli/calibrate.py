@@ -10,16 +10,15 @@ import click
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
-    RIG,
-    json_option,
     names_option,
-    open_option,
-    out_option,
+    page_options,
     parameter_names,
+    recorded_rig_option,
     resume_option,
+    seed_option,
     threads_option,
 )
-from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
+from pamsim.cli.output import present, progress_bar, save_json, show_page
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -39,7 +38,7 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 
 @click.command(name="calibrate", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
+@recorded_rig_option
 @names_option("--free", names=parameter_names, help="Parameters to fit; A=B is one number")
 @click.option(
     "--bounds",
@@ -51,7 +50,7 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @names_option("--channels", help="Kinds to compare; angle, pressure and force if left out")
 @names_option("--hold-out", help="Trials or protocols kept for checking")
 @click.option("--starts", type=int, default=1, show_default=True, help="Starts of the search.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed of the starts.")
+@seed_option("Random seed of the starts.")
 @click.option("--max-iterations", type=int, default=100, show_default=True, help="Per start.")
 @names_option(
     "--profile",
@@ -60,10 +59,8 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
     help="Compute profile likelihoods for these parameters",
 )
 @threads_option
-@out_option("Folder for rig, page, checkpoint.")
 @resume_option("Go on with the interrupted fit in --out.")
-@open_option
-@json_option
+@page_options("Folder for rig, page, checkpoint.")
 def command(
     data: tuple[str, ...], json_file: Path | None, channels: tuple[str, ...], **options: Any
 ) -> int:
@@ -84,9 +81,7 @@ def command(
             if out is not None:
                 click.echo("nothing is lost: go on with the same command and --resume", err=True)
             raise
-    result = calibration.to_dict()
-    save_json(json_file, result)
-    show_summary(calibration.summary())
+    result = present(calibration, json_file)
     if out is not None:
         from pamsim.report.calibrate_page import write_calibration
 

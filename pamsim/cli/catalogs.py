@@ -16,6 +16,7 @@ from pamsim.cli.options import (
     effect_names,
     json_option,
     law_names,
+    laws_rig_option,
     parameter_names,
     protocol_names,
     rig_option,
@@ -127,7 +128,7 @@ def _unit(shown: dict[str, Any]) -> str:
 
 @command.command(name="models", cls=Command)
 @click.argument("name", required=False, shell_complete=completed(law_names))
-@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
+@laws_rig_option
 @json_option
 def _models(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""

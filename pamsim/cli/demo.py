@@ -10,7 +10,7 @@ import click
 from pamsim.cli.command import Command, answer
 from pamsim.cli.diagnose import show
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, effect_names, film_option, out_option
+from pamsim.cli.options import completed, effect_names, film_option, out_option, seed_option
 from pamsim.cli.output import progress_bar
 
 _SIZE = 0.3
@@ -20,9 +20,7 @@ _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats"
 @click.command(name="demo", cls=Command)
 @click.argument("effect", default="coulomb_friction", shell_complete=completed(effect_names))
 @click.option("--size", type=float, default=_SIZE, show_default=True, help="In typical sizes.")
-@click.option(
-    "--seed", type=int, default=0, show_default=True, help="Random seed of noise and search."
-)
+@seed_option("Random seed of noise and search.")
 @out_option("Folder for recording, page and repaired rig.", default="pamsim_demo")
 @film_option
 @click.option("--open/--no-open", "opened", default=None, help="Show the page in a browser.")

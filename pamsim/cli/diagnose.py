@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.options import (
-    RIG,
     effect_names,
     film_option,
-    json_option,
     names_option,
-    open_option,
-    out_option,
+    page_options,
     parameter_names,
+    recorded_rig_option,
+    seed_option,
     threads_option,
 )
 from pamsim.cli.output import progress_bar, save_json, show_page
@@ -30,29 +29,22 @@ _FINE = ("no_gap", "named")
 
 @click.command(name="diagnose", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
+@recorded_rig_option
 @names_option("--effects", names=effect_names, help="Effects to try, all if left out")
 @names_option("--without", names=effect_names, help="Effects not to try")
 @names_option("--nuisance", names=parameter_names, help="Parameters refitted with every effect")
 @names_option("--hold-out", help="Trials or protocols to judge by")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
+@seed_option()
 @threads_option
-@out_option("Folder for page, JSON and rig.")
 @film_option
-@open_option
-@json_option
+@page_options("Folder for page, JSON and rig.")
 def command(
     data: tuple[str, ...],
     rig: str | None,
-    effects: tuple[str, ...],
-    without: tuple[str, ...],
-    nuisance: tuple[str, ...],
-    hold_out: tuple[str, ...],
-    seed: int,
-    threads: int | None,
     out: Path | None,
     film: bool,
     json_file: Path | None,
+    **options: Any,
 ) -> int:
     """Find where a simulation and DATA disagree, name the missing effects, and add them.
 
@@ -73,17 +65,7 @@ def command(
     if out is not None:
         check_folder(out, rig)
     with progress_bar("fit") as progress:
-        report = diagnose(
-            data,
-            rig=rig,
-            effects=effects,
-            without=without,
-            nuisance=nuisance,
-            hold_out=hold_out,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-        )
+        report = diagnose(data, rig=rig, progress=progress, **options)
     return show(report, out, json_file, film=data[0] if film else None, rig=rig)
 
 

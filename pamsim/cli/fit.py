@@ -12,14 +12,12 @@ from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK, with_flags
 from pamsim.cli.options import (
     PATH,
-    RIG,
     Quantity,
     completed,
-    json_option,
     law_names,
+    laws_rig_option,
     listed,
-    open_option,
-    out_option,
+    page_options,
 )
 from pamsim.cli.output import progress_bar, save_json, show_page
 from pamsim.core.errors import InputError
@@ -34,7 +32,7 @@ _MILLIMETRES = Quantity("mm", "m")
     shell_complete=completed(law_names),
     help="Law to fit; `pamsim list models` lists them.",
 )
-@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
+@laws_rig_option
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")
 @click.option(
     "--hold-out",
@@ -59,9 +57,7 @@ _MILLIMETRES = Quantity("mm", "m")
     show_default=True,
     help="Zeros in a force map mean slack or not measured.",
 )
-@out_option("Folder for page and params.toml.")
-@open_option
-@json_option
+@page_options("Folder for page and params.toml.")
 def command(
     data: Path,
     model: str | None,

@@ -21,6 +21,7 @@ from pamsim.cli.options import (
     out_option,
     protocol_names,
     rig_option,
+    seed_option,
 )
 from pamsim.cli.output import progress_bar, save_json
 
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
 @click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
+@seed_option()
 @json_option
 def command(**given: Any) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +15,11 @@ from pamsim.cli.options import (
     PRESSURES,
     RIG,
     SECONDS,
-    json_option,
     names_option,
-    open_option,
-    out_option,
+    page_options,
     refuse,
 )
-from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
+from pamsim.cli.output import present, progress_bar, show_page
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,15 +97,10 @@ class _Orders(click.ParamType):
 @click.option(
     "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
 )
-@out_option("Folder for page, figures and CSV.")
-@open_option
-@json_option
+@page_options("Folder for page, figures and CSV.")
 def command(
     data: tuple[Path, ...],
     rig: str | None,
-    pressure: Sequence[float] | None,
-    load: float | None,
-    duration: float | None,
     out: Path | None,
     json_file: Path | None,
     hold_out: tuple[str, ...],
@@ -123,13 +115,13 @@ def command(
     """
     from pamsim.identification.identify import identify
 
-    source = _source(data, rig, pressure, load, duration)
+    step = {name: choices.pop(name) for name in ("pressure", "load", "duration")}
+    source = _source(data, rig, step)
     with progress_bar() as progress:
         identification = identify(
             source, hold_out=_names_or_share(hold_out), progress=progress, **choices
         )
-    save_json(json_file, identification.to_dict())
-    show_summary(identification.summary())
+    present(identification, json_file)
     if out is not None:
         from pamsim.report.identify_page import write_identification
 
@@ -147,24 +139,13 @@ def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:
 
 
 def _source(
-    data: tuple[Path, ...],
-    rig: str | None,
-    pressure: Sequence[float] | None,
-    load: float | None,
-    duration: float | None,
+    data: tuple[Path, ...], rig: str | None, step: dict[str, Any]
 ) -> tuple[Path, ...] | TrialSet:
     from pamsim.identification.data import simulated_step
 
     if data:
-        refuse(
-            "describes a simulated step; omit it, or omit DATA",
-            rig=rig,
-            pressure=pressure,
-            load=load,
-            duration=duration,
-        )
+        refuse("describes a simulated step; omit it, or omit DATA", rig=rig, **step)
         return data
     if rig is None:
         raise InputError("give DATA, or --simulate with a rig such as mas20_arm")
-    step = {"pressure": pressure, "load": load, "duration": duration}
     return simulated_step(rig, **{name: value for name, value in step.items() if value is not None})

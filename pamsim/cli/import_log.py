@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -66,20 +67,7 @@ def _spans(
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
 @click.option("--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm.")
 @json_option
-def command(
-    logs: tuple[str, ...],
-    rig: str,
-    out: Path,
-    columns: tuple[str, ...],
-    drive: str,
-    protocol: str,
-    rate: str,
-    period: str,
-    segments: dict[str, list[tuple[float, float]]],
-    lead_in: str,
-    load: float,
-    json_file: Path | None,
-) -> int:
+def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **options: Any) -> int:
     """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.
 
     Columns, units and signs are guessed from names and values. What each column was taken for is
@@ -89,20 +77,7 @@ def command(
     from pamsim.core.files import results_folder
 
     with results_folder(out, resume=True):  # beside the log, which may lie there
-        found = import_log(
-            logs,
-            rig=rig,
-            out=out,
-            columns=columns,
-            drive=drive,
-            protocol=protocol,
-            rate=rate,
-            period=period,
-            segments=segments,
-            lead_in=lead_in,
-            load=load,
-            force=forced(),
-        )
+        found = import_log(logs, out=out, force=forced(), **options)
     save_json(json_file, found.to_dict())
     click.echo(found.summary())
     answer(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -24,7 +25,7 @@ from pamsim.cli.options import PATH, completed, force_option, forced, listed
 @click.option("--pushing", is_flag=True, help="Its tendons get bellows or pistons, which push.")
 @click.option("--out", type=PATH, help="Folder to write; NAME if left out.")
 @force_option
-def command(name: str, kind: str, mjcf: Path | None, pushing: bool, out: Path | None) -> int:
+def command(name: str, out: Path | None, **options: Any) -> int:
     """Write a rig folder to start from: MJCF, params.toml and README.
 
     It runs as it is. Every effect that a muscle can have is there and off, so that you change
@@ -35,7 +36,7 @@ def command(name: str, kind: str, mjcf: Path | None, pushing: bool, out: Path | 
     from pamsim.engine.rig import load_rig
 
     with results_folder(out or Path(name), resume=True):  # beside the MJCF, which may lie there
-        folder = new_rig(name, kind, mjcf=mjcf, pushing=pushing, out=out, force=forced())
+        folder = new_rig(name, out=out, force=forced(), **options)
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
     answer(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")

@@ -113,6 +113,11 @@ def open_option(function: Any) -> Any:
     )(function)
 
 
+def page_options(help: str, **out: Any) -> Any:
+    """``--out``, ``--open`` and ``--json`` of a command that writes a page; see `out_option`."""
+    return lambda function: out_option(help, **out)(open_option(json_option(function)))
+
+
 def film_option(function: Any) -> Any:
     """``--film``: whether the page shows the arm with and without the gap, moving."""
     return click.option(
@@ -142,9 +147,29 @@ RIG = RigName()
 rig_option = click.option(
     "--rig", type=RIG, default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
 )
+recorded_rig_option = click.option(
+    "--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out."
+)
+shown_rig_option = click.option(
+    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
+)
+laws_rig_option = click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
 threads_option = click.option(
     "--threads", type=int, help="Simulations at a time; one per processor if left out."
 )
+timestep_option = click.option(
+    "--timestep-ms",
+    "timestep",
+    type=float,
+    callback=lambda context, parameter, value: None if value is None else value / 1e3,
+    help="Time step; the rig's own if left out.",
+)
+
+
+def seed_option(help: str = "Random seed.") -> Any:
+    """``--seed``."""
+    return click.option("--seed", type=int, default=0, show_default=True, help=help)
+
 
 Names = Callable[[click.Context], Mapping[str, str]]
 """Names that a value may have, each with a remark or none; looked up when a shell completes one."""

@@ -29,6 +29,14 @@ def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
         write_json(path, result)
 
 
+def present(result: Any, json_file: Path | None) -> dict[str, Any]:
+    """Write a result to the file of ``--json`` and print it in words; return its content."""
+    content = result.to_dict()
+    save_json(json_file, content)
+    show_summary(result.summary())
+    return content
+
+
 def show_page(page: Path) -> None:
     """Print where a page lies, and show it in a browser if ``--open`` was given."""
     click.echo(f"page: {page}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -12,11 +13,11 @@ from pamsim.cli.options import (
     KILOGRAMS,
     PATH,
     PRESSURES,
-    RIG,
     SECONDS,
     force_option,
     forced,
     refuse,
+    shown_rig_option,
 )
 from pamsim.cli.output import progress_bar
 
@@ -25,9 +26,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 
 @click.command(name="render", cls=Command)
 @click.argument("picture", type=PATH)
-@click.option(
-    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
-)
+@shown_rig_option
 @click.option(
     "--pressure", type=PRESSURES, help="To rest at, one per muscle [kPa]; 487,100 if left out."
 )
@@ -49,11 +48,10 @@ def command(
     recording: Path | None,
     trial: str | None,
     time: float | None,
-    fps: float | None,
-    speed: float | None,
-    camera: str,
     width: int | None,
     height: int | None,
+    camera: str,
+    **pace: float | None,
 ) -> int:
     """Write PICTURE, a png or jpg of a rig, or a gif or mp4 film of a recording.
 
@@ -67,59 +65,40 @@ def command(
     refuse_existing(picture, forced())
     film = picture.suffix.lower() in FILM_SUFFIXES
     default = _FILM_SIZE if film else _REST_SIZE if recording is None else _INSTANT_SIZE
-    size = width or default[0], height or default[1]
+    look: Any = {"camera": camera, "size": (width or default[0], height or default[1])}
     if recording is None:
         if film:
             raise InputError(
                 f"{picture}: a film needs a recording to show: --recording FOLDER, such as one that"
                 " pamsim step --out FOLDER writes"
             )
-        refuse(
-            "needs --recording: a rig at rest does not move",
-            trial=trial,
-            time=time,
-            fps=fps,
-            speed=speed,
-        )
+        refuse("needs --recording: a rig at rest does not move", trial=trial, time=time, **pace)
         from pamsim.scene.picture import picture_rest
 
-        picture_rest(
-            picture,
-            rig=rig or "mas20_arm",
-            pressures=pressure or (487e3, 100e3),
-            load=load,
-            camera=camera,
-            size=size,
-        )
+        pressures = pressure or (487e3, 100e3)
+        picture_rest(picture, rig=rig or "mas20_arm", pressures=pressures, load=load, **look)
         answer(f"wrote {picture}")
         return OK
     refuse("is known from the recording", pressure=pressure, load=load)
     if film:
         refuse("is of a picture, not of a film: write a .png", time=time)
     else:
-        refuse("is of a film: write a .gif or .mp4", fps=fps, speed=speed)
+        refuse("is of a film: write a .gif or .mp4", **pace)
     from pamsim.report.film import film_trial, picture_instant
     from pamsim.scene.replay import read_replay
 
     replay = read_replay(recording, trial=trial, rig=rig)
     if film:
+        look |= {name: value for name, value in pace.items() if value is not None}
         with progress_bar("frame") as progress:
-            film_trial(
-                picture,
-                replay,
-                camera=camera,
-                size=size,
-                fps=25.0 if fps is None else fps,
-                speed=1.0 if speed is None else speed,
-                progress=progress,
-            )
+            film_trial(picture, replay, progress=progress, **look)
     elif time is None:
         raise InputError(
             f"{picture}: which instant of the recording? give --time, or write a film as .gif"
             " or .mp4"
         )
     else:
-        picture_instant(picture, replay, time=time, camera=camera, size=size)
+        picture_instant(picture, replay, time=time, **look)
     if replay.others:
         click.echo(f"trial {replay.trial.name}; others by --trial: {', '.join(replay.others)}")
     answer(f"wrote {picture}")

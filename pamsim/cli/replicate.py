@@ -9,7 +9,7 @@ import click
 
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, json_option, listed, open_option, out_option
+from pamsim.cli.options import completed, listed, page_options
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
@@ -26,9 +26,7 @@ _STATEMENT_WIDTH = 60
     shell_complete=completed(listed("pamsim.papers.replicate", "PAPERS")),
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
-@out_option("Folder for page and figures.")
-@open_option
-@json_option
+@page_options("Folder for page and figures.")
 def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -> int:
     """Recompute every printed number of the five source papers and report what agrees.
 

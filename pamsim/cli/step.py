@@ -17,11 +17,10 @@ from pamsim.cli.options import (
     SECONDS,
     Quantities,
     completed,
-    json_option,
     listed,
-    open_option,
-    out_option,
+    page_options,
     rig_option,
+    timestep_option,
 )
 from pamsim.cli.output import save_json, show_page
 
@@ -57,7 +56,7 @@ if TYPE_CHECKING:
     help="Length of the record: 6 or 800ms.",
 )
 @click.option("--sample-hz", type=float, default=500.0, show_default=True, help="Sampling rate.")
-@click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
+@timestep_option
 @click.option("--integrator", help="Euler, implicit or implicitfast; the rig's own if left out.")
 @click.option(
     "--backend",
@@ -67,9 +66,7 @@ if TYPE_CHECKING:
     help="compiled, or python for debugging.",
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@out_option("Folder for recording and page.")
-@open_option
-@json_option
+@page_options("Folder for recording and page.")
 def command(
     rig: str,
     pressure: list[float] | None,
@@ -78,12 +75,10 @@ def command(
     load: float,
     duration: float,
     sample_hz: float,
-    timestep_ms: float | None,
-    integrator: str | None,
-    backend: str,
     sensors: bool,
     out: Path | None,
     json_file: Path | None,
+    **options: Any,
 ) -> int:
     """Step the pressures or the valves of a rig and record what the arm does.
 
@@ -119,13 +114,7 @@ def command(
         name="step",
     )
     loaded = load_rig(rig)
-    recording = simulate(
-        loaded,
-        experiment,
-        timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
-        integrator=integrator,
-        backend=backend,
-    )
+    recording = simulate(loaded, experiment, **options)
     if sensors:
         recording = measured(recording, loaded.sensor)
     if out is not None:  # before anything can fail: a broken run is worth looking at

@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -13,9 +14,7 @@ from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
 from pamsim.cli.options import (
     PATH,
-    json_option,
-    open_option,
-    out_option,
+    page_options,
     resume_option,
     threads_option,
 )
@@ -24,21 +23,18 @@ from pamsim.cli.output import progress_bar, save_json, show_page
 
 @click.command(name="sweep", cls=Command)
 @click.argument("study", type=PATH)
-@out_option("Folder for runs.parquet, sweep.json and page.", required=True)
 @resume_option("Continue the interrupted sweep in --out.")
 @threads_option
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
-@open_option
-@json_option
+@page_options("Folder for runs.parquet, sweep.json and page.", required=True)
 def command(
     study: Path,
     out: Path,
-    resume: bool,
-    threads: int | None,
     processes: int | None,
     scheduler: str | None,
     json_file: Path | None,
+    **options: Any,
 ) -> int:
     """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
@@ -50,14 +46,7 @@ def command(
 
     with _executor(processes, scheduler) as executor, progress_bar() as progress:
         try:
-            result = sweep(
-                study,
-                out=out,
-                executor=executor,
-                threads=threads,
-                resume=resume,
-                progress=progress,
-            )
+            result = sweep(study, out=out, executor=executor, progress=progress, **options)
         except KeyboardInterrupt:
             click.echo("runs are kept: continue with the same command and --resume", err=True)
             raise

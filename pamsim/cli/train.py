@@ -9,7 +9,15 @@ import click
 
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, completed, force_option, forced, listed, rig_option
+from pamsim.cli.options import (
+    PATH,
+    completed,
+    force_option,
+    forced,
+    listed,
+    rig_option,
+    seed_option,
+)
 from pamsim.cli.output import progress_bar
 
 
@@ -27,18 +35,9 @@ from pamsim.cli.output import progress_bar
 @click.option("--load", type=float, default=0.0, show_default=True, help="Mass on the rig in kg.")
 @click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
 @click.option("--steps", type=int, default=600_000, show_default=True, help="Of 32 rigs together.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
+@seed_option()
 @force_option
-def command(
-    out: Path,
-    rig: str,
-    task: str,
-    action: str,
-    load: float,
-    top_pressure: float | None,
-    steps: int,
-    seed: int,
-) -> int:
+def command(out: Path, top_pressure: float | None, **options: Any) -> int:
     """Train a policy with stable-baselines3's PPO on 32 rigs and one core.
 
     Writes the policy as plain numbers, which `pamsim.controllers.neural_policy` runs without
@@ -49,11 +48,10 @@ def command(
 
     for file in policy_files(out):
         refuse_existing(file, forced())
-    options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
     if top_pressure is not None:
         options["top_pressure"] = 1e3 * top_pressure
     with progress_bar("step") as progress:
-        result = train(steps=steps, seed=seed, progress=progress, **options)
+        result = train(progress=progress, **options)
     files = result.save(out, force=forced())
     click.echo(f"wrote {' and '.join(map(str, files))}")
     answer(result.summary())

@@ -12,18 +12,16 @@ from pamsim.cli.options import (
     KILOGRAMS,
     PATH,
     PRESSURES,
-    RIG,
     effect_names,
     names_option,
     refuse,
+    shown_rig_option,
 )
 
 
 @click.command(name="view", cls=Command)
 @click.argument("recording", type=PATH, required=False)
-@click.option(
-    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
-)
+@shown_rig_option
 @click.option(
     "--pressure",
     type=PRESSURES,
