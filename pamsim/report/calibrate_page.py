@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
-from pamsim.report.numbers import fixed, plain, sentence, significant, words
+from pamsim.report.numbers import sentence, significant, words
 from pamsim.report.page import write_page
 from pamsim.report.row_errors import rest_errors
 from pamsim.report.trial_signals import shown_trials, trial_signals
@@ -21,18 +21,12 @@ SCHEMA = "pamsim-calibrate/1"
 def write_calibration(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
 ) -> list[Path]:
-    """Write page and figures of a calibration.
+    """Write page and figures of a calibration as `write_page` does.
 
     Args:
         result: of schema ``pamsim-calibrate/1``.
         comparisons: every channel of every trial, and every static table.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     trials = [c for c in comparisons if c.channel != "angle_at_rest"]
     return write_page(
@@ -41,11 +35,10 @@ def write_calibration(
         result,
         lambda: _figures(result, trials),
         schema=SCHEMA,
-        headline=lambda: headline(result),
+        headline=headline,
         shown_unit=shown_unit,
         shown=len(shown_trials(trials)),
         trials=len({c.trial for c in trials}),
-        settings=lambda: _settings(result),
     )
 
 
@@ -78,15 +71,3 @@ def headline(result: Mapping[str, Any]) -> str:
     fitted = f"{count} parameters" if count > 1 else "1 parameter"
     moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
     return f"{fitted} fitted.{moved} {sentence(result['sentence'])}"
-
-
-def _settings(result: Mapping[str, Any]) -> dict[str, str]:
-    fit = result["fit"]
-    return {
-        "simulations": plain(result["simulations"]),
-        "parameter vectors": plain(fit["evaluations"]),
-        "iterations": plain(fit["iterations"]),
-        "vectors that broke down": plain(fit["diverged"]),
-        "random seed": plain(result["seed"]),
-        "wall time": f"{fixed(result['seconds'], 1)} s",
-    }

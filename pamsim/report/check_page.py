@@ -22,18 +22,12 @@ _WIDEST = 1e3  # ratio beyond which an effect is drawn at the edge
 
 
 def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path) -> Path:
-    """Write page and figures of a check.
+    """Write page and figures of a check as `write_page` does; return the page.
 
     Args:
         result: of schema ``pamsim-check/2``.
         comparisons: every channel of every trial beside the rig as it is.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     page, *_ = write_page(
         out,
@@ -41,13 +35,8 @@ def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], ou
         result,
         lambda: _figures(result, comparisons),
         schema=SCHEMA,
-        headline=headline(result),
+        headline=headline,
         shown=len(shown_trials(comparisons)),
-        settings=lambda: {
-            "trials simulated with each effect": ", ".join(result["run"]["trials"]),
-            "of them together": f"{fixed(result['run']['simulated_seconds'], 1)} s",
-            "wall time": f"{fixed(result['run']['seconds'], 1)} s",
-        },
     )
     return page
 
@@ -80,13 +69,8 @@ def visible_sizes(effects: Sequence[Mapping[str, Any]]) -> Figure:
     """
     figure, (ax,) = new_figure(0.8 + _LINE * len(effects))
     at = np.arange(len(effects))
-    ratios = np.array(
-        [
-            _WIDEST if one["shows_from"] is None else one["shows_from"] / one["typical"]
-            for one in effects
-        ]
-    )
-    ratios = np.minimum(ratios, _WIDEST)
+    sizes = [np.inf if one["shows_from"] is None else one["shows_from"] for one in effects]
+    ratios = np.minimum(np.divide(sizes, [one["typical"] for one in effects]), _WIDEST)
     seen = np.array([one["seen"] for one in effects])
     ax.hlines(at, np.minimum(ratios, 1.0), np.maximum(ratios, 1.0), color=MUTED, linewidth=0.8)
     ax.plot(ratios[seen], at[seen], "o", color=BLUE, markersize=4.5)

@@ -19,18 +19,12 @@ SCHEMA = "pamsim-step/1"
 
 
 def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Path:
-    """Write page and figure of a step response.
+    """Write page and figure of a step response as `write_page` does; return the page.
 
     Args:
         result: of schema ``pamsim-step/1``.
         recording: the response.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     joints = result.get("joints") or {"angle": result}
     facts = [_fact(name, joint) for name, joint in joints.items()]

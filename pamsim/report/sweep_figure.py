@@ -25,18 +25,7 @@ _POINTS = 5_000
 
 
 def write_sweep(result: SweepResult, out: Path) -> Path:
-    """Write page and figure of a sweep.
-
-    Args:
-        result: what it found.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write page and figure of a sweep as `write_page` does; return the page."""
     content = result.to_dict()
     outputs, ranks, sobol = (content[key] for key in ("outputs", "rank_correlations", "sobol"))
     page, *_ = write_page(
