@@ -81,14 +81,7 @@ def picture_instant(
     camera: str = "overview",
     size: tuple[int, int] = (1600, 1280),
 ) -> None:
-    """Write a picture of one instant of a trial.
-
-    Args:
-        path: ending in .png or .jpg.
-        replay: of `pamsim.scene.replay.read_replay`.
-        time: [s], within the trial.
-        camera: of the rig's scene.
-        size: width and height [px].
+    """Write a picture (.png, .jpg) of one instant [s] of a trial; see `film_trial`.
 
     Raises:
         InputError: for an unknown camera or picture format, a time outside the trial, a place that
