@@ -15,7 +15,7 @@ from pamsim.report.numbers import fixed, interval, unit
 from pamsim.report.style import BLUE, INK, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 
 _READABLE = 12  # parameters up to which a correlation is written into its field
-_BEFORE = {"color": INK, "markerfacecolor": "none", "markersize": 6}
+_BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 6}
 
 
 @styled

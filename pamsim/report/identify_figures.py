@@ -120,7 +120,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
         for dead_time, marker, more in ((False, "o", ""), (True, "^", ", dead time")):
             rows = [s for s in own if s["dead_time"] == dead_time]
             mark(rows, marker, color=colour, markersize=5, alpha=0.8, label=name + more)
-    ring = {"markersize": 13, "markerfacecolor": "none", "markeredgewidth": 1.6}
+    ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "markeredgewidth": 1.6}
     shown = [s for s in structures if s["shown"]]
     mark(shown, "o", color=VERMILION, label="shown model", **ring)
     values = np.array([s[key] for s in structures])
@@ -201,7 +201,12 @@ def magnitude_and_phase(
         (panels[1], response.phase, response.phase_band, DEG_PER_RAD),
     ):
         if band is not None:
-            look = {"color": VERMILION, "alpha": 0.2, "linewidth": 0, "label": band_name}
+            look: dict[str, Any] = {
+                "color": VERMILION,
+                "alpha": 0.2,
+                "linewidth": 0,
+                "label": band_name,
+            }
             ax.fill_between(frequency, *(scale * band), **look)
         ax.plot(frequency, scale * values, color=VERMILION, label=name)
         ax.set_xscale("log")

@@ -29,8 +29,8 @@ from pamsim.report.style import (
 
 _MOST_SHOWN, _MOST_WORST = 5, 3  # trials
 _MOST_POINTS, _FEW_POINTS = 1600, 400  # drawn of a signal; more only make the file larger
-_BEFORE = {"linestyle": (0, (3, 2)), "linewidth": 1.0}
-_AFTER = {"linewidth": 1.1}
+_BEFORE: dict[str, Any] = {"linestyle": (0, (3, 2)), "linewidth": 1.0}
+_AFTER: dict[str, Any] = {"linewidth": 1.1}
 
 
 def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
@@ -180,7 +180,7 @@ def _every(part: Comparison, most: int = _MOST_POINTS) -> slice:
 
 
 def _handles(before: str, after: str, *colours: str) -> list[Line2D]:
-    dot = {"color": MUTED, "marker": ".", "linestyle": "none", "markersize": 4}
+    dot: dict[str, Any] = {"color": MUTED, "marker": ".", "linestyle": "none", "markersize": 4}
     return [
         Line2D([], [], label="measured", **dot),
         Line2D([], [], color=colours[0], label=before, **_BEFORE),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -21,8 +20,8 @@ from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Row
-from pamsim.sweeps.varied_rig import RIG, check_names, is_effect, loaded, with_values
+from pamsim.sweeps.job import Row, refused
+from pamsim.sweeps.varied_rig import RIG, checked_units, is_effect, loaded, with_values
 from pamsim.twins.hide import hide
 
 _Interval: TypeAlias = tuple[float, float] | None
@@ -65,6 +64,7 @@ class Examine:
         examined: options of the diagnosis or calibration.
         units: factor -> unit of its values.
         parameters: rig parameter whose estimate is compared with its true value -> unit.
+        runs_in_block: runs that are worth a task of their own.
     """
 
     job: str
@@ -73,6 +73,7 @@ class Examine:
     examined: Mapping[str, Any]
     units: Mapping[str, str]
     parameters: Mapping[str, str]
+    runs_in_block: int = 1
 
     @property
     def columns(self) -> Mapping[str, str]:
@@ -85,24 +86,18 @@ class Examine:
         texts = dict.fromkeys((*_TEXTS[self.job], "outcome", "message"), "text")
         return {**numbers, "seconds": "s", **texts}
 
-    @property
-    def runs_in_block(self) -> int:
-        """Runs that are worth a task of their own."""
-        return 1
-
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
         return [self._row(run, threads) for run in runs]
 
     def _row(self, run: Mapping[str, Value], threads: int | None) -> Row:
-        empty = {name: "" if unit == "text" else math.nan for name, unit in self.columns.items()}
         (rig,) = loaded([str(run.get(RIG, self.rig))]).values()
         began = time.perf_counter()
         try:
             truth, (texts, estimates) = self._examined(rig, run, threads)
         except PamsimError as error:
-            return {**empty, "outcome": "refused", "message": str(error)}
-        row: dict[str, float | str] = {**empty, **texts, "outcome": "completed", "message": ""}
+            return refused(self.columns, error)
+        row = {**refused(self.columns, ""), **texts, "outcome": "completed"}
         for name in self.parameters:
             planted = rig_parameter(truth, name)
             true = row[f"true.{name}"] = readable(planted, planted.value)
@@ -138,8 +133,7 @@ class Examine:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder) / "recording"
             recording.save(place)
-            find = _FIND[self.job]
-            found = find([place], rig=rig, threads=threads, **self.examined)
+            found = _FIND[self.job]([place], rig=rig, threads=threads, **self.examined)
         return recording.rig.with_parameters(recording.hidden), found
 
 
@@ -166,10 +160,10 @@ _FIND: Mapping[str, Callable[..., _Found]] = {"diagnose": _diagnosed, "calibrate
 def examine(
     job: str, table: Mapping[str, Any], rig: str, rigs: Sequence[str], units: Mapping[str, str]
 ) -> Examine:
-    """The job as a study states it.
+    """The job ``diagnose`` or ``calibrate`` as a study states it.
 
     Args:
-        job: ``diagnose`` or ``calibrate``.
+        job: which.
         table: its table ``experiment``.
         rig: name or folder of the rig.
         rigs: those that a factor chooses from; empty where none does.
@@ -184,11 +178,8 @@ def examine(
             raise InputError(f"experiment.{key}: no such option; {nearest(str(key), known)}")
     options = {key: _checked(f"experiment.{key}", table[key], known[key]) for key in table}
     first = next(iter(loaded(rigs or [rig]).values()))
-    own = {name: unit for name, unit in units.items() if name not in _INPUTS}
-    found = {name: units[name] or unit for name, unit in _INPUTS.items() if name in units}
-    for name, unit in found.items():
-        to_si(1.0, unit, _INPUTS[name], where=f"vary.{name}")
-    own = check_names(first, own)
+    known_units = checked_units(first, units, _INPUTS)
+    own = [name for name in known_units if name not in _INPUTS]
     effects = [name for name in own if is_effect(first, name)]
     if job == "calibrate":
         free = options.setdefault("free", [name for name in own if name not in effects])
@@ -202,7 +193,7 @@ def examine(
         rig=rig,
         recorded={key: value for key, value in options.items() if key in _RECORDED},
         examined={key: value for key, value in options.items() if key not in _RECORDED},
-        units={**found, **own},
+        units=known_units,
         parameters={name: readable_unit(rig_parameter(first, name)) for name in judged},
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Protocol, TypeAlias
 
@@ -9,6 +10,12 @@ from pamsim.sweeps.factor import Value
 
 Row: TypeAlias = Mapping[str, float | str]
 """Column -> number or text; a number that a run did not come to is NaN."""
+
+
+def refused(columns: Mapping[str, str], why: object) -> Row:
+    """The row of a run that was refused: of numbers and texts there are none."""
+    empty = {name: "" if unit == "text" else math.nan for name, unit in columns.items()}
+    return {**empty, "outcome": "refused", "message": str(why)}
 
 
 class Job(Protocol):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.limits import SWEEP_RUNS
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.factor import Factor, Value
-from pamsim.sweeps.job import Row
+from pamsim.sweeps.job import Row, refused
 from pamsim.sweeps.run_table import INDEX
 from pamsim.sweeps.study import Study
 
@@ -46,20 +45,14 @@ class OwnFunction:
         return {**self.returned, **dict.fromkeys(_TEXTS, "text")}
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
-        """One row per run, one after another; see `pamsim.sweeps.job.Job`.
-
-        Raises:
-            InputError: if the function returns other columns than were stated.
-        """
-        del threads
+        """One row per run, one after another; other columns than stated are an `InputError`."""
         return [self._row(run) for run in runs]
 
     def _row(self, run: Mapping[str, Value]) -> Row:
         try:
             found = self.function(**run)
         except PamsimError as error:
-            empty = {n: "" if unit == "text" else math.nan for n, unit in self.returned.items()}
-            return {**empty, "outcome": "refused", "message": str(error)}
+            return refused(self.columns, error)
         if set(found) != set(self.returned):
             raise InputError(
                 f"{self.function.__qualname__} returned {', '.join(sorted(found)) or 'nothing'};"

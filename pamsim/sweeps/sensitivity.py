@@ -79,8 +79,7 @@ def sobol_indices(
         Output -> factor -> index. Without outputs that do not vary or that some run does not have:
         the design needs every run.
     """
-    rng = np.random.default_rng(seed)
-    drawn = rng.integers(0, runs, (_RESAMPLES, runs))
+    drawn = np.random.default_rng(seed).integers(0, runs, (_RESAMPLES, runs))
     found: dict[str, dict[str, SobolIndex]] = {}
     for output, values in outputs.items():
         if not np.all(np.isfinite(values)) or _constant(values):

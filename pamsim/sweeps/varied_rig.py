@@ -23,21 +23,26 @@ def is_effect(rig: Rig, name: str) -> bool:
     return name.partition(AT)[0].partition(":")[0] in forms(rig)
 
 
-def check_names(rig: Rig, units: Mapping[str, str]) -> dict[str, str]:
-    """Check the factors that change a rig.
+def checked_units(rig: Rig, units: Mapping[str, str], inputs: Mapping[str, str]) -> dict[str, str]:
+    """Check the factors of a job.
 
     Args:
         rig: the first one.
         units: factor -> its unit; empty for the usual one.
+        inputs: those that do not change the rig -> usual unit.
 
     Returns:
-        Factor -> its unit, the usual one where none was given.
+        Factor -> its unit, the usual one where none was given; inputs first.
 
     Raises:
         InputError: for a name that the rig does not have, or a unit that does not fit it.
     """
-    found: dict[str, str] = {}
+    found = {name: unit or inputs[name] for name, unit in units.items() if name in inputs}
+    for name, unit in found.items():
+        to_si(1.0, unit, inputs[name], where=f"vary.{name}")
     for name, unit in units.items():
+        if name in inputs:
+            continue
         if is_effect(rig, name):
             rig_effect(rig, name)
             if unit:
