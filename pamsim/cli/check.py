@@ -7,26 +7,20 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    effect_names,
-    names_option,
-    page_options,
-    recorded_rig_option,
-    threads_option,
-)
 from pamsim.cli.output import present, progress_bar, show_page
 
 
 @click.command(name="check", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@recorded_rig_option
-@names_option("--effects", names=effect_names, help="Effects to look for, all if left out")
-@names_option("--hold-out", help="Trials or protocols to judge by")
-@threads_option
-@page_options("Folder for a page with figures.")
-def command(data: tuple[str, ...], out: Path | None, json_file: Path | None, **options: Any) -> int:
+@options.recorded_rig
+@options.names("--effects", names=options.effect_names, help="Effects to look for, all if left out")
+@options.names("--hold-out", help="Trials or protocols to judge by")
+@options.threads
+@options.page("Folder for a page with figures.")
+def command(data: tuple[str, ...], out: Path | None, json_file: Path | None, **choices: Any) -> int:
     """Report what was read of DATA, what is implausible, and which effects they could show.
 
     The gap per link shows in which part of the rig the simulation begins to differ. DATA are
@@ -36,7 +30,7 @@ def command(data: tuple[str, ...], out: Path | None, json_file: Path | None, **o
     from pamsim.diagnosis.check import check
 
     with progress_bar() as progress:
-        result = check(data, progress=progress, **options)
+        result = check(data, progress=progress, **choices)
     content = present(result, json_file)
     if out is not None:
         from pamsim.report.check_page import write_check

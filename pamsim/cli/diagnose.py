@@ -7,18 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    effect_names,
-    film_option,
-    names_option,
-    page_options,
-    parameter_names,
-    recorded_rig_option,
-    seed_option,
-    threads_option,
-)
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
@@ -29,22 +20,24 @@ _FINE = ("no_gap", "named")
 
 @click.command(name="diagnose", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@recorded_rig_option
-@names_option("--effects", names=effect_names, help="Effects to try, all if left out")
-@names_option("--without", names=effect_names, help="Effects not to try")
-@names_option("--nuisance", names=parameter_names, help="Parameters refitted with every effect")
-@names_option("--hold-out", help="Trials or protocols to judge by")
-@seed_option()
-@threads_option
-@film_option
-@page_options("Folder for page, JSON and rig.")
+@options.recorded_rig
+@options.names("--effects", names=options.effect_names, help="Effects to try, all if left out")
+@options.names("--without", names=options.effect_names, help="Effects not to try")
+@options.names(
+    "--nuisance", names=options.parameter_names, help="Parameters refitted with every effect"
+)
+@options.names("--hold-out", help="Trials or protocols to judge by")
+@options.seed()
+@options.threads
+@options.film
+@options.page("Folder for page, JSON and rig.")
 def command(
     data: tuple[str, ...],
     rig: str | None,
     out: Path | None,
     film: bool,
     json_file: Path | None,
-    **options: Any,
+    **choices: Any,
 ) -> int:
     """Find where a simulation and DATA disagree, name the missing effects, and add them.
 
@@ -65,7 +58,7 @@ def command(
     if out is not None:
         check_folder(out, rig)
     with progress_bar("fit") as progress:
-        report = diagnose(data, rig=rig, progress=progress, **options)
+        report = diagnose(data, rig=rig, progress=progress, **choices)
     return show(report, out, json_file, film=data[0] if film else None, rig=rig)
 
 

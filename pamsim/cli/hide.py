@@ -8,21 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    SECONDS,
-    Quantities,
-    completed,
-    effect_names,
-    forced,
-    json_option,
-    names_option,
-    out_option,
-    protocol_names,
-    rig_option,
-    seed_option,
-)
 from pamsim.cli.output import progress_bar, save_json
 
 if TYPE_CHECKING:
@@ -30,24 +18,24 @@ if TYPE_CHECKING:
 
 
 @click.command(name="hide", cls=Command)
-@click.argument("effects", shell_complete=completed(effect_names, "+"))
-@out_option("Folder to write.", required=True)
-@rig_option
+@click.argument("effects", shell_complete=options.completed(options.effect_names, "+"))
+@options.out("Folder to write.", required=True)
+@options.rig
 @click.option(
     "--size",
-    type=Quantities("1", "1"),
+    type=options.Quantities("1", "1"),
     default="1",
     show_default=True,
     help="Of each effect, in typical sizes.",
 )
-@names_option(
+@options.names(
     "--protocols",
-    names=protocol_names,
+    names=options.protocol_names,
     help="Inputs, such as triangle,bursts, or stretch,isometric,relaxation of a machine that moves"
     " the joints; all but these if left out",
 )
 @click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
-@click.option("--duration", type=SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
+@click.option("--duration", type=options.SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
 @click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
 @click.option(
@@ -56,8 +44,8 @@ if TYPE_CHECKING:
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
 @click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
-@seed_option()
-@json_option
+@options.seed()
+@options.json
 def command(**given: Any) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
@@ -79,7 +67,7 @@ def record(
     size: list[float],
     no_forces: bool,
     json_file: Path | None,
-    **options: Any,
+    **choices: Any,
 ) -> int:
     """Record; write the recording and the ground truth, and print their places.
 
@@ -91,7 +79,7 @@ def record(
         size: of each effect, or of all [typical sizes].
         no_forces: whether muscle forces go unmeasured.
         json_file: for the ground truth.
-        options: further ones of ``hide``.
+        choices: further arguments of ``hide``.
 
     Raises:
         click.UsageError: if there are neither one size nor as many as effects.
@@ -99,7 +87,7 @@ def record(
     from pamsim.core.files import refuse_existing
     from pamsim.twins.synthetic_recording import ground_truth_file
 
-    refuse_existing(ground_truth_file(out), forced())
+    refuse_existing(ground_truth_file(out), options.forced())
     names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
@@ -110,7 +98,7 @@ def record(
             dict(zip(names, sizes, strict=True)),
             progress=progress,
             forces=not no_forces,
-            **options,
+            **choices,
         )
     ground_truth = recording.save(out)
     save_json(json_file, recording.to_dict())

@@ -7,18 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PATH,
-    PRESSURES,
-    RIG,
-    SECONDS,
-    names_option,
-    page_options,
-    refuse,
-)
 from pamsim.cli.output import present, progress_bar, show_page
 from pamsim.core.errors import InputError
 
@@ -46,17 +37,19 @@ class _Orders(click.ParamType):
 
 
 @click.command(name="identify", cls=Command)
-@click.argument("data", type=PATH, nargs=-1)
+@click.argument("data", type=options.PATH, nargs=-1)
 @click.option(
     "--simulate",
     "rig",
-    type=RIG,
+    type=options.RIG,
     metavar="RIG",
     help="No DATA: identify a simulated step of this rig.",
 )
-@click.option("--pressure", type=PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar.")
-@click.option("--load", type=KILOGRAMS, help="Mass on the arm in that step: 1.2 or 1200g.")
-@click.option("--duration", type=SECONDS, help="Length of that step: 6 or 800ms.")
+@click.option(
+    "--pressure", type=options.PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar."
+)
+@options.load("Mass on the arm in that step: 1.2 or 1200g.")
+@click.option("--duration", type=options.SECONDS, help="Length of that step: 6 or 800ms.")
 @click.option(
     "--input",
     multiple=True,
@@ -64,7 +57,9 @@ class _Orders(click.ParamType):
 )
 @click.option("--output", help="Column or columns to explain; angle_deg if omitted.")
 @click.option("--time", help="Column of a table's clock; found by its name if omitted.")
-@click.option("--dt", type=SECONDS, help="Time between the rows of a table without a clock: 2s.")
+@click.option(
+    "--dt", type=options.SECONDS, help="Time between the rows of a table without a clock: 2s."
+)
 @click.option(
     "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
 )
@@ -89,15 +84,15 @@ class _Orders(click.ParamType):
     show_default=True,
     help="State at the start of a trial: rest, free (it is fitted), or auto.",
 )
-@names_option("--trial", "trials", help="Trials to use; all if omitted")
-@names_option("--protocol", "protocols", help="Protocols to use; all if omitted")
-@names_option(
+@options.names("--trial", "trials", help="Trials to use; all if omitted")
+@options.names("--protocol", "protocols", help="Protocols to use; all if omitted")
+@options.names(
     "--hold-out", "hold_out", help="Trials to judge the models by, or 30% of each, not fitted"
 )
 @click.option(
     "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
 )
-@page_options("Folder for page, figures and CSV.")
+@options.page("Folder for page, figures and CSV.")
 def command(
     data: tuple[Path, ...],
     rig: str | None,
@@ -144,7 +139,7 @@ def _source(
     from pamsim.identification.data import simulated_step
 
     if data:
-        refuse("describes a simulated step; omit it, or omit DATA", rig=rig, **step)
+        options.refuse("describes a simulated step; omit it, or omit DATA", rig=rig, **step)
         return data
     if rig is None:
         raise InputError("give DATA, or --simulate with a rig such as mas20_arm")

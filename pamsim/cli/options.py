@@ -35,7 +35,7 @@ def _noted(key: str) -> Any:
     return note
 
 
-def force_option(function: Any) -> Any:
+def force(function: Any) -> Any:
     """``--force``, once for all options of a command that write; see `forced`."""
     if any(p.name == "force" for p in getattr(function, "__click_params__", ())):
         return function
@@ -54,14 +54,14 @@ def forced() -> bool:
     return bool(click.get_current_context().meta.get(_FORCED))
 
 
-def resume_option(help: str) -> Any:
+def resume(help: str) -> Any:
     """``--resume``: to go on with what is in the folder of ``--out``."""
     return click.option(
         "--resume", is_flag=True, is_eager=True, callback=_noted(_RESUMED), help=help
     )
 
 
-def out_option(help: str, *, required: bool = False, default: str | None = None) -> Any:
+def out(help: str, *, required: bool = False, default: str | None = None) -> Any:
     """``--out``: a folder for results, kept from other runs until the command ends."""
 
     def keep(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
@@ -79,7 +79,7 @@ def out_option(help: str, *, required: bool = False, default: str | None = None)
         option = click.option(
             "--out", type=PATH, required=required, callback=keep, help=help, **usual
         )
-        return option(force_option(function))
+        return option(force(function))
 
     return add
 
@@ -90,7 +90,7 @@ def _free(context: click.Context, parameter: click.Parameter, value: Path | None
     return refuse_existing(value, forced())
 
 
-def json_option(function: Any) -> Any:
+def json(function: Any) -> Any:
     """``--json``: a file for the result, or ``-`` for standard output."""
     option = click.option(
         "--json",
@@ -99,10 +99,10 @@ def json_option(function: Any) -> Any:
         callback=_free,
         help="Write the result here; - for standard output.",
     )
-    return option(force_option(function))
+    return option(force(function))
 
 
-def open_option(function: Any) -> Any:
+def open_page(function: Any) -> Any:
     """``--open``: show the page of ``--out`` in a browser; see `pamsim.cli.output.show_page`."""
     return click.option(
         "--open",
@@ -113,12 +113,12 @@ def open_option(function: Any) -> Any:
     )(function)
 
 
-def page_options(help: str, **out: Any) -> Any:
-    """``--out``, ``--open`` and ``--json`` of a command that writes a page; see `out_option`."""
-    return lambda function: out_option(help, **out)(open_option(json_option(function)))
+def page(help: str, **more: Any) -> Any:
+    """``--out``, ``--open`` and ``--json`` of a command that writes a page; see `out`."""
+    return lambda function: out(help, **more)(open_page(json(function)))
 
 
-def film_option(function: Any) -> Any:
+def film(function: Any) -> Any:
     """``--film``: whether the page shows the arm with and without the gap, moving."""
     return click.option(
         "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
@@ -144,20 +144,20 @@ class RigName(click.ParamType):
 
 RIG = RigName()
 
-rig_option = click.option(
+rig = click.option(
     "--rig", type=RIG, default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
 )
-recorded_rig_option = click.option(
+recorded_rig = click.option(
     "--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out."
 )
-shown_rig_option = click.option(
+shown_rig = click.option(
     "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
 )
-laws_rig_option = click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
-threads_option = click.option(
+laws_rig = click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
+threads = click.option(
     "--threads", type=int, help="Simulations at a time; one per processor if left out."
 )
-timestep_option = click.option(
+timestep = click.option(
     "--timestep-ms",
     "timestep",
     type=float,
@@ -166,7 +166,7 @@ timestep_option = click.option(
 )
 
 
-def seed_option(help: str = "Random seed.") -> Any:
+def seed(help: str = "Random seed.") -> Any:
     """``--seed``."""
     return click.option("--seed", type=int, default=0, show_default=True, help=help)
 
@@ -196,12 +196,12 @@ def completed(names: Names, separator: str = ",") -> Any:
     return complete
 
 
-def listed(module: str, table: str) -> Names:
-    """The names in a table of the library, which is imported when they are looked up."""
-    return lambda _: dict.fromkeys(getattr(importlib.import_module(module), table), "")
+def listed(module: str, table: str) -> Any:
+    """Completion by a table of the library, which is imported when its names are looked up."""
+    return completed(lambda _: dict.fromkeys(getattr(importlib.import_module(module), table), ""))
 
 
-def names_option(*declarations: str, help: str, names: Names | None = None) -> Any:
+def names(*declarations: str, help: str, names: Names | None = None) -> Any:
     """An option of names, separated by commas, that may be given again for more.
 
     Args:
@@ -300,7 +300,11 @@ class Quantities(click.ParamType):
 
 PRESSURES = Quantities("kPa", "Pa")
 SECONDS = Quantity("s", "s")
-KILOGRAMS = Quantity("kg", "kg")
+
+
+def load(help: str, **more: Any) -> Any:
+    """``--load``: a mass [kg]."""
+    return click.option("--load", type=Quantity("kg", "kg"), help=help, **more)
 
 
 def refuse(why: str, **options: object) -> None:

@@ -7,39 +7,36 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PATH,
-    PRESSURES,
-    SECONDS,
-    force_option,
-    forced,
-    refuse,
-    shown_rig_option,
-)
 from pamsim.cli.output import progress_bar
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 
 
 @click.command(name="render", cls=Command)
-@click.argument("picture", type=PATH)
-@shown_rig_option
+@click.argument("picture", type=options.PATH)
+@options.shown_rig
 @click.option(
-    "--pressure", type=PRESSURES, help="To rest at, one per muscle [kPa]; 487,100 if left out."
+    "--pressure",
+    type=options.PRESSURES,
+    help="To rest at, one per muscle [kPa]; 487,100 if left out.",
 )
-@click.option("--load", type=KILOGRAMS, help="Mass on it [kg]; 2.14 if left out and it takes one.")
-@click.option("--recording", type=PATH, help="Show this recording instead of a rig at rest.")
+@options.load("Mass on it [kg]; 2.14 if left out and it takes one.")
+@click.option(
+    "--recording", type=options.PATH, help="Show this recording instead of a rig at rest."
+)
 @click.option("--trial", help="Trial of the recording; its first if left out.")
-@click.option("--time", type=SECONDS, help="Instant of the recording for a picture: 0.5 or 500ms.")
+@click.option(
+    "--time", type=options.SECONDS, help="Instant of the recording for a picture: 0.5 or 500ms."
+)
 @click.option("--fps", type=float, help="Frames per second of a film; 25 if left out.")
 @click.option("--speed", type=float, help="Of a film: 1 is real time, 0.5 slow motion.")
 @click.option("--camera", default="overview", show_default=True, help="Camera of the scene.")
 @click.option("--width", type=click.IntRange(min=1), help="[pixel]")
 @click.option("--height", type=click.IntRange(min=1), help="[pixel]")
-@force_option
+@options.force
 def command(
     picture: Path,
     rig: str | None,
@@ -62,7 +59,7 @@ def command(
     from pamsim.core.files import refuse_existing
     from pamsim.recordings.pictures import FILM_SUFFIXES
 
-    refuse_existing(picture, forced())
+    refuse_existing(picture, options.forced())
     film = picture.suffix.lower() in FILM_SUFFIXES
     default = _FILM_SIZE if film else _REST_SIZE if recording is None else _INSTANT_SIZE
     look: Any = {"camera": camera, "size": (width or default[0], height or default[1])}
@@ -72,18 +69,20 @@ def command(
                 f"{picture}: a film needs a recording to show: --recording FOLDER, such as one that"
                 " pamsim step --out FOLDER writes"
             )
-        refuse("needs --recording: a rig at rest does not move", trial=trial, time=time, **pace)
+        options.refuse(
+            "needs --recording: a rig at rest does not move", trial=trial, time=time, **pace
+        )
         from pamsim.scene.picture import picture_rest
 
         pressures = pressure or (487e3, 100e3)
         picture_rest(picture, rig=rig or "mas20_arm", pressures=pressures, load=load, **look)
         answer(f"wrote {picture}")
         return OK
-    refuse("is known from the recording", pressure=pressure, load=load)
+    options.refuse("is known from the recording", pressure=pressure, load=load)
     if film:
-        refuse("is of a picture, not of a film: write a .png", time=time)
+        options.refuse("is of a picture, not of a film: write a .png", time=time)
     else:
-        refuse("is of a film: write a .gif or .mp4", **pace)
+        options.refuse("is of a film: write a .gif or .mp4", **pace)
     from pamsim.report.film import film_trial, picture_instant
     from pamsim.scene.replay import read_replay
 

@@ -7,31 +7,31 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, listed, page_options, rig_option, timestep_option
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="reproduce", cls=Command)
-@rig_option
+@options.rig
 @click.option(
     "--from",
     "start",
     default="vent",
-    shell_complete=completed(listed("pamsim.papers.printed_steps", "STARTS")),
+    shell_complete=options.listed("pamsim.papers.printed_steps", "STARTS"),
     show_default=True,
     help="Assumed start of the steps: vent, fill or maximum (see the page for their meaning).",
 )
-@timestep_option
+@options.timestep
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@page_options("Folder for page, figures and CSV.")
-def command(rig: str, out: Path | None, json_file: Path | None, **options: Any) -> int:
+@options.page("Folder for page, figures and CSV.")
+def command(rig: str, out: Path | None, json_file: Path | None, **choices: Any) -> int:
     """Simulate every printed MAS-20 experiment, compare the end positions, identify G1 and G2."""
     from pamsim.papers.reproduce import reproduce
 
     with progress_bar() as progress:
-        reproduction = reproduce(rig, progress=progress, **options)
+        reproduction = reproduce(rig, progress=progress, **choices)
     result = reproduction.to_dict()
     save_json(json_file, result)
     _print(result)

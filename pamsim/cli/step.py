@@ -9,19 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PRESSURES,
-    SECONDS,
-    Quantities,
-    completed,
-    listed,
-    page_options,
-    rig_option,
-    timestep_option,
-)
 from pamsim.cli.output import save_json, show_page
 
 if TYPE_CHECKING:
@@ -30,43 +20,43 @@ if TYPE_CHECKING:
 
 
 @click.command(name="step", cls=Command)
-@rig_option
+@options.rig
 @click.option(
-    "--pressure", type=PRESSURES, help="Set points after the step, one per muscle: 487,0 (kPa)."
+    "--pressure",
+    type=options.PRESSURES,
+    help="Set points after the step, one per muscle: 487,0 (kPa).",
 )
 @click.option(
     "--valve",
-    type=Quantities("1", "1"),
+    type=options.Quantities("1", "1"),
     help="Valve openings after the step instead: 1,-1 (+1 fill, -1 exhaust).",
 )
 @click.option(
     "--start",
-    type=PRESSURES,
+    type=options.PRESSURES,
     help="Pressures before the step, such as 300,300; with --pressure the higher set point if left"
     " out.",
 )
-@click.option(
-    "--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm: 1.2 or 1200g."
-)
+@options.load("Mass on the arm: 1.2 or 1200g.", default="0", show_default=True)
 @click.option(
     "--duration",
-    type=SECONDS,
+    type=options.SECONDS,
     default="6",
     show_default=True,
     help="Length of the record: 6 or 800ms.",
 )
 @click.option("--sample-hz", type=float, default=500.0, show_default=True, help="Sampling rate.")
-@timestep_option
+@options.timestep
 @click.option("--integrator", help="Euler, implicit or implicitfast; the rig's own if left out.")
 @click.option(
     "--backend",
     default="compiled",
     show_default=True,
-    shell_complete=completed(listed("pamsim.engine.stepping", "BACKENDS")),
+    shell_complete=options.listed("pamsim.engine.stepping", "BACKENDS"),
     help="compiled, or python for debugging.",
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@page_options("Folder for recording and page.")
+@options.page("Folder for recording and page.")
 def command(
     rig: str,
     pressure: list[float] | None,
@@ -78,7 +68,7 @@ def command(
     sensors: bool,
     out: Path | None,
     json_file: Path | None,
-    **options: Any,
+    **choices: Any,
 ) -> int:
     """Step the pressures or the valves of a rig and record what the arm does.
 
@@ -114,7 +104,7 @@ def command(
         name="step",
     )
     loaded = load_rig(rig)
-    recording = simulate(loaded, experiment, **options)
+    recording = simulate(loaded, experiment, **choices)
     if sensors:
         recording = measured(recording, loaded.sensor)
     if out is not None:  # before anything can fail: a broken run is worth looking at

@@ -10,31 +10,26 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    PATH,
-    page_options,
-    resume_option,
-    threads_option,
-)
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="sweep", cls=Command)
-@click.argument("study", type=PATH)
-@resume_option("Continue the interrupted sweep in --out.")
-@threads_option
+@click.argument("study", type=options.PATH)
+@options.resume("Continue the interrupted sweep in --out.")
+@options.threads
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
-@page_options("Folder for runs.parquet, sweep.json and page.", required=True)
+@options.page("Folder for runs.parquet, sweep.json and page.", required=True)
 def command(
     study: Path,
     out: Path,
     processes: int | None,
     scheduler: str | None,
     json_file: Path | None,
-    **options: Any,
+    **choices: Any,
 ) -> int:
     """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
@@ -46,7 +41,7 @@ def command(
 
     with _executor(processes, scheduler) as executor, progress_bar() as progress:
         try:
-            result = sweep(study, out=out, executor=executor, progress=progress, **options)
+            result = sweep(study, out=out, executor=executor, progress=progress, **choices)
         except KeyboardInterrupt:
             click.echo("runs are kept: continue with the same command and --resume", err=True)
             raise
