@@ -41,9 +41,9 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @click.option("--prior", is_flag=True, help="Use the rig's stated 95 % intervals as priors.")
 @options.names("--channels", help="Kinds to compare; angle, pressure and force if left out")
 @options.names("--hold-out", help="Trials or protocols kept for checking")
-@click.option("--starts", type=int, default=1, show_default=True, help="Starts of the search.")
+@click.option("--starts", type=int, default=1, help="Starts of the search.")
 @options.seed("Random seed of the starts.")
-@click.option("--max-iterations", type=int, default=100, show_default=True, help="Per start.")
+@click.option("--max-iterations", type=int, default=100, help="Per start.")
 @options.names(
     "--profile",
     "profiles",

@@ -21,7 +21,7 @@ _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats"
 @click.argument(
     "effect", default="coulomb_friction", shell_complete=options.completed(options.effect_names)
 )
-@click.option("--size", type=float, default=_SIZE, show_default=True, help="In typical sizes.")
+@click.option("--size", type=float, default=_SIZE, help="In typical sizes.")
 @options.seed("Random seed of noise and search.")
 @options.out("Folder for recording, page and repaired rig.", default="pamsim_demo")
 @options.film

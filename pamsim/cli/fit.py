@@ -48,7 +48,6 @@ _MILLIMETRES = options.Quantity("mm", "m")
 @click.option(
     "--drop-zeros/--keep-zeros",
     default=True,
-    show_default=True,
     help="Zeros in a force map mean slack or not measured.",
 )
 @options.page("Folder for page and params.toml.")
@@ -74,14 +73,8 @@ def command(
 
     add_rigs_laws(rig)
     with progress_bar() if compare else contextlib.nullcontext() as progress:
-        result = fit(
-            data,
-            model=model,
-            compare=compare,
-            held=_held(held, model),
-            progress=progress,
-            **choices,
-        )
+        choices |= {"model": model, "compare": compare, "held": _held(held, model)}
+        result = fit(data, progress=progress, **choices)
     found = result.to_dict()
     save_json(json_file, found)
     for line in detail_lines(found):

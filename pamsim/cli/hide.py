@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     "--size",
     type=options.Quantities("1", "1"),
     default="1",
-    show_default=True,
     help="Of each effect, in typical sizes.",
 )
 @options.names(
@@ -34,13 +33,11 @@ if TYPE_CHECKING:
     help="Inputs, such as triangle,bursts, or stretch,isometric,relaxation of a machine that moves"
     " the joints; all but these if left out",
 )
-@click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
+@click.option("--repeats", type=int, default=4, help="Trials per setting.")
 @click.option("--duration", type=options.SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
-@click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
-@click.option(
-    "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
-)
+@click.option("--noise", type=float, default=1.0, help="Factor on all noise.")
+@click.option("--variation", type=float, default=0.003, help="From trial to trial.")
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
 @click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
@@ -93,13 +90,8 @@ def record(
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
     with progress_bar("trial") as progress:
-        recording = hide(
-            rig,
-            dict(zip(names, sizes, strict=True)),
-            progress=progress,
-            forces=not no_forces,
-            **choices,
-        )
+        hidden = dict(zip(names, sizes, strict=True))
+        recording = hide(rig, hidden, progress=progress, forces=not no_forces, **choices)
     ground_truth = recording.save(out)
     save_json(json_file, recording.to_dict())
     click.echo(f"recording: {out}")

@@ -64,15 +64,12 @@ class _Orders(click.ParamType):
     "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
 )
 @click.option("--order", type=int, help="Poles of the model, 0 to 6; chosen if omitted.")
-@click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
-@click.option("--integrators", type=int, default=0, show_default=True, help="Its poles at 0.")
-@click.option(
-    "--poles", default="auto", show_default=True, help="Poles to try: auto, real or any (stable)."
-)
+@click.option("--zeros", type=int, default=0, help="Zeros of that model.")
+@click.option("--integrators", type=int, default=0, help="Its poles at 0.")
+@click.option("--poles", default="auto", help="Poles to try: auto, real or any (stable).")
 @click.option(
     "--dead-time",
     default="auto",
-    show_default=True,
     help="Dead time: none, free (it is fitted), or auto (both are tried).",
 )
 @click.option("--arx", type=_Orders(), metavar="NA,NB,NK", help="Orders of an ARX model.")
@@ -81,7 +78,6 @@ class _Orders(click.ParamType):
     "--initial-state",
     "start",
     default="auto",
-    show_default=True,
     help="State at the start of a trial: rest, free (it is fitted), or auto.",
 )
 @options.names("--trial", "trials", help="Trials to use; all if omitted")
@@ -89,9 +85,7 @@ class _Orders(click.ParamType):
 @options.names(
     "--hold-out", "hold_out", help="Trials to judge the models by, or 30% of each, not fitted"
 )
-@click.option(
-    "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
-)
+@click.option("--local/--no-local", default=True, help="Models at every operating point.")
 @options.page("Folder for page, figures and CSV.")
 def command(
     data: tuple[Path, ...],

@@ -65,7 +65,7 @@ def _spans(
     help="Or where its trials are: 12:22,31:41, or fill=12:22,vent=31:41.",
 )
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
-@options.load("Mass on the arm.", default="0", show_default=True)
+@options.load("Mass on the arm.", default="0")
 @options.json
 def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **choices: Any) -> int:
     """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.

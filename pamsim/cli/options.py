@@ -73,7 +73,7 @@ def out(help: str, *, required: bool = False, default: str | None = None) -> Any
         return root.with_resource(results_folder(value, force=forced(), resume=resume))
 
     # Click takes a default of None for a value that an option has, and lets it be left out.
-    usual = {} if default is None else {"default": default, "show_default": True}
+    usual = {} if default is None else {"default": default}
 
     def add(function: Any) -> Any:
         option = click.option(
@@ -144,9 +144,7 @@ class RigName(click.ParamType):
 
 RIG = RigName()
 
-rig = click.option(
-    "--rig", type=RIG, default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
-)
+rig = click.option("--rig", type=RIG, default="mas20_arm", help="Shipped rig or rig folder.")
 recorded_rig = click.option(
     "--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out."
 )
@@ -168,7 +166,7 @@ timestep = click.option(
 
 def seed(help: str = "Random seed.") -> Any:
     """``--seed``."""
-    return click.option("--seed", type=int, default=0, show_default=True, help=help)
+    return click.option("--seed", type=int, default=0, help=help)
 
 
 Names = Callable[[click.Context], Mapping[str, str]]

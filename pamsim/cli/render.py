@@ -33,7 +33,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 )
 @click.option("--fps", type=float, help="Frames per second of a film; 25 if left out.")
 @click.option("--speed", type=float, help="Of a film: 1 is real time, 0.5 slow motion.")
-@click.option("--camera", default="overview", show_default=True, help="Camera of the scene.")
+@click.option("--camera", default="overview", help="Camera of the scene.")
 @click.option("--width", type=click.IntRange(min=1), help="[pixel]")
 @click.option("--height", type=click.IntRange(min=1), help="[pixel]")
 @options.force

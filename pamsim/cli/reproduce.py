@@ -20,7 +20,6 @@ from pamsim.cli.output import progress_bar, save_json, show_page
     "start",
     default="vent",
     shell_complete=options.listed("pamsim.papers.printed_steps", "STARTS"),
-    show_default=True,
     help="Assumed start of the steps: vent, fill or maximum (see the page for their meaning).",
 )
 @options.timestep

@@ -19,14 +19,13 @@ from pamsim.cli.output import progress_bar
 @click.option(
     "--task",
     default="sine",
-    show_default=True,
     shell_complete=options.listed("pamsim.envs.tasks", "TASKS"),
     help="Task of the environment.",
 )
-@click.option("--action", default="pressure_set", show_default=True, help="pressure_set or valve.")
-@click.option("--load", type=float, default=0.0, show_default=True, help="Mass on the rig in kg.")
+@click.option("--action", default="pressure_set", help="pressure_set or valve.")
+@click.option("--load", type=float, default=0.0, help="Mass on the rig in kg.")
 @click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
-@click.option("--steps", type=int, default=600_000, show_default=True, help="Of 32 rigs together.")
+@click.option("--steps", type=int, default=600_000, help="Of 32 rigs together.")
 @options.seed()
 @options.force
 def command(out: Path, top_pressure: float | None, **choices: Any) -> int:
