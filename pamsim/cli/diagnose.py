@@ -71,18 +71,10 @@ def show(
     rig: str | None = None,
     lead: str = "",
 ) -> int:
-    """Write a diagnosis and its page, and print it.
+    """Write a diagnosis and its page, and print it; return the exit code.
 
-    Args:
-        report: what was found.
-        out: folder for page, JSON and rig, or None.
-        json_file: for the result alone, or None.
-        film: recording whose rig is filmed, or None.
-        rig: instead of the one that the recording names.
-        lead: see `pamsim.report.link_page.write_link_diagnosis`.
-
-    Returns:
-        The exit code.
+    ``film`` is the recording whose rig is filmed, ``rig`` the one to use instead; for ``lead`` see
+    `pamsim.report.link_page.write_link_diagnosis`.
     """
     from pamsim.core.encoding import read_json
     from pamsim.diagnosis.by_link.result import FILE, SCHEMA

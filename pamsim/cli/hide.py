@@ -68,18 +68,7 @@ def record(
 ) -> int:
     """Record; write the recording and the ground truth, and print their places.
 
-    Args:
-        hide: `pamsim.hide`, or a function of the same arguments.
-        effects: names with + between them; or ``none``.
-        out: folder to write.
-        rig: name or folder.
-        size: of each effect, or of all [typical sizes].
-        no_forces: whether muscle forces go unmeasured.
-        json_file: for the ground truth.
-        choices: further arguments of ``hide``.
-
-    Raises:
-        click.UsageError: if there are neither one size nor as many as effects.
+    All but ``hide``, which is `pamsim.hide` or takes the same arguments, are the command's options.
     """
     from pamsim.core.files import refuse_existing
     from pamsim.twins.synthetic_recording import ground_truth_file

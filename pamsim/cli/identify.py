@@ -23,11 +23,7 @@ class _Orders(click.ParamType):
     name = "orders"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> tuple[int, ...]:
-        """Read the text of an option.
-
-        Raises:
-            InputError: for anything else.
-        """
+        """Read the text of an option; an `InputError` for anything else."""
         parts = [part.strip() for part in value.split(",")]
         if len(parts) != 3 or not all(part.isdigit() for part in parts):
             raise InputError(

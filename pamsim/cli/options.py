@@ -174,12 +174,7 @@ Names = Callable[[click.Context], Mapping[str, str]]
 
 
 def completed(names: Names, separator: str = ",") -> Any:
-    """Completion of a value by known names.
-
-    Args:
-        names: that are known.
-        separator: of several names in one value; the last of them is completed.
-    """
+    """Completion by known names; of several in one value, with a separator, the last."""
 
     def complete(
         context: click.Context, parameter: click.Parameter, incomplete: str
@@ -202,10 +197,8 @@ def listed(module: str, table: str) -> Any:
 def names(*declarations: str, help: str, names: Names | None = None) -> Any:
     """An option of names, separated by commas, that may be given again for more.
 
-    Args:
-        declarations: flag, and parameter name where it differs.
-        help: what is named.
-        names: that a shell completes.
+    The declarations are its flag, and its parameter where that has another name; ``help`` says what
+    is named, and ``names`` are completed by a shell.
     """
     complete = {} if names is None else {"shell_complete": completed(names)}
     return click.option(
@@ -254,20 +247,11 @@ class Quantity(click.ParamType):
     name = "quantity"
 
     def __init__(self, unit: str, si_unit: str) -> None:
-        """Set the units.
-
-        Args:
-            unit: of a number without one.
-            si_unit: of the value.
-        """
+        """Set the unit of a number without one, and that of the value."""
         self._unit, self._si_unit = unit, si_unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> float:
-        """Read the text of an option [SI].
-
-        Raises:
-            InputError: if it is no number, or its unit is unknown or measures another quantity.
-        """
+        """Read the text of an option [SI]; an `InputError` if it is no such quantity."""
         from pamsim.core.units import parse_quantity
 
         if isinstance(value, float):
@@ -286,11 +270,7 @@ class Quantities(click.ParamType):
         self._each = Quantity(unit, si_unit)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> list[float]:
-        """Read the text of an option [SI], shape (n,).
-
-        Raises:
-            InputError: as `Quantity.convert`.
-        """
+        """Read the text of an option [SI], shape (n,)."""
         if isinstance(value, list):
             return value
         return [self._each.convert(part, param, ctx) for part in value.split(",")]
@@ -306,14 +286,9 @@ def load(help: str, **more: Any) -> Any:
 
 
 def refuse(why: str, **options: object) -> None:
-    """Refuse options that do not apply.
+    """Refuse options that do not apply, by an `InputError` for the first that was given.
 
-    Args:
-        why: end of the sentence that begins with the option, such as ``needs a RECORDING``.
-        options: parameter name -> value; None if the option was not given.
-
-    Raises:
-        InputError: for the first that was given.
+    ``why`` ends the sentence that begins with the option, such as ``needs a RECORDING``.
     """
     for name, value in options.items():
         if value is not None:

@@ -18,11 +18,7 @@ from pamsim.core.encoding import write_json
 
 
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
-    """Write a result to the file given by ``--json``, if it was given.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
+    """Write a result to the file given by ``--json``, if it was given."""
     if str(path) == STANDARD_OUTPUT:
         print(json.dumps(result, indent=1, allow_nan=False), file=standard_output())
     elif path is not None:

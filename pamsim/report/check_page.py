@@ -62,11 +62,7 @@ def _figures(result: Mapping[str, Any], comparisons: Sequence[Comparison]) -> di
 
 @styled
 def visible_sizes(effects: Sequence[Mapping[str, Any]]) -> Figure:
-    """For each effect the size from which it would show, as a share of its typical size.
-
-    Args:
-        effects: entries of a result of schema ``pamsim-check/2``, the clearest first.
-    """
+    """For each effect, the clearest first, the share of its typical size from which it shows."""
     figure, (ax,) = new_figure(0.8 + _LINE * len(effects))
     at = np.arange(len(effects))
     sizes = [np.inf if one["shows_from"] is None else one["shows_from"] for one in effects]

@@ -117,10 +117,9 @@ def _coefficients(one: Mapping[str, Any]) -> dict[str, Any]:
 
 @styled
 def fit_figure(result: Mapping[str, Any]) -> Figure:
-    """Two panels: points with fitted curves, and residuals in-sample and held-out.
+    """Points with fitted curves, and residuals in-sample and held-out.
 
-    Args:
-        result: of `pamsim.fitting.fit`; the first fit is drawn, of a length loop all branches.
+    The first fit is drawn, of a length loop all branches.
     """
     if result["kind"] == "force_loops":
         return _loops(result)

@@ -52,12 +52,7 @@ def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) -> list[str]:
-    """Held-out trials that the base model misses most, one of each protocol.
-
-    Args:
-        comparisons: every channel of every trial.
-        noise: channel -> noise floor [SI].
-    """
+    """Held-out trials that the base model misses most in noise [SI], one of each protocol."""
     missed: dict[str, list[float]] = {}
     for part in comparisons:
         if part.held_out and part.before is not None:
@@ -79,11 +74,9 @@ def _one_of_each_protocol(trials: Sequence[str], comparisons: Sequence[Compariso
 def trial_signals(
     comparisons: Sequence[Comparison], names: tuple[str, str] = ("before", "after")
 ) -> Figure:
-    """One row per trial, one column per kind of channel: measured, before, after.
+    """One row per trial of `shown_trials`, one column per kind of channel: measured, simulated.
 
-    Args:
-        comparisons: of all trials; the worst after the fit are drawn, held-out ones first.
-        names: of the two simulations, where there are any.
+    The names are those of the two simulations, where there are any.
     """
     chosen = shown_trials(comparisons)
     drawn = {kind_of(c.channel) for c in comparisons if c.trial in chosen}
@@ -134,9 +127,7 @@ def _owners(comparisons: Sequence[Comparison]) -> list[dict[str, None]]:
 def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Figure:
     """One trial, a row per channel: the signals, and measured minus simulated beside them.
 
-    Args:
-        parts: the channels of the trial.
-        noise: channel -> noise floor [SI].
+    Grey is the noise [SI] of each channel.
     """
     figure, axes = new_figure(0.75 + 1.35 * len(parts), rows=len(parts), columns=2, sharex=True)
     for row, part in enumerate(parts):
