@@ -6,7 +6,7 @@ Everything that stands still is drawn once by matplotlib; a frame only paints th
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -97,11 +97,7 @@ class FilmSheet(NamedTuple):
 
 
 def arm_size(width: int, height: int) -> tuple[int, int]:
-    """Width and height left for the arm in a frame [px].
-
-    Raises:
-        InputError: if the frame is too small for labels.
-    """
+    """Width and height left for the arm in a frame [px]; an `InputError` if it is too small."""
     if width < SMALLEST[0] or height < SMALLEST[1]:
         raise InputError(
             f"{width} x {height} pixels are too small for arm and plots; give a `width`"
@@ -175,14 +171,9 @@ def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
         label = words(trial.muscle_names[index]) if trial.muscle_names else f"muscle {index + 1}"
         values = trial.measured.get(channel)
         if trial.drives.muscles[index] == "pressure_set":
-            ax.step(
-                trial.time,
-                trial.command[:, index] / PA_PER_KPA,
-                where="post",
-                color=colour,
-                linestyle=":",
-                linewidth=1.1,
-            )
+            wanted = trial.command[:, index] / PA_PER_KPA
+            look: dict[str, Any] = {"color": colour, "linestyle": ":", "linewidth": 1.1}
+            ax.step(trial.time, wanted, where="post", **look)
         if values is None:
             missing.append(label)
             continue

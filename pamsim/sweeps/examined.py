@@ -162,12 +162,7 @@ def examine(
 ) -> Examine:
     """The job ``diagnose`` or ``calibrate`` as a study states it.
 
-    Args:
-        job: which.
-        table: its table ``experiment``.
-        rig: name or folder of the rig.
-        rigs: those that a factor chooses from; empty where none does.
-        units: factor -> unit as stated, without ``rig``.
+    The other arguments are those of `pamsim.sweeps.simulated.simulate_step`.
 
     Raises:
         InputError: for an option or a factor that does not fit the job or the rig.

@@ -109,11 +109,7 @@ class SweepResult:
         }
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write ``sweep.json`` into a folder.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Write ``sweep.json`` into a folder."""
         path = Path(folder) / FILE
         write_json(path, self.to_dict())
         return [path]

@@ -30,14 +30,9 @@ def _pyarrow() -> tuple[Any, Any]:
 
 
 class RunTable:
-    """Rows of runs in a folder.
+    """Rows of runs in the folder of a sweep, which is created if need be.
 
-    Args:
-        folder: of the sweep; created if need be.
-        columns: name -> unit, ``text`` for text; kept with each column.
-
-    Raises:
-        InputError: if pyarrow is not installed.
+    Each column keeps its unit, ``text`` for text.
     """
 
     def __init__(self, folder: Path, columns: Mapping[str, str]) -> None:

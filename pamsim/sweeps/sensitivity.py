@@ -73,7 +73,7 @@ def sobol_indices(
         factors: names, in the design's order.
         outputs: name -> (runs x (factors + 2),), in the design's order, NaN where a run failed.
         runs: base sample of the design.
-        seed: of the bootstrap, which scipy's own would draw without one.
+        seed: of the bootstrap; that of scipy takes none.
 
     Returns:
         Output -> factor -> index. Without outputs that do not vary or that some run does not have:

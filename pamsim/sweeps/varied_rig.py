@@ -56,12 +56,7 @@ def checked_units(rig: Rig, units: Mapping[str, str], inputs: Mapping[str, str])
 
 
 def with_values(rig: Rig, values: Mapping[str, Value], units: Mapping[str, str]) -> Rig:
-    """A rig with the values of a run.
-
-    Args:
-        rig: without them.
-        values: factor -> value in its unit, of rig parameters and effects.
-        units: factor -> unit.
+    """A rig with the values, in some units, that a run gives to its parameters and effects.
 
     Raises:
         InputError: if the rig cannot have them.
@@ -90,11 +85,7 @@ def _starts_from_own(effect: Effect) -> bool:
 
 
 def loaded(names: Iterable[str]) -> dict[str, Rig]:
-    """Name or folder -> rig.
-
-    Raises:
-        InputError: if one cannot be loaded, or they differ in joints or muscles.
-    """
+    """Name or folder -> rig; an `InputError` if they differ in joints or muscles."""
     rigs = {name: load_rig(name) for name in dict.fromkeys(names)}
     first = next(iter(rigs.values()))
     for name, rig in rigs.items():
