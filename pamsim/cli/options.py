@@ -102,15 +102,13 @@ def json(function: Any) -> Any:
     return option(force(function))
 
 
-def open_page(function: Any) -> Any:
-    """``--open``: show the page of ``--out`` in a browser; see `pamsim.cli.output.show_page`."""
-    return click.option(
-        "--open",
-        is_flag=True,
-        expose_value=False,
-        callback=_noted(OPENED),
-        help="Show the page in a browser.",
-    )(function)
+open_page = click.option(
+    "--open",
+    is_flag=True,
+    expose_value=False,
+    callback=_noted(OPENED),
+    help="Show the page in a browser.",
+)
 
 
 def page(help: str, **more: Any) -> Any:
@@ -118,11 +116,9 @@ def page(help: str, **more: Any) -> Any:
     return lambda function: out(help, **more)(open_page(json(function)))
 
 
-def film(function: Any) -> Any:
-    """``--film``: whether the page shows the arm with and without the gap, moving."""
-    return click.option(
-        "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
-    )(function)
+film = click.option(
+    "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
+)
 
 
 class RigName(click.ParamType):

@@ -20,7 +20,7 @@ from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Row, refused
+from pamsim.sweeps.job import Job, Row
 from pamsim.sweeps.varied_rig import RIG, checked_units, is_effect, loaded, with_values
 from pamsim.twins.hide import hide
 
@@ -54,7 +54,7 @@ _PARTS = ("found", "low", "high", "true", "inside")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Examine:
+class Examine(Job):
     """Synthetic recordings of a rig with other parameters and effects, diagnosed or calibrated.
 
     Attributes:
@@ -63,8 +63,7 @@ class Examine:
         recorded: options of the recordings.
         examined: options of the diagnosis or calibration.
         units: factor -> unit of its values.
-        parameters: rig parameter whose estimate is compared with its true value -> unit.
-        runs_in_block: runs that are worth a task of their own.
+        parameters: rig parameters whose estimates are compared with their true values.
     """
 
     job: str
@@ -72,19 +71,7 @@ class Examine:
     recorded: Mapping[str, Any]
     examined: Mapping[str, Any]
     units: Mapping[str, str]
-    parameters: Mapping[str, str]
-    runs_in_block: int = 1
-
-    @property
-    def columns(self) -> Mapping[str, str]:
-        """Column of its rows -> unit; ``text`` for text."""
-        numbers = {
-            f"{part}.{name}": "1" if part == "inside" else unit
-            for name, unit in self.parameters.items()
-            for part in _PARTS
-        }
-        texts = dict.fromkeys((*_TEXTS[self.job], "outcome", "message"), "text")
-        return {**numbers, "seconds": "s", **texts}
+    parameters: tuple[str, ...]
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
@@ -96,8 +83,8 @@ class Examine:
         try:
             truth, (texts, estimates) = self._examined(rig, run, threads)
         except PamsimError as error:
-            return refused(self.columns, error)
-        row = {**refused(self.columns, ""), **texts, "outcome": "completed"}
+            return self.refused(error)
+        row = {**self.refused(""), **texts, "outcome": "completed"}
         for name in self.parameters:
             planted = rig_parameter(truth, name)
             true = row[f"true.{name}"] = readable(planted, planted.value)
@@ -183,13 +170,19 @@ def examine(
         judged = [name for name in free if "=" not in name]
     else:
         judged = [p for e in effects for p in at_size(first, rig_effect(first, e), 1.0)]
+    numbers = {
+        f"{part}.{name}": "1" if part == "inside" else readable_unit(rig_parameter(first, name))
+        for name in judged
+        for part in _PARTS
+    }
     return Examine(
+        outputs={**numbers, "seconds": "s", **dict.fromkeys(_TEXTS[job], "text")},
         job=job,
         rig=rig,
         recorded={key: value for key, value in options.items() if key in _RECORDED},
         examined={key: value for key, value in options.items() if key not in _RECORDED},
         units=known_units,
-        parameters={name: readable_unit(rig_parameter(first, name)) for name in judged},
+        parameters=tuple(dict.fromkeys(judged)),
     )
 
 

@@ -19,7 +19,7 @@ from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_figure_units, step_figures
 from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Row, refused
+from pamsim.sweeps.job import Job, Row
 from pamsim.sweeps.varied_rig import RIG, checked_units, loaded, with_values
 
 _Pair: TypeAlias = tuple[Rig, Experiment]
@@ -34,7 +34,7 @@ BLOCK = 128
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateStep:
+class SimulateStep(Job):
     """Step responses of a rig.
 
     Attributes:
@@ -47,8 +47,6 @@ class SimulateStep:
         sample_hz: sampling rate [Hz].
         settle: time allowed to come to rest before [s].
         units: factor -> unit of its values.
-        outputs: column of a row -> unit.
-        runs_in_block: runs that are worth a task of their own.
     """
 
     rig: str
@@ -60,13 +58,6 @@ class SimulateStep:
     sample_hz: float = 200.0
     settle: float = 4.0
     units: Mapping[str, str] = field(default_factory=dict[str, str])
-    outputs: Mapping[str, str] = field(default_factory=dict[str, str])
-    runs_in_block: int = field(default_factory=lambda: BLOCK)
-
-    @property
-    def columns(self) -> Mapping[str, str]:
-        """Column of its rows -> unit; ``text`` for text."""
-        return {**self.outputs, "outcome": "text", "message": "text"}
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
@@ -78,10 +69,10 @@ class SimulateStep:
             try:
                 jobs[place] = self._prepared(rigs, run, varied)
             except PamsimError as error:
-                found[place] = refused(self.columns, error)
+                found[place] = self.refused(error)
         for place, result in zip(jobs, _recordings([*jobs.values()], threads), strict=True):
             failed = isinstance(result, str)
-            found[place] = refused(self.columns, result) if failed else self._figures(result)
+            found[place] = self.refused(result) if failed else self._figures(result)
         return [found[place] for place in range(len(runs))]
 
     def _prepared(
@@ -181,6 +172,7 @@ def simulate_step(
         final=_per_muscle("final", table, muscles),
         units=checked_units(first, units, inputs),
         outputs=step_figure_units(first.names),
+        runs_in_block=BLOCK,
         **numbers,
     )
 
