@@ -73,7 +73,7 @@ def out(help: str, *, required: bool = False, default: str | None = None) -> Any
         return root.with_resource(results_folder(value, force=forced(), resume=resume))
 
     # Click takes a default of None for a value that an option has, and lets it be left out.
-    usual = {} if default is None else {"default": default}
+    usual: dict[str, Any] = {} if default is None else {"default": default}
 
     def add(function: Any) -> Any:
         option = click.option(

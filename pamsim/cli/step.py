@@ -114,7 +114,7 @@ def command(
         )
     }
     short = recording.names.short
-    pressure, tension = recording.pressure[-1] / PA_PER_KPA, recording.tension[-1]
+    reached, tension = recording.pressure[-1] / PA_PER_KPA, recording.tension[-1]
     result = to_dict(
         {
             "schema": "pamsim-step/1",
@@ -123,7 +123,7 @@ def command(
             "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
             "load_kg": experiment.load,
             **(next(iter(joints.values())) if short else {"joints": joints}),
-            "final_pressure_kpa": pressure,
+            "final_pressure_kpa": reached,
             "final_tension_n": tension,
             "outcome": recording.outcome,
             **{key: recording.meta[key] for key in ("timestep_s", "sample_hz", "mujoco")},
@@ -131,7 +131,7 @@ def command(
     )
     save_json(json_file, result)
     muscles = recording.names.named_muscles or [f"muscle {i + 1}" for i in range(len(tension))]
-    for muscle, p, f in zip(muscles, pressure, tension, strict=True):
+    for muscle, p, f in zip(muscles, reached, tension, strict=True):
         click.echo(f"{muscle}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
         from pamsim.report.step_figure import write_step
