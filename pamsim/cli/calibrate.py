@@ -7,19 +7,10 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    RIG,
-    json_option,
-    names_option,
-    open_option,
-    out_option,
-    parameter_names,
-    resume_option,
-    threads_option,
-)
-from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
+from pamsim.cli.output import present, progress_bar, save_json, show_page
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -39,8 +30,8 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 
 @click.command(name="calibrate", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@names_option("--free", names=parameter_names, help="Parameters to fit; A=B is one number")
+@options.recorded_rig
+@options.names("--free", names=options.parameter_names, help="Parameters to fit; A=B is one number")
 @click.option(
     "--bounds",
     multiple=True,
@@ -48,24 +39,22 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
     help="Range of a parameter: NAME=LOW:HIGH, file's unit.",
 )
 @click.option("--prior", is_flag=True, help="Use the rig's stated 95 % intervals as priors.")
-@names_option("--channels", help="Kinds to compare; angle, pressure and force if left out")
-@names_option("--hold-out", help="Trials or protocols kept for checking")
-@click.option("--starts", type=int, default=1, show_default=True, help="Starts of the search.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed of the starts.")
-@click.option("--max-iterations", type=int, default=100, show_default=True, help="Per start.")
-@names_option(
+@options.names("--channels", help="Kinds to compare; angle, pressure and force if left out")
+@options.names("--hold-out", help="Trials or protocols kept for checking")
+@click.option("--starts", type=int, default=1, help="Starts of the search.")
+@options.seed("Random seed of the starts.")
+@click.option("--max-iterations", type=int, default=100, help="Per start.")
+@options.names(
     "--profile",
     "profiles",
-    names=parameter_names,
+    names=options.parameter_names,
     help="Compute profile likelihoods for these parameters",
 )
-@threads_option
-@out_option("Folder for rig, page, checkpoint.")
-@resume_option("Go on with the interrupted fit in --out.")
-@open_option
-@json_option
+@options.threads
+@options.resume("Go on with the interrupted fit in --out.")
+@options.page("Folder for rig, page, checkpoint.")
 def command(
-    data: tuple[str, ...], json_file: Path | None, channels: tuple[str, ...], **options: Any
+    data: tuple[str, ...], json_file: Path | None, channels: tuple[str, ...], **choices: Any
 ) -> int:
     """Fit parameters of a rig to DATA and write the calibrated rig.
 
@@ -74,19 +63,17 @@ def command(
     """
     from pamsim.calibration.calibrate import calibrate
 
-    out: Path | None = options["out"]
+    out: Path | None = choices["out"]
     if channels:
-        options["channels"] = channels
+        choices["channels"] = channels
     with progress_bar("simulation") as progress:
         try:
-            calibration = calibrate(data, progress=progress, **options)
+            calibration = calibrate(data, progress=progress, **choices)
         except KeyboardInterrupt:
             if out is not None:
                 click.echo("nothing is lost: go on with the same command and --resume", err=True)
             raise
-    result = calibration.to_dict()
-    save_json(json_file, result)
-    show_summary(calibration.summary())
+    result = present(calibration, json_file)
     if out is not None:
         from pamsim.report.calibrate_page import write_calibration
 

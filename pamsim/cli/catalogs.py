@@ -8,18 +8,9 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import OK, NamedGroup
-from pamsim.cli.options import (
-    RIG,
-    completed,
-    effect_names,
-    json_option,
-    law_names,
-    parameter_names,
-    protocol_names,
-    rig_option,
-)
 from pamsim.cli.output import save_json, show_card, show_list
 
 
@@ -29,8 +20,8 @@ def command() -> None:
 
 
 @command.command(name="rigs", cls=Command)
-@click.argument("name", type=RIG, required=False)
-@json_option
+@click.argument("name", type=options.RIG, required=False)
+@options.json
 def _rigs(name: str | None, json_file: Path | None) -> int:
     """List the rigs that come with pamsim, or show NAME, one of them or a rig folder."""
     from pamsim.engine.rig_cards import rig_cards
@@ -75,9 +66,9 @@ def _muscle(muscle: dict[str, Any]) -> str:
 
 
 @command.command(name="params", cls=Command)
-@click.argument("name", required=False, shell_complete=completed(parameter_names))
-@rig_option
-@json_option
+@click.argument("name", required=False, shell_complete=options.completed(options.parameter_names))
+@options.rig
+@options.json
 def _params(name: str | None, rig: str, json_file: Path | None) -> int:
     """List the parameters of a rig with value, range and source, or show the one called NAME.
 
@@ -126,9 +117,9 @@ def _unit(shown: dict[str, Any]) -> str:
 
 
 @command.command(name="models", cls=Command)
-@click.argument("name", required=False, shell_complete=completed(law_names))
-@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
-@json_option
+@click.argument("name", required=False, shell_complete=options.completed(options.law_names))
+@options.laws_rig
+@options.json
 def _models(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List all force laws and hysteresis operators, or show the one called NAME."""
     from pamsim.fitting.models import models
@@ -169,9 +160,11 @@ def _yes(value: bool | None) -> str:
 
 
 @command.command(name="effects", cls=Command)
-@click.argument("name", required=False, shell_complete=completed(effect_names))
-@click.option("--rig", type=RIG, help="Also the effects of this rig, and what it cannot have.")
-@json_option
+@click.argument("name", required=False, shell_complete=options.completed(options.effect_names))
+@click.option(
+    "--rig", type=options.RIG, help="Also the effects of this rig, and what it cannot have."
+)
+@options.json
 def _effects(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List the effects that a diagnosis can name, or show the one called NAME."""
     from pamsim.comparison.effect_cards import effect_cards
@@ -209,8 +202,8 @@ def _effect(card: dict[str, str]) -> tuple[str, str]:
 
 
 @command.command(name="protocols", cls=Command)
-@click.argument("name", required=False, shell_complete=completed(protocol_names))
-@json_option
+@click.argument("name", required=False, shell_complete=options.completed(options.protocol_names))
+@options.json
 def _protocols(name: str | None, json_file: Path | None) -> int:
     """List the inputs that `pamsim hide --protocols` takes, or show the one called NAME."""
     from pamsim.twins.protocol_cards import KINDS, protocol_cards

@@ -3,41 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    RIG,
-    effect_names,
-    json_option,
-    names_option,
-    open_option,
-    out_option,
-    threads_option,
-)
-from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
+from pamsim.cli.output import present, progress_bar, show_page
 
 
 @click.command(name="check", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@names_option("--effects", names=effect_names, help="Effects to look for, all if left out")
-@names_option("--hold-out", help="Trials or protocols to judge by")
-@threads_option
-@out_option("Folder for a page with figures.")
-@open_option
-@json_option
-def command(
-    data: tuple[str, ...],
-    rig: str | None,
-    effects: tuple[str, ...],
-    hold_out: tuple[str, ...],
-    threads: int | None,
-    out: Path | None,
-    json_file: Path | None,
-) -> int:
+@options.recorded_rig
+@options.names("--effects", names=options.effect_names, help="Effects to look for, all if left out")
+@options.names("--hold-out", help="Trials or protocols to judge by")
+@options.threads
+@options.page("Folder for a page with figures.")
+def command(data: tuple[str, ...], out: Path | None, json_file: Path | None, **choices: Any) -> int:
     """Report what was read of DATA, what is implausible, and which effects they could show.
 
     The gap per link shows in which part of the rig the simulation begins to differ. DATA are
@@ -47,17 +30,8 @@ def command(
     from pamsim.diagnosis.check import check
 
     with progress_bar() as progress:
-        result = check(
-            data,
-            rig=rig,
-            effects=effects,
-            hold_out=hold_out,
-            threads=threads,
-            progress=progress,
-        )
-    content = result.to_dict()
-    save_json(json_file, content)
-    show_summary(result.summary())
+        result = check(data, progress=progress, **choices)
+    content = present(result, json_file)
     if out is not None:
         from pamsim.report.check_page import write_check
 

@@ -28,6 +28,10 @@ class Command(click.Command):
             (("-v", "--verbose"), "Print more details, and a log on standard error."),
         ):
             self.params.append(click.Option(flags, is_flag=True, help=help))
+        for param in self.params:
+            usual = param.default
+            if isinstance(usual, str | int | float) and usual is not False and usual != "":
+                param.show_default = True
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; print its answer after all else."""

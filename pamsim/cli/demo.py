@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.diagnose import show
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, effect_names, film_option, out_option
 from pamsim.cli.output import progress_bar
 
 _SIZE = 0.3
@@ -18,13 +18,13 @@ _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats"
 
 
 @click.command(name="demo", cls=Command)
-@click.argument("effect", default="coulomb_friction", shell_complete=completed(effect_names))
-@click.option("--size", type=float, default=_SIZE, show_default=True, help="In typical sizes.")
-@click.option(
-    "--seed", type=int, default=0, show_default=True, help="Random seed of noise and search."
+@click.argument(
+    "effect", default="coulomb_friction", shell_complete=options.completed(options.effect_names)
 )
-@out_option("Folder for recording, page and repaired rig.", default="pamsim_demo")
-@film_option
+@click.option("--size", type=float, default=_SIZE, help="In typical sizes.")
+@options.seed("Random seed of noise and search.")
+@options.out("Folder for recording, page and repaired rig.", default="pamsim_demo")
+@options.film
 @click.option("--open/--no-open", "opened", default=None, help="Show the page in a browser.")
 def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: bool | None) -> int:
     """Hide EFFECT in recordings of the MAS-20 arm, find it, and open the page about it.

@@ -3,23 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    RIG,
-    effect_names,
-    film_option,
-    json_option,
-    names_option,
-    open_option,
-    out_option,
-    parameter_names,
-    threads_option,
-)
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
@@ -30,29 +20,24 @@ _FINE = ("no_gap", "named")
 
 @click.command(name="diagnose", cls=Command)
 @click.argument("data", nargs=-1, required=True)
-@click.option("--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out.")
-@names_option("--effects", names=effect_names, help="Effects to try, all if left out")
-@names_option("--without", names=effect_names, help="Effects not to try")
-@names_option("--nuisance", names=parameter_names, help="Parameters refitted with every effect")
-@names_option("--hold-out", help="Trials or protocols to judge by")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
-@threads_option
-@out_option("Folder for page, JSON and rig.")
-@film_option
-@open_option
-@json_option
+@options.recorded_rig
+@options.names("--effects", names=options.effect_names, help="Effects to try, all if left out")
+@options.names("--without", names=options.effect_names, help="Effects not to try")
+@options.names(
+    "--nuisance", names=options.parameter_names, help="Parameters refitted with every effect"
+)
+@options.names("--hold-out", help="Trials or protocols to judge by")
+@options.seed()
+@options.threads
+@options.film
+@options.page("Folder for page, JSON and rig.")
 def command(
     data: tuple[str, ...],
     rig: str | None,
-    effects: tuple[str, ...],
-    without: tuple[str, ...],
-    nuisance: tuple[str, ...],
-    hold_out: tuple[str, ...],
-    seed: int,
-    threads: int | None,
     out: Path | None,
     film: bool,
     json_file: Path | None,
+    **choices: Any,
 ) -> int:
     """Find where a simulation and DATA disagree, name the missing effects, and add them.
 
@@ -73,17 +58,7 @@ def command(
     if out is not None:
         check_folder(out, rig)
     with progress_bar("fit") as progress:
-        report = diagnose(
-            data,
-            rig=rig,
-            effects=effects,
-            without=without,
-            nuisance=nuisance,
-            hold_out=hold_out,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-        )
+        report = diagnose(data, rig=rig, progress=progress, **choices)
     return show(report, out, json_file, film=data[0] if film else None, rig=rig)
 
 
@@ -96,18 +71,10 @@ def show(
     rig: str | None = None,
     lead: str = "",
 ) -> int:
-    """Write a diagnosis and its page, and print it.
+    """Write a diagnosis and its page, and print it; return the exit code.
 
-    Args:
-        report: what was found.
-        out: folder for page, JSON and rig, or None.
-        json_file: for the result alone, or None.
-        film: recording whose rig is filmed, or None.
-        rig: instead of the one that the recording names.
-        lead: see `pamsim.report.link_page.write_link_diagnosis`.
-
-    Returns:
-        The exit code.
+    ``film`` is the recording whose rig is filmed, ``rig`` the one to use instead; for ``lead`` see
+    `pamsim.report.link_page.write_link_diagnosis`.
     """
     from pamsim.core.encoding import read_json
     from pamsim.diagnosis.by_link.result import FILE, SCHEMA

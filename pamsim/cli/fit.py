@@ -8,37 +8,27 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.main import FINDING, OK, with_flags
-from pamsim.cli.options import (
-    PATH,
-    RIG,
-    Quantity,
-    completed,
-    json_option,
-    law_names,
-    listed,
-    open_option,
-    out_option,
-)
 from pamsim.cli.output import progress_bar, save_json, show_page
 from pamsim.core.errors import InputError
 
-_MILLIMETRES = Quantity("mm", "m")
+_MILLIMETRES = options.Quantity("mm", "m")
 
 
 @click.command(name="fit", cls=Command)
-@click.argument("data", type=PATH)
+@click.argument("data", type=options.PATH)
 @click.option(
     "--model",
-    shell_complete=completed(law_names),
+    shell_complete=options.completed(options.law_names),
     help="Law to fit; `pamsim list models` lists them.",
 )
-@click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
+@options.laws_rig
 @click.option("--compare", is_flag=True, help="Rank all laws that suit the data by held-out error.")
 @click.option(
     "--hold-out",
-    shell_complete=completed(listed("pamsim.fitting.fit", "HOLD_OUT")),
+    shell_complete=options.listed("pamsim.fitting.fit", "HOLD_OUT"),
     help="What to hold out in turn: length, pressure or none.",
 )
 @click.option(
@@ -48,7 +38,9 @@ _MILLIMETRES = Quantity("mm", "m")
     "--diameter", type=_MILLIMETRES, help="Inner diameter at l0, for laws of the braid: 20 or 2cm."
 )
 @click.option(
-    "--fibre-angle", type=Quantity("deg", "rad"), help="Braid angle to the axis at l0: 28.6 (deg)."
+    "--fibre-angle",
+    type=options.Quantity("deg", "rad"),
+    help="Braid angle to the axis at l0: 28.6 (deg).",
 )
 @click.option(
     "--hold", "held", multiple=True, help="Hold a coefficient: NAME=VALUE, again for each."
@@ -56,12 +48,9 @@ _MILLIMETRES = Quantity("mm", "m")
 @click.option(
     "--drop-zeros/--keep-zeros",
     default=True,
-    show_default=True,
     help="Zeros in a force map mean slack or not measured.",
 )
-@out_option("Folder for page and params.toml.")
-@open_option
-@json_option
+@options.page("Folder for page and params.toml.")
 def command(
     data: Path,
     model: str | None,
@@ -84,14 +73,8 @@ def command(
 
     add_rigs_laws(rig)
     with progress_bar() if compare else contextlib.nullcontext() as progress:
-        result = fit(
-            data,
-            model=model,
-            compare=compare,
-            held=_held(held, model),
-            progress=progress,
-            **choices,
-        )
+        choices |= {"model": model, "compare": compare, "held": _held(held, model)}
+        result = fit(data, progress=progress, **choices)
     found = result.to_dict()
     save_json(json_file, found)
     for line in detail_lines(found):

@@ -8,20 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    SECONDS,
-    Quantities,
-    completed,
-    effect_names,
-    forced,
-    json_option,
-    names_option,
-    out_option,
-    protocol_names,
-    rig_option,
-)
 from pamsim.cli.output import progress_bar, save_json
 
 if TYPE_CHECKING:
@@ -29,34 +18,31 @@ if TYPE_CHECKING:
 
 
 @click.command(name="hide", cls=Command)
-@click.argument("effects", shell_complete=completed(effect_names, "+"))
-@out_option("Folder to write.", required=True)
-@rig_option
+@click.argument("effects", shell_complete=options.completed(options.effect_names, "+"))
+@options.out("Folder to write.", required=True)
+@options.rig
 @click.option(
     "--size",
-    type=Quantities("1", "1"),
+    type=options.Quantities("1", "1"),
     default="1",
-    show_default=True,
     help="Of each effect, in typical sizes.",
 )
-@names_option(
+@options.names(
     "--protocols",
-    names=protocol_names,
+    names=options.protocol_names,
     help="Inputs, such as triangle,bursts, or stretch,isometric,relaxation of a machine that moves"
     " the joints; all but these if left out",
 )
-@click.option("--repeats", type=int, default=4, show_default=True, help="Trials per setting.")
-@click.option("--duration", type=SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
+@click.option("--repeats", type=int, default=4, help="Trials per setting.")
+@click.option("--duration", type=options.SECONDS, help="Of a trial, such as 5s; 8 s if left out.")
 @click.option("--coloured", is_flag=True, help="Noise half of which drifts; white if left out.")
-@click.option("--noise", type=float, default=1.0, show_default=True, help="Factor on all noise.")
-@click.option(
-    "--variation", type=float, default=0.003, show_default=True, help="From trial to trial."
-)
+@click.option("--noise", type=float, default=1.0, help="Factor on all noise.")
+@click.option("--variation", type=float, default=0.003, help="From trial to trial.")
 @click.option("--quantised", is_flag=True, help="In steps of the rig's encoder and converter.")
 @click.option("--measured-drive", is_flag=True, help="Record pressures alone, no commands.")
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
-@json_option
+@options.seed()
+@options.json
 def command(**given: Any) -> int:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
@@ -78,39 +64,23 @@ def record(
     size: list[float],
     no_forces: bool,
     json_file: Path | None,
-    **options: Any,
+    **choices: Any,
 ) -> int:
     """Record; write the recording and the ground truth, and print their places.
 
-    Args:
-        hide: `pamsim.hide`, or a function of the same arguments.
-        effects: names with + between them; or ``none``.
-        out: folder to write.
-        rig: name or folder.
-        size: of each effect, or of all [typical sizes].
-        no_forces: whether muscle forces go unmeasured.
-        json_file: for the ground truth.
-        options: further ones of ``hide``.
-
-    Raises:
-        click.UsageError: if there are neither one size nor as many as effects.
+    All but ``hide``, which is `pamsim.hide` or takes the same arguments, are the command's options.
     """
     from pamsim.core.files import refuse_existing
     from pamsim.twins.synthetic_recording import ground_truth_file
 
-    refuse_existing(ground_truth_file(out), forced())
+    refuse_existing(ground_truth_file(out), options.forced())
     names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
     with progress_bar("trial") as progress:
-        recording = hide(
-            rig,
-            dict(zip(names, sizes, strict=True)),
-            progress=progress,
-            forces=not no_forces,
-            **options,
-        )
+        hidden = dict(zip(names, sizes, strict=True))
+        recording = hide(rig, hidden, progress=progress, forces=not no_forces, **choices)
     ground_truth = recording.save(out)
     save_json(json_file, recording.to_dict())
     click.echo(f"recording: {out}")

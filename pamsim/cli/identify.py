@@ -2,27 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PATH,
-    PRESSURES,
-    RIG,
-    SECONDS,
-    json_option,
-    names_option,
-    open_option,
-    out_option,
-    refuse,
-)
-from pamsim.cli.output import progress_bar, save_json, show_page, show_summary
+from pamsim.cli.output import present, progress_bar, show_page
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,11 +23,7 @@ class _Orders(click.ParamType):
     name = "orders"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> tuple[int, ...]:
-        """Read the text of an option.
-
-        Raises:
-            InputError: for anything else.
-        """
+        """Read the text of an option; an `InputError` for anything else."""
         parts = [part.strip() for part in value.split(",")]
         if len(parts) != 3 or not all(part.isdigit() for part in parts):
             raise InputError(
@@ -49,17 +33,19 @@ class _Orders(click.ParamType):
 
 
 @click.command(name="identify", cls=Command)
-@click.argument("data", type=PATH, nargs=-1)
+@click.argument("data", type=options.PATH, nargs=-1)
 @click.option(
     "--simulate",
     "rig",
-    type=RIG,
+    type=options.RIG,
     metavar="RIG",
     help="No DATA: identify a simulated step of this rig.",
 )
-@click.option("--pressure", type=PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar.")
-@click.option("--load", type=KILOGRAMS, help="Mass on the arm in that step: 1.2 or 1200g.")
-@click.option("--duration", type=SECONDS, help="Length of that step: 6 or 800ms.")
+@click.option(
+    "--pressure", type=options.PRESSURES, help="Set points of that step: 487,0 or 4bar,1bar."
+)
+@options.load("Mass on the arm in that step: 1.2 or 1200g.")
+@click.option("--duration", type=options.SECONDS, help="Length of that step: 6 or 800ms.")
 @click.option(
     "--input",
     multiple=True,
@@ -67,20 +53,19 @@ class _Orders(click.ParamType):
 )
 @click.option("--output", help="Column or columns to explain; angle_deg if omitted.")
 @click.option("--time", help="Column of a table's clock; found by its name if omitted.")
-@click.option("--dt", type=SECONDS, help="Time between the rows of a table without a clock: 2s.")
+@click.option(
+    "--dt", type=options.SECONDS, help="Time between the rows of a table without a clock: 2s."
+)
 @click.option(
     "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
 )
 @click.option("--order", type=int, help="Poles of the model, 0 to 6; chosen if omitted.")
-@click.option("--zeros", type=int, default=0, show_default=True, help="Zeros of that model.")
-@click.option("--integrators", type=int, default=0, show_default=True, help="Its poles at 0.")
-@click.option(
-    "--poles", default="auto", show_default=True, help="Poles to try: auto, real or any (stable)."
-)
+@click.option("--zeros", type=int, default=0, help="Zeros of that model.")
+@click.option("--integrators", type=int, default=0, help="Its poles at 0.")
+@click.option("--poles", default="auto", help="Poles to try: auto, real or any (stable).")
 @click.option(
     "--dead-time",
     default="auto",
-    show_default=True,
     help="Dead time: none, free (it is fitted), or auto (both are tried).",
 )
 @click.option("--arx", type=_Orders(), metavar="NA,NB,NK", help="Orders of an ARX model.")
@@ -89,26 +74,18 @@ class _Orders(click.ParamType):
     "--initial-state",
     "start",
     default="auto",
-    show_default=True,
     help="State at the start of a trial: rest, free (it is fitted), or auto.",
 )
-@names_option("--trial", "trials", help="Trials to use; all if omitted")
-@names_option("--protocol", "protocols", help="Protocols to use; all if omitted")
-@names_option(
+@options.names("--trial", "trials", help="Trials to use; all if omitted")
+@options.names("--protocol", "protocols", help="Protocols to use; all if omitted")
+@options.names(
     "--hold-out", "hold_out", help="Trials to judge the models by, or 30% of each, not fitted"
 )
-@click.option(
-    "--local/--no-local", default=True, show_default=True, help="Models at every operating point."
-)
-@out_option("Folder for page, figures and CSV.")
-@open_option
-@json_option
+@click.option("--local/--no-local", default=True, help="Models at every operating point.")
+@options.page("Folder for page, figures and CSV.")
 def command(
     data: tuple[Path, ...],
     rig: str | None,
-    pressure: Sequence[float] | None,
-    load: float | None,
-    duration: float | None,
     out: Path | None,
     json_file: Path | None,
     hold_out: tuple[str, ...],
@@ -123,13 +100,13 @@ def command(
     """
     from pamsim.identification.identify import identify
 
-    source = _source(data, rig, pressure, load, duration)
+    step = {name: choices.pop(name) for name in ("pressure", "load", "duration")}
+    source = _source(data, rig, step)
     with progress_bar() as progress:
         identification = identify(
             source, hold_out=_names_or_share(hold_out), progress=progress, **choices
         )
-    save_json(json_file, identification.to_dict())
-    show_summary(identification.summary())
+    present(identification, json_file)
     if out is not None:
         from pamsim.report.identify_page import write_identification
 
@@ -147,24 +124,13 @@ def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:
 
 
 def _source(
-    data: tuple[Path, ...],
-    rig: str | None,
-    pressure: Sequence[float] | None,
-    load: float | None,
-    duration: float | None,
+    data: tuple[Path, ...], rig: str | None, step: dict[str, Any]
 ) -> tuple[Path, ...] | TrialSet:
     from pamsim.identification.data import simulated_step
 
     if data:
-        refuse(
-            "describes a simulated step; omit it, or omit DATA",
-            rig=rig,
-            pressure=pressure,
-            load=load,
-            duration=duration,
-        )
+        options.refuse("describes a simulated step; omit it, or omit DATA", rig=rig, **step)
         return data
     if rig is None:
         raise InputError("give DATA, or --simulate with a rig such as mas20_arm")
-    step = {"pressure": pressure, "load": load, "duration": duration}
     return simulated_step(rig, **{name: value for name, value in step.items() if value is not None})

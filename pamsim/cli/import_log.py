@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import KILOGRAMS, PATH, RIG, forced, json_option
 from pamsim.cli.output import save_json
 from pamsim.core.errors import InputError
 
@@ -34,9 +35,9 @@ def _spans(
 @click.command(name="import", cls=Command)
 @click.argument("logs", nargs=-1, required=True)
 @click.option(
-    "--rig", type=RIG, required=True, help="Shipped rig or rig folder that the logs are of."
+    "--rig", type=options.RIG, required=True, help="Shipped rig or rig folder that the logs are of."
 )
-@click.option("--out", type=PATH, required=True, help="Folder to write.")
+@click.option("--out", type=options.PATH, required=True, help="Folder to write.")
 @click.option(
     "--column",
     "columns",
@@ -64,22 +65,9 @@ def _spans(
     help="Or where its trials are: 12:22,31:41, or fill=12:22,vent=31:41.",
 )
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
-@click.option("--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm.")
-@json_option
-def command(
-    logs: tuple[str, ...],
-    rig: str,
-    out: Path,
-    columns: tuple[str, ...],
-    drive: str,
-    protocol: str,
-    rate: str,
-    period: str,
-    segments: dict[str, list[tuple[float, float]]],
-    lead_in: str,
-    load: float,
-    json_file: Path | None,
-) -> int:
+@options.load("Mass on the arm.", default="0")
+@options.json
+def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **choices: Any) -> int:
     """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.
 
     Columns, units and signs are guessed from names and values. What each column was taken for is
@@ -89,20 +77,7 @@ def command(
     from pamsim.core.files import results_folder
 
     with results_folder(out, resume=True):  # beside the log, which may lie there
-        found = import_log(
-            logs,
-            rig=rig,
-            out=out,
-            columns=columns,
-            drive=drive,
-            protocol=protocol,
-            rate=rate,
-            period=period,
-            segments=segments,
-            lead_in=lead_in,
-            load=load,
-            force=forced(),
-        )
+        found = import_log(logs, out=out, force=options.forced(), **choices)
     save_json(json_file, found.to_dict())
     click.echo(found.summary())
     answer(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")

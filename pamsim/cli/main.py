@@ -114,15 +114,10 @@ def _echo_error(text: str) -> None:
 
 
 def with_flags(message: str, command: click.Command | None) -> str:
-    """Show the flags of a command where a message names arguments of the library.
+    """Show the flags of a command, or of those of a group, where a message names arguments.
 
-    Args:
-        message: such as "`hold_out` leaves nothing to fit".
-        command: the one that ran, or the group of it.
-
-    Returns:
-        For example ``--hold-out leaves nothing to fit``; what is no parameter of the command keeps
-        its backticks.
+    "`hold_out` leaves nothing to fit" becomes ``--hold-out leaves nothing to fit``; what is no
+    parameter of the command keeps its backticks.
     """
     own = command.commands.values() if isinstance(command, click.Group) else (command,)
     flags = {

@@ -35,7 +35,7 @@ def _noted(key: str) -> Any:
     return note
 
 
-def force_option(function: Any) -> Any:
+def force(function: Any) -> Any:
     """``--force``, once for all options of a command that write; see `forced`."""
     if any(p.name == "force" for p in getattr(function, "__click_params__", ())):
         return function
@@ -54,14 +54,14 @@ def forced() -> bool:
     return bool(click.get_current_context().meta.get(_FORCED))
 
 
-def resume_option(help: str) -> Any:
+def resume(help: str) -> Any:
     """``--resume``: to go on with what is in the folder of ``--out``."""
     return click.option(
         "--resume", is_flag=True, is_eager=True, callback=_noted(_RESUMED), help=help
     )
 
 
-def out_option(help: str, *, required: bool = False, default: str | None = None) -> Any:
+def out(help: str, *, required: bool = False, default: str | None = None) -> Any:
     """``--out``: a folder for results, kept from other runs until the command ends."""
 
     def keep(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
@@ -73,13 +73,13 @@ def out_option(help: str, *, required: bool = False, default: str | None = None)
         return root.with_resource(results_folder(value, force=forced(), resume=resume))
 
     # Click takes a default of None for a value that an option has, and lets it be left out.
-    usual = {} if default is None else {"default": default, "show_default": True}
+    usual: dict[str, Any] = {} if default is None else {"default": default}
 
     def add(function: Any) -> Any:
         option = click.option(
             "--out", type=PATH, required=required, callback=keep, help=help, **usual
         )
-        return option(force_option(function))
+        return option(force(function))
 
     return add
 
@@ -90,7 +90,7 @@ def _free(context: click.Context, parameter: click.Parameter, value: Path | None
     return refuse_existing(value, forced())
 
 
-def json_option(function: Any) -> Any:
+def json(function: Any) -> Any:
     """``--json``: a file for the result, or ``-`` for standard output."""
     option = click.option(
         "--json",
@@ -99,25 +99,26 @@ def json_option(function: Any) -> Any:
         callback=_free,
         help="Write the result here; - for standard output.",
     )
-    return option(force_option(function))
+    return option(force(function))
 
 
-def open_option(function: Any) -> Any:
-    """``--open``: show the page of ``--out`` in a browser; see `pamsim.cli.output.show_page`."""
-    return click.option(
-        "--open",
-        is_flag=True,
-        expose_value=False,
-        callback=_noted(OPENED),
-        help="Show the page in a browser.",
-    )(function)
+open_page = click.option(
+    "--open",
+    is_flag=True,
+    expose_value=False,
+    callback=_noted(OPENED),
+    help="Show the page in a browser.",
+)
 
 
-def film_option(function: Any) -> Any:
-    """``--film``: whether the page shows the arm with and without the gap, moving."""
-    return click.option(
-        "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
-    )(function)
+def page(help: str, **more: Any) -> Any:
+    """``--out``, ``--open`` and ``--json`` of a command that writes a page; see `out`."""
+    return lambda function: out(help, **more)(open_page(json(function)))
+
+
+film = click.option(
+    "--film", is_flag=True, help="Film the trial with the largest gap, for the page: gap.gif."
+)
 
 
 class RigName(click.ParamType):
@@ -139,24 +140,37 @@ class RigName(click.ParamType):
 
 RIG = RigName()
 
-rig_option = click.option(
-    "--rig", type=RIG, default="mas20_arm", show_default=True, help="Shipped rig or rig folder."
+rig = click.option("--rig", type=RIG, default="mas20_arm", help="Shipped rig or rig folder.")
+recorded_rig = click.option(
+    "--rig", type=RIG, help="Shipped rig or rig folder; the recordings' own if left out."
 )
-threads_option = click.option(
+shown_rig = click.option(
+    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
+)
+laws_rig = click.option("--rig", type=RIG, help="Also the laws of this rig's effects.py.")
+threads = click.option(
     "--threads", type=int, help="Simulations at a time; one per processor if left out."
 )
+timestep = click.option(
+    "--timestep-ms",
+    "timestep",
+    type=float,
+    callback=lambda context, parameter, value: None if value is None else value / 1e3,
+    help="Time step; the rig's own if left out.",
+)
+
+
+def seed(help: str = "Random seed.") -> Any:
+    """``--seed``."""
+    return click.option("--seed", type=int, default=0, help=help)
+
 
 Names = Callable[[click.Context], Mapping[str, str]]
 """Names that a value may have, each with a remark or none; looked up when a shell completes one."""
 
 
 def completed(names: Names, separator: str = ",") -> Any:
-    """Completion of a value by known names.
-
-    Args:
-        names: that are known.
-        separator: of several names in one value; the last of them is completed.
-    """
+    """Completion by known names; of several in one value, with a separator, the last."""
 
     def complete(
         context: click.Context, parameter: click.Parameter, incomplete: str
@@ -171,18 +185,16 @@ def completed(names: Names, separator: str = ",") -> Any:
     return complete
 
 
-def listed(module: str, table: str) -> Names:
-    """The names in a table of the library, which is imported when they are looked up."""
-    return lambda _: dict.fromkeys(getattr(importlib.import_module(module), table), "")
+def listed(module: str, table: str) -> Any:
+    """Completion by a table of the library, which is imported when its names are looked up."""
+    return completed(lambda _: dict.fromkeys(getattr(importlib.import_module(module), table), ""))
 
 
-def names_option(*declarations: str, help: str, names: Names | None = None) -> Any:
+def names(*declarations: str, help: str, names: Names | None = None) -> Any:
     """An option of names, separated by commas, that may be given again for more.
 
-    Args:
-        declarations: flag, and parameter name where it differs.
-        help: what is named.
-        names: that a shell completes.
+    The declarations are its flag, and its parameter where that has another name; ``help`` says what
+    is named, and ``names`` are completed by a shell.
     """
     complete = {} if names is None else {"shell_complete": completed(names)}
     return click.option(
@@ -231,20 +243,11 @@ class Quantity(click.ParamType):
     name = "quantity"
 
     def __init__(self, unit: str, si_unit: str) -> None:
-        """Set the units.
-
-        Args:
-            unit: of a number without one.
-            si_unit: of the value.
-        """
+        """Set the unit of a number without one, and that of the value."""
         self._unit, self._si_unit = unit, si_unit
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> float:
-        """Read the text of an option [SI].
-
-        Raises:
-            InputError: if it is no number, or its unit is unknown or measures another quantity.
-        """
+        """Read the text of an option [SI]; an `InputError` if it is no such quantity."""
         from pamsim.core.units import parse_quantity
 
         if isinstance(value, float):
@@ -263,11 +266,7 @@ class Quantities(click.ParamType):
         self._each = Quantity(unit, si_unit)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> list[float]:
-        """Read the text of an option [SI], shape (n,).
-
-        Raises:
-            InputError: as `Quantity.convert`.
-        """
+        """Read the text of an option [SI], shape (n,)."""
         if isinstance(value, list):
             return value
         return [self._each.convert(part, param, ctx) for part in value.split(",")]
@@ -275,18 +274,17 @@ class Quantities(click.ParamType):
 
 PRESSURES = Quantities("kPa", "Pa")
 SECONDS = Quantity("s", "s")
-KILOGRAMS = Quantity("kg", "kg")
+
+
+def load(help: str, **more: Any) -> Any:
+    """``--load``: a mass [kg]."""
+    return click.option("--load", type=Quantity("kg", "kg"), help=help, **more)
 
 
 def refuse(why: str, **options: object) -> None:
-    """Refuse options that do not apply.
+    """Refuse options that do not apply, by an `InputError` for the first that was given.
 
-    Args:
-        why: end of the sentence that begins with the option, such as ``needs a RECORDING``.
-        options: parameter name -> value; None if the option was not given.
-
-    Raises:
-        InputError: for the first that was given.
+    ``why`` ends the sentence that begins with the option, such as ``needs a RECORDING``.
     """
     for name, value in options.items():
         if value is not None:

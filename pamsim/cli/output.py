@@ -18,15 +18,19 @@ from pamsim.core.encoding import write_json
 
 
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
-    """Write a result to the file given by ``--json``, if it was given.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
+    """Write a result to the file given by ``--json``, if it was given."""
     if str(path) == STANDARD_OUTPUT:
         print(json.dumps(result, indent=1, allow_nan=False), file=standard_output())
     elif path is not None:
         write_json(path, result)
+
+
+def present(result: Any, json_file: Path | None) -> dict[str, Any]:
+    """Write a result to the file of ``--json`` and print it in words; return its content."""
+    content = result.to_dict()
+    save_json(json_file, content)
+    show_summary(result.summary())
+    return content
 
 
 def show_page(page: Path) -> None:

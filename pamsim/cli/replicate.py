@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, json_option, listed, open_option, out_option
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
@@ -23,12 +23,10 @@ _STATEMENT_WIDTH = 60
     "--paper",
     "papers",
     multiple=True,
-    shell_complete=completed(listed("pamsim.papers.replicate", "PAPERS")),
+    shell_complete=options.listed("pamsim.papers.replicate", "PAPERS"),
     help="matiskova2021, alraouf2025, nguyen2024, vandamme2008 or sarosi; may be given repeatedly.",
 )
-@out_option("Folder for page and figures.")
-@open_option
-@json_option
+@options.page("Folder for page and figures.")
 def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -> int:
     """Recompute every printed number of the five source papers and report what agrees.
 

@@ -7,46 +7,30 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import FINDING, OK
-from pamsim.cli.options import completed, json_option, listed, open_option, out_option, rig_option
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="reproduce", cls=Command)
-@rig_option
+@options.rig
 @click.option(
     "--from",
     "start",
     default="vent",
-    shell_complete=completed(listed("pamsim.papers.printed_steps", "STARTS")),
-    show_default=True,
+    shell_complete=options.listed("pamsim.papers.printed_steps", "STARTS"),
     help="Assumed start of the steps: vent, fill or maximum (see the page for their meaning).",
 )
-@click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
+@options.timestep
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@out_option("Folder for page, figures and CSV.")
-@open_option
-@json_option
-def command(
-    rig: str,
-    start: str,
-    timestep_ms: float | None,
-    sensors: bool,
-    out: Path | None,
-    json_file: Path | None,
-) -> int:
+@options.page("Folder for page, figures and CSV.")
+def command(rig: str, out: Path | None, json_file: Path | None, **choices: Any) -> int:
     """Simulate every printed MAS-20 experiment, compare the end positions, identify G1 and G2."""
     from pamsim.papers.reproduce import reproduce
 
     with progress_bar() as progress:
-        reproduction = reproduce(
-            rig,
-            start=start,
-            timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
-            sensors=sensors,
-            progress=progress,
-        )
+        reproduction = reproduce(rig, progress=progress, **choices)
     result = reproduction.to_dict()
     save_json(json_file, result)
     _print(result)

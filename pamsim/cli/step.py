@@ -3,73 +3,53 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PRESSURES,
-    SECONDS,
-    Quantities,
-    completed,
-    json_option,
-    listed,
-    open_option,
-    out_option,
-    rig_option,
-)
 from pamsim.cli.output import save_json, show_page
-
-if TYPE_CHECKING:
-    from pamsim.recordings.recording import Recording
-    from pamsim.recordings.step_metrics import StepMetrics
 
 
 @click.command(name="step", cls=Command)
-@rig_option
+@options.rig
 @click.option(
-    "--pressure", type=PRESSURES, help="Set points after the step, one per muscle: 487,0 (kPa)."
+    "--pressure",
+    type=options.PRESSURES,
+    help="Set points after the step, one per muscle: 487,0 (kPa).",
 )
 @click.option(
     "--valve",
-    type=Quantities("1", "1"),
+    type=options.Quantities("1", "1"),
     help="Valve openings after the step instead: 1,-1 (+1 fill, -1 exhaust).",
 )
 @click.option(
     "--start",
-    type=PRESSURES,
+    type=options.PRESSURES,
     help="Pressures before the step, such as 300,300; with --pressure the higher set point if left"
     " out.",
 )
-@click.option(
-    "--load", type=KILOGRAMS, default="0", show_default=True, help="Mass on the arm: 1.2 or 1200g."
-)
+@options.load("Mass on the arm: 1.2 or 1200g.", default="0")
 @click.option(
     "--duration",
-    type=SECONDS,
+    type=options.SECONDS,
     default="6",
-    show_default=True,
     help="Length of the record: 6 or 800ms.",
 )
-@click.option("--sample-hz", type=float, default=500.0, show_default=True, help="Sampling rate.")
-@click.option("--timestep-ms", type=float, help="Time step; the rig's own if left out.")
+@click.option("--sample-hz", type=float, default=500.0, help="Sampling rate.")
+@options.timestep
 @click.option("--integrator", help="Euler, implicit or implicitfast; the rig's own if left out.")
 @click.option(
     "--backend",
     default="compiled",
-    show_default=True,
-    shell_complete=completed(listed("pamsim.engine.stepping", "BACKENDS")),
+    shell_complete=options.listed("pamsim.engine.stepping", "BACKENDS"),
     help="compiled, or python for debugging.",
 )
 @click.option("--sensors", is_flag=True, help="Record through the rig's encoder and converter.")
-@out_option("Folder for recording and page.")
-@open_option
-@json_option
+@options.page("Folder for recording and page.")
 def command(
     rig: str,
     pressure: list[float] | None,
@@ -78,12 +58,10 @@ def command(
     load: float,
     duration: float,
     sample_hz: float,
-    timestep_ms: float | None,
-    integrator: str | None,
-    backend: str,
     sensors: bool,
     out: Path | None,
     json_file: Path | None,
+    **choices: Any,
 ) -> int:
     """Step the pressures or the valves of a rig and record what the arm does.
 
@@ -91,6 +69,7 @@ def command(
     """
     import numpy as np
 
+    from pamsim.core.encoding import to_dict
     from pamsim.core.errors import InputError
     from pamsim.core.units import PA_PER_KPA
     from pamsim.engine.rig import load_rig
@@ -98,7 +77,7 @@ def command(
     from pamsim.recordings.experiment import Experiment
     from pamsim.recordings.sensors import measured
     from pamsim.recordings.signals import KINDS
-    from pamsim.recordings.step_metrics import step_metrics
+    from pamsim.recordings.step_metrics import joint_figures, step_metrics
 
     if pressure is not None and valve is None:
         kind, value, began = "pressure_set", pressure, start or [max(pressure)] * len(pressure)
@@ -119,13 +98,7 @@ def command(
         name="step",
     )
     loaded = load_rig(rig)
-    recording = simulate(
-        loaded,
-        experiment,
-        timestep=timestep_ms / 1e3 if timestep_ms is not None else None,
-        integrator=integrator,
-        backend=backend,
-    )
+    recording = simulate(loaded, experiment, **choices)
     if sensors:
         recording = measured(recording, loaded.sensor)
     if out is not None:  # before anything can fail: a broken run is worth looking at
@@ -134,60 +107,42 @@ def command(
         for path in write_recording(out, rig, {"step": recording}):
             click.echo(f"wrote {path}")
     recording.completed()
-    metrics = {
-        name: step_metrics(recording.time, position)
-        for name, position in zip(recording.joints, recording.positions.T, strict=True)
+    joints = {
+        name: joint_figures(step_metrics(recording.time, position), KINDS[kind])
+        for (name, kind), position in zip(
+            recording.joints.items(), recording.positions.T, strict=True
+        )
     }
-    result = _result(loaded.name, experiment, recording, metrics)
+    short = recording.names.short
+    reached, tension = recording.pressure[-1] / PA_PER_KPA, recording.tension[-1]
+    result = to_dict(
+        {
+            "schema": "pamsim-step/1",
+            "rig": loaded.name,
+            "drive": experiment.drive,
+            "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
+            "load_kg": experiment.load,
+            **(next(iter(joints.values())) if short else {"joints": joints}),
+            "final_pressure_kpa": reached,
+            "final_tension_n": tension,
+            "outcome": recording.outcome,
+            **{key: recording.meta[key] for key in ("timestep_s", "sample_hz", "mujoco")},
+        }
+    )
     save_json(json_file, result)
-    muscles = recording.names.named_muscles or [
-        f"muscle {i + 1}" for i in range(len(recording.muscles))
-    ]
-    ends = zip(muscles, recording.pressure[-1] / PA_PER_KPA, recording.tension[-1], strict=True)
-    for muscle, p, f in ends:
+    muscles = recording.names.named_muscles or [f"muscle {i + 1}" for i in range(len(tension))]
+    for muscle, p, f in zip(muscles, reached, tension, strict=True):
         click.echo(f"{muscle}: {p:.1f} kPa, {f:.1f} N at the end")
     if out is not None:
         from pamsim.report.step_figure import write_step
 
         show_page(write_step(result, recording, out))
-    for name, found in metrics.items():
-        kind = KINDS[recording.joints[name]]
-        settling = found.settling_time
-        answer(
-            f"{'angle' if recording.names.short else name} {found.start * kind.scale:.2f} ->"
-            f" {found.final * kind.scale:.2f} {kind.shown},"
-            f" overshoot {100.0 * found.overshoot:.1f} %, "
-            + (
-                "not settled when the recording ended"
-                if not math.isfinite(settling)
-                else f"settles in {settling:.3f} s"
-            )
-        )
+    for name, figures in joints.items():
+        began, final, settling, overshoot = figures.values()
+        unit = KINDS[recording.joints[name]].shown
+        ends = f"settles in {settling:.3f} s"
+        if not math.isfinite(settling):
+            ends = "not settled when the recording ended"
+        shown = "angle" if short else name
+        answer(f"{shown} {began:.2f} -> {final:.2f} {unit}, overshoot {overshoot:.1f} %, {ends}")
     return OK
-
-
-def _result(
-    rig: str, experiment: Any, recording: Recording, metrics: Mapping[str, StepMetrics]
-) -> dict[str, Any]:
-    from pamsim.core.encoding import to_dict
-    from pamsim.core.units import PA_PER_KPA
-    from pamsim.recordings.signals import KINDS
-    from pamsim.recordings.step_metrics import joint_figures
-
-    joints = {
-        name: joint_figures(found, KINDS[recording.joints[name]]) for name, found in metrics.items()
-    }
-    return to_dict(
-        {
-            "schema": "pamsim-step/1",
-            "rig": rig,
-            "drive": experiment.drive,
-            "start_pressure_kpa": experiment.start_pressure / PA_PER_KPA,
-            "load_kg": experiment.load,
-            **(next(iter(joints.values())) if recording.names.short else {"joints": joints}),
-            "final_pressure_kpa": recording.pressure[-1] / PA_PER_KPA,
-            "final_tension_n": recording.tension[-1],
-            "outcome": recording.outcome,
-            **{key: recording.meta[key] for key in ("timestep_s", "sample_hz", "mujoco")},
-        }
-    )

@@ -6,39 +6,30 @@ import contextlib
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    PATH,
-    json_option,
-    open_option,
-    out_option,
-    resume_option,
-    threads_option,
-)
 from pamsim.cli.output import progress_bar, save_json, show_page
 
 
 @click.command(name="sweep", cls=Command)
-@click.argument("study", type=PATH)
-@out_option("Folder for runs.parquet, sweep.json and page.", required=True)
-@resume_option("Continue the interrupted sweep in --out.")
-@threads_option
+@click.argument("study", type=options.PATH)
+@options.resume("Continue the interrupted sweep in --out.")
+@options.threads
 @click.option("--processes", type=int, help="Worker processes instead of threads.")
 @click.option("--scheduler", help="Address of a Dask scheduler, such as tcp://10.0.0.1:8786.")
-@open_option
-@json_option
+@options.page("Folder for runs.parquet, sweep.json and page.", required=True)
 def command(
     study: Path,
     out: Path,
-    resume: bool,
-    threads: int | None,
     processes: int | None,
     scheduler: str | None,
     json_file: Path | None,
+    **choices: Any,
 ) -> int:
     """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
@@ -50,14 +41,7 @@ def command(
 
     with _executor(processes, scheduler) as executor, progress_bar() as progress:
         try:
-            result = sweep(
-                study,
-                out=out,
-                executor=executor,
-                threads=threads,
-                resume=resume,
-                progress=progress,
-            )
+            result = sweep(study, out=out, executor=executor, progress=progress, **choices)
         except KeyboardInterrupt:
             click.echo("runs are kept: continue with the same command and --resume", err=True)
             raise

@@ -7,38 +7,28 @@ from typing import Any
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command, answer
 from pamsim.cli.main import OK
-from pamsim.cli.options import PATH, completed, force_option, forced, listed, rig_option
 from pamsim.cli.output import progress_bar
 
 
 @click.command(name="train", cls=Command)
-@click.option("--out", type=PATH, required=True, help="File to write, such as policy.npz.")
-@rig_option
+@click.option("--out", type=options.PATH, required=True, help="File to write, such as policy.npz.")
+@options.rig
 @click.option(
     "--task",
     default="sine",
-    show_default=True,
-    shell_complete=completed(listed("pamsim.envs.tasks", "TASKS")),
+    shell_complete=options.listed("pamsim.envs.tasks", "TASKS"),
     help="Task of the environment.",
 )
-@click.option("--action", default="pressure_set", show_default=True, help="pressure_set or valve.")
-@click.option("--load", type=float, default=0.0, show_default=True, help="Mass on the rig in kg.")
+@click.option("--action", default="pressure_set", help="pressure_set or valve.")
+@click.option("--load", type=float, default=0.0, help="Mass on the rig in kg.")
 @click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
-@click.option("--steps", type=int, default=600_000, show_default=True, help="Of 32 rigs together.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Random seed.")
-@force_option
-def command(
-    out: Path,
-    rig: str,
-    task: str,
-    action: str,
-    load: float,
-    top_pressure: float | None,
-    steps: int,
-    seed: int,
-) -> int:
+@click.option("--steps", type=int, default=600_000, help="Of 32 rigs together.")
+@options.seed()
+@options.force
+def command(out: Path, top_pressure: float | None, **choices: Any) -> int:
     """Train a policy with stable-baselines3's PPO on 32 rigs and one core.
 
     Writes the policy as plain numbers, which `pamsim.controllers.neural_policy` runs without
@@ -48,13 +38,12 @@ def command(
     from pamsim.envs.train import policy_files, train
 
     for file in policy_files(out):
-        refuse_existing(file, forced())
-    options: dict[str, Any] = {"rig": rig, "task": task, "action": action, "load": load}
+        refuse_existing(file, options.forced())
     if top_pressure is not None:
-        options["top_pressure"] = 1e3 * top_pressure
+        choices["top_pressure"] = 1e3 * top_pressure
     with progress_bar("step") as progress:
-        result = train(steps=steps, seed=seed, progress=progress, **options)
-    files = result.save(out, force=forced())
+        result = train(progress=progress, **choices)
+    files = result.save(out, force=options.forced())
     click.echo(f"wrote {' and '.join(map(str, files))}")
     answer(result.summary())
     return OK

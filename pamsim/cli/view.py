@@ -6,33 +6,23 @@ from pathlib import Path
 
 import click
 
+from pamsim.cli import options
 from pamsim.cli.command import Command
 from pamsim.cli.main import OK
-from pamsim.cli.options import (
-    KILOGRAMS,
-    PATH,
-    PRESSURES,
-    RIG,
-    effect_names,
-    names_option,
-    refuse,
-)
 
 
 @click.command(name="view", cls=Command)
-@click.argument("recording", type=PATH, required=False)
-@click.option(
-    "--rig", type=RIG, help="Shipped rig or rig folder; mas20_arm, or the recording's, if left out."
-)
+@click.argument("recording", type=options.PATH, required=False)
+@options.shown_rig
 @click.option(
     "--pressure",
-    type=PRESSURES,
+    type=options.PRESSURES,
     help="Set points to start from, one per muscle [kPa]; 200 each if left out.",
 )
-@click.option("--load", type=KILOGRAMS, help="Mass on the arm: 1.2 or 1200g; none if left out.")
-@names_option(
+@options.load("Mass on the arm: 1.2 or 1200g; none if left out.")
+@options.names(
     "--effects",
-    names=effect_names,
+    names=options.effect_names,
     help="Effects with a slider, all that the rig can have if left out",
 )
 @click.option("--trial", help="Trial of the recording; its first if left out.")
@@ -53,15 +43,15 @@ def command(
     typical size.
     """
     if recording is not None:
-        refuse("is known from the recording", pressure=pressure, load=load)
-        refuse("is of a simulation, not of a recording", effects=effects or None)
+        options.refuse("is known from the recording", pressure=pressure, load=load)
+        options.refuse("is of a simulation, not of a recording", effects=effects or None)
         from pamsim.scene.replay import read_replay
         from pamsim.scene.watch import watch_replay
 
         replay = read_replay(recording, trial=trial, rig=rig)
         watch_replay(replay, speed=1.0 if speed is None else speed)
         return OK
-    refuse("needs a RECORDING to replay", trial=trial, speed=speed)
+    options.refuse("needs a RECORDING to replay", trial=trial, speed=speed)
     from pamsim.comparison.effect_sizes import movable_effects
     from pamsim.engine.rig import load_rig
     from pamsim.scene.watch import watch_live

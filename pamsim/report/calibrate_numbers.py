@@ -1,4 +1,7 @@
-"""Figures of calibrated numbers: place and interval in each range, correlations, profiles."""
+"""Figures of calibrated numbers: place and interval in each range, correlations, profiles.
+
+What they draw is of a result of schema ``pamsim-calibrate/1``.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +15,12 @@ from pamsim.report.numbers import fixed, interval, unit
 from pamsim.report.style import BLUE, INK, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 
 _READABLE = 12  # parameters up to which a correlation is written into its field
+_BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 6}
 
 
 @styled
 def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
-    """Where each parameter lies in its range, before and after, with its 95 % interval.
-
-    Args:
-        parameters: of a result of schema ``pamsim-calibrate/1``.
-    """
+    """Where each parameter lies in its range, before and after, with its 95 % interval."""
     figure, (ax,) = new_figure(1.1 + 0.36 * len(parameters))
     for row, parameter in enumerate(reversed(parameters)):
         written = parameter["written"]
@@ -36,15 +36,7 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
         if written["interval95"] is not None:
             ends = [min(max(place(end), 0.0), 1.0) for end in written["interval95"]]
             ax.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=2)
-        ax.plot(
-            place(written["before"]),
-            row,
-            "o",
-            color=INK,
-            markerfacecolor="none",
-            markersize=6,
-            zorder=3,
-        )
+        ax.plot(place(written["before"]), row, "o", zorder=3, **_BEFORE)
         ax.plot(place(written["value"]), row, "D", color=colour, markersize=4, zorder=4)
         between = interval(written["interval95"], 4)
         text = f"{between} {unit(written['unit'])}".rstrip() if between else "no interval"
@@ -57,7 +49,7 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
     ax.grid(False)
     ax.spines["left"].set_visible(False)
     ax.spines["bottom"].set_bounds(0.0, 1.0)
-    ax.plot([], [], "o", color=INK, markerfacecolor="none", markersize=6, label="before")
+    ax.plot([], [], "o", label="before", **_BEFORE)
     ax.plot([], [], "D", color=BLUE, markersize=4, label="after")
     ax.plot([], [], color=BLUE, linewidth=2.2, label="95 % interval")
     figure.legend(loc="outside upper right", ncols=3)
@@ -69,12 +61,7 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
 def correlations(
     parameters: Sequence[Mapping[str, Any]], matrix: Sequence[Sequence[Any]]
 ) -> Figure:
-    """Correlation of the estimates, as a matrix.
-
-    Args:
-        parameters: of a result of schema ``pamsim-calibrate/1``.
-        matrix: its correlation; None where a parameter has no interval.
-    """
+    """Correlation of the estimates, as a matrix; None where a parameter has no interval."""
     names = [p["name"] for p in parameters]
     values = np.array([[np.nan if v is None else v for v in row] for row in matrix], dtype=float)
     figure, (ax,) = new_figure(1.6 + 0.42 * len(names))
@@ -99,12 +86,7 @@ def correlations(
 
 @styled
 def profile_curves(profiles: Sequence[Mapping[str, Any]], parameters: Mapping[str, Any]) -> Figure:
-    """Profile likelihoods, one panel each, with the linear interval for comparison.
-
-    Args:
-        profiles: of a result of schema ``pamsim-calibrate/1``.
-        parameters: name -> entry of the same result.
-    """
+    """Profile likelihoods, one panel each, with the linear interval for comparison."""
     figure, axes = new_figure(0.3 + 2.7 * len(profiles), rows=len(profiles))
     for ax, profile in zip(axes, profiles, strict=True):
         parameter = parameters[profile["name"]]

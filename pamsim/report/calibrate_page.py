@@ -9,9 +9,11 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.report import calibrate_numbers, calibrate_signals
-from pamsim.report.numbers import fixed, plain, sentence, significant, words
+from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
+from pamsim.report.numbers import sentence, significant, words
 from pamsim.report.page import write_page
+from pamsim.report.row_errors import rest_errors
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-calibrate/1"
 
@@ -19,18 +21,12 @@ SCHEMA = "pamsim-calibrate/1"
 def write_calibration(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
 ) -> list[Path]:
-    """Write page and figures of a calibration.
+    """Write page and figures of a calibration as `write_page` does.
 
     Args:
         result: of schema ``pamsim-calibrate/1``.
         comparisons: every channel of every trial, and every static table.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     trials = [c for c in comparisons if c.channel != "angle_at_rest"]
     return write_page(
@@ -39,28 +35,27 @@ def write_calibration(
         result,
         lambda: _figures(result, trials),
         schema=SCHEMA,
-        headline=lambda: headline(result),
+        headline=headline,
         shown_unit=shown_unit,
-        shown=len(calibrate_signals.shown_trials(trials)),
+        shown=len(shown_trials(trials)),
         trials=len({c.trial for c in trials}),
-        settings=lambda: _settings(result),
     )
 
 
 def _figures(result: Mapping[str, Any], trials: Sequence[Comparison]) -> dict[str, Figure]:
     parameters = result["parameters"]
-    figures = {"parameters": calibrate_numbers.parameter_ranges(parameters)}
+    figures = {"parameters": parameter_ranges(parameters)}
     if len(parameters) > 1:
         matrix = result["fit"]["correlation"]
-        figures["correlation"] = calibrate_numbers.correlations(parameters, matrix)
+        figures["correlation"] = correlations(parameters, matrix)
     if trials:
-        figures["trials"] = calibrate_signals.trial_signals(trials)
+        figures["trials"] = trial_signals(trials)
     tables = [trial for trial in result["trials"] if "rows" in trial]
     if tables:
-        figures["rest"] = calibrate_signals.rest_errors(tables)
+        figures["rest"] = rest_errors(tables)
     if result["profiles"]:
         named = {parameter["name"]: parameter for parameter in parameters}
-        figures["profiles"] = calibrate_numbers.profile_curves(result["profiles"], named)
+        figures["profiles"] = profile_curves(result["profiles"], named)
     return figures
 
 
@@ -76,15 +71,3 @@ def headline(result: Mapping[str, Any]) -> str:
     fitted = f"{count} parameters" if count > 1 else "1 parameter"
     moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
     return f"{fitted} fitted.{moved} {sentence(result['sentence'])}"
-
-
-def _settings(result: Mapping[str, Any]) -> dict[str, str]:
-    fit = result["fit"]
-    return {
-        "simulations": plain(result["simulations"]),
-        "parameter vectors": plain(fit["evaluations"]),
-        "iterations": plain(fit["iterations"]),
-        "vectors that broke down": plain(fit["diverged"]),
-        "random seed": plain(result["seed"]),
-        "wall time": f"{fixed(result['seconds'], 1)} s",
-    }

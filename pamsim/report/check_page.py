@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison
-from pamsim.report.calibrate_signals import shown_trials, trial_signals
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
 from pamsim.report.style import BLUE, INK, MUTED, finish_axes, new_figure, styled
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-check/2"
 
@@ -22,18 +22,12 @@ _WIDEST = 1e3  # ratio beyond which an effect is drawn at the edge
 
 
 def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path) -> Path:
-    """Write page and figures of a check.
+    """Write page and figures of a check as `write_page` does; return the page.
 
     Args:
         result: of schema ``pamsim-check/2``.
         comparisons: every channel of every trial beside the rig as it is.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     page, *_ = write_page(
         out,
@@ -41,13 +35,8 @@ def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], ou
         result,
         lambda: _figures(result, comparisons),
         schema=SCHEMA,
-        headline=headline(result),
+        headline=headline,
         shown=len(shown_trials(comparisons)),
-        settings=lambda: {
-            "trials simulated with each effect": ", ".join(result["run"]["trials"]),
-            "of them together": f"{fixed(result['run']['simulated_seconds'], 1)} s",
-            "wall time": f"{fixed(result['run']['seconds'], 1)} s",
-        },
     )
     return page
 
@@ -73,20 +62,11 @@ def _figures(result: Mapping[str, Any], comparisons: Sequence[Comparison]) -> di
 
 @styled
 def visible_sizes(effects: Sequence[Mapping[str, Any]]) -> Figure:
-    """For each effect the size from which it would show, as a share of its typical size.
-
-    Args:
-        effects: entries of a result of schema ``pamsim-check/2``, the clearest first.
-    """
+    """For each effect, the clearest first, the share of its typical size from which it shows."""
     figure, (ax,) = new_figure(0.8 + _LINE * len(effects))
     at = np.arange(len(effects))
-    ratios = np.array(
-        [
-            _WIDEST if one["shows_from"] is None else one["shows_from"] / one["typical"]
-            for one in effects
-        ]
-    )
-    ratios = np.minimum(ratios, _WIDEST)
+    sizes = [np.inf if one["shows_from"] is None else one["shows_from"] for one in effects]
+    ratios = np.minimum(np.divide(sizes, [one["typical"] for one in effects]), _WIDEST)
     seen = np.array([one["seen"] for one in effects])
     ax.hlines(at, np.minimum(ratios, 1.0), np.maximum(ratios, 1.0), color=MUTED, linewidth=0.8)
     ax.plot(ratios[seen], at[seen], "o", color=BLUE, markersize=4.5)

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-
-import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
 from pamsim.recordings.pictures import check_film, write_film, write_picture
-from pamsim.report.film_sheet import arm_size, film_sheet
+from pamsim.report.film_sheet import Picture, arm_size, film_sheet
 from pamsim.scene.replay import Replay, arm_camera, frame_times
-
-Picture = NDArray[np.uint8]
 
 _PALETTE_FRAMES = 5
 
@@ -50,15 +45,32 @@ def film_trial(
     times = frame_times(replay.duration, fps=fps, speed=speed).tolist()
     pace = f", at {speed:g} times its speed" if speed != 1.0 else ""
     with _camera(replay, camera, size, replay.title + pace) as frame_at:
-        ready = {time: frame_at(time) for time in times[:: max(1, len(times) // _PALETTE_FRAMES)]}
+        some = times[:: max(1, len(times) // _PALETTE_FRAMES)]
+        write_frames(path, frame_at, times, fps=fps, colours_at=some, progress=progress)
 
-        def frames() -> Iterator[Picture]:
-            for done, time in enumerate(times, start=1):
-                yield ready[time] if time in ready else frame_at(time)
-                if progress is not None:
-                    progress(done, len(times), path.name)
 
-        write_film(path, frames(), fps=fps, palette_from=list(ready.values()))
+def write_frames(
+    path: Path,
+    frame_at: Callable[[float], Picture],
+    times: Sequence[float],
+    *,
+    fps: float,
+    colours_at: Sequence[float],
+    progress: Progress | None,
+) -> None:
+    """Write the frames at some times [s], see `pamsim.recordings.pictures.write_film`.
+
+    Those at ``colours_at`` [s] show all colours of the film.
+    """
+    ready = {time: frame_at(time) for time in colours_at}
+
+    def frames() -> Iterator[Picture]:
+        for done, time in enumerate(times, start=1):
+            yield ready[time] if time in ready else frame_at(time)
+            if progress is not None:
+                progress(done, len(times), path.name)
+
+    write_film(path, frames(), fps=fps, palette_from=list(ready.values()))
 
 
 def picture_instant(
@@ -69,14 +81,7 @@ def picture_instant(
     camera: str = "overview",
     size: tuple[int, int] = (1600, 1280),
 ) -> None:
-    """Write a picture of one instant of a trial.
-
-    Args:
-        path: ending in .png or .jpg.
-        replay: of `pamsim.scene.replay.read_replay`.
-        time: [s], within the trial.
-        camera: of the rig's scene.
-        size: width and height [px].
+    """Write a picture (.png, .jpg) of one instant [s] of a trial; see `film_trial`.
 
     Raises:
         InputError: for an unknown camera or picture format, a time outside the trial, a place that

@@ -5,8 +5,8 @@ Everything that stands still is drawn once by matplotlib; a frame only paints th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,27 +39,36 @@ _WITHIN = 0.03
 """From the fixed end of one of many muscles to its label, which lies on it, in widths."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Curve:
+class Curve(NamedTuple):
     """A curve as painted: colour and, for each column of its plot, the row it passes."""
 
     colour: NDArray[np.uint8]
     rows: FloatArray
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Plot:
-    """A plot as painted; columns and rows count from the panel's upper left corner [px]."""
+class Plot(NamedTuple):
+    """A plot as painted; columns and rows count from the picture's upper left corner [px]."""
 
     left: float
     right: float
     top: int
     bottom: int
-    curves: tuple[_Curve, ...]
+    curves: tuple[Curve, ...]
+
+    def column(self, share: float) -> int:
+        """Column of the cursor when a share of the time has gone by."""
+        return round(self.left + min(max(share, 0.0), 1.0) * (self.right - self.left))
+
+    def paint_cursor(self, picture: Picture, share: float) -> None:
+        """Paint the cursor, with a dot on each curve, into the picture that has the plot."""
+        size = max(1, round(picture.shape[1] / 400))
+        column = self.column(share)
+        picture[self.top : self.bottom, column : column + size] = _colour(INK)
+        for colour, rows in self.curves:
+            _dot(picture, column + size / 2, float(rows[column]), 2.2 * size, colour)
 
 
-@dataclass(frozen=True, kw_only=True)
-class FilmSheet:
+class FilmSheet(NamedTuple):
     """What all frames of a film share.
 
     Attributes:
@@ -76,43 +85,19 @@ class FilmSheet:
     panel: Picture
     ink: NDArray[np.float32]
     cover: NDArray[np.float32]
-    plots: tuple[_Plot, ...]
+    plots: tuple[Plot, ...]
 
     def frame(self, arm: Picture, time: float) -> Picture:
-        """Put a frame together.
-
-        Args:
-            arm: (h, w, 3) picture of the arm, of ``arm_size``.
-            time: that it shows [s].
-
-        Returns:
-            (height, width, 3) picture.
-        """
+        """A frame (height, width, 3) from a picture of the arm at a time [s]."""
         above = arm + (self.ink - arm) * self.cover
         below = self.panel.copy()
-        size = max(1, round(arm.shape[1] / 400))
         for plot in self.plots:
-            column = self._column(plot, time)
-            below[plot.top : plot.bottom, column : column + size] = _colour(INK)
-            for curve in plot.curves:
-                _dot(below, column + size / 2, float(curve.rows[column]), 2.2 * size, curve.colour)
+            plot.paint_cursor(below, time / self.duration)
         return np.concatenate([np.round(above).astype(np.uint8), below])
-
-    def cursor(self, time: float) -> int:
-        """Column of the first plot's cursor at a time [px]."""
-        return self._column(self.plots[0], time)
-
-    def _column(self, plot: _Plot, time: float) -> int:
-        share = min(max(time / self.duration, 0.0), 1.0)
-        return round(plot.left + share * (plot.right - plot.left))
 
 
 def arm_size(width: int, height: int) -> tuple[int, int]:
-    """Width and height left for the arm in a frame [px].
-
-    Raises:
-        InputError: if the frame is too small for labels.
-    """
+    """Width and height left for the arm in a frame [px]; an `InputError` if it is too small."""
     if width < SMALLEST[0] or height < SMALLEST[1]:
         raise InputError(
             f"{width} x {height} pixels are too small for arm and plots; give a `width`"
@@ -143,7 +128,14 @@ def film_sheet(
         InputError: if the frame is too small for labels.
     """
     size = arm_size(width, height)
-    panel, plots = _panel(trial, width, height - size[1])
+    figure = _figure(width, height - size[1])
+    left, right = figure.subplots(1, 2)
+    curves = {left: _joints(left, trial), right: _pressures(right, trial)}
+    finish_axes(right, x="time [s]", y="gauge pressure [kPa]", zero=False)
+    for ax in curves:
+        ax.set_xlim(0.0, trial.time[-1])
+        ax.margins(y=0.08)
+    panel = painted(figure)[..., :3].copy()
     written = _writing(size, labels, title)
     return FilmSheet(
         arm_size=size,
@@ -151,22 +143,8 @@ def film_sheet(
         panel=panel,
         ink=written[..., :3],
         cover=written[..., 3:] / np.float32(255.0),
-        plots=plots,
+        plots=tuple(painted_plot(ax, lines) for ax, lines in curves.items()),
     )
-
-
-def _panel(trial: Trial, width: int, height: int) -> tuple[Picture, tuple[_Plot, ...]]:
-    figure = _figure(width, height)
-    left, right = figure.subplots(1, 2)
-    joints = _joints(left, trial)
-    curves = _pressures(right, trial)
-    finish_axes(right, x="time [s]", y="gauge pressure [kPa]", zero=False)
-    for ax in (left, right):
-        ax.set_xlim(0.0, trial.time[-1])
-        ax.margins(y=0.08)
-    picture = _painted(figure)[..., :3].copy()
-    plots = tuple(_plot(ax, lines, height) for ax, lines in ((left, joints), (right, curves)))
-    return picture, plots
 
 
 def _joints(ax: Axes, trial: Trial) -> list[Line2D]:
@@ -187,20 +165,15 @@ def _joints(ax: Axes, trial: Trial) -> list[Line2D]:
 
 def _pressures(ax: Axes, trial: Trial) -> list[Line2D]:
     """Plot measured pressures, and set points if those were commanded; return the measured."""
-    curves, missing, handles = [], [], []
+    curves, missing = [], []
     for index, channel in enumerate(trial.pressure_channels):
         colour, _ = series_look(index)
         label = words(trial.muscle_names[index]) if trial.muscle_names else f"muscle {index + 1}"
         values = trial.measured.get(channel)
         if trial.drives.muscles[index] == "pressure_set":
-            ax.step(
-                trial.time,
-                trial.command[:, index] / PA_PER_KPA,
-                where="post",
-                color=colour,
-                linestyle=":",
-                linewidth=1.1,
-            )
+            wanted = trial.command[:, index] / PA_PER_KPA
+            look: dict[str, Any] = {"color": colour, "linestyle": ":", "linewidth": 1.1}
+            ax.step(trial.time, wanted, where="post", **look)
         if values is None:
             missing.append(label)
             continue
@@ -248,7 +221,7 @@ def _writing(
             size=10.5,
             path_effects=halo,
         )
-    return _painted(figure).astype(np.float32)
+    return painted(figure).astype(np.float32)
 
 
 def _figure(width: int, height: int) -> Figure:
@@ -260,29 +233,26 @@ def _figure(width: int, height: int) -> Figure:
     return figure
 
 
-def _painted(figure: Figure) -> Picture:
+def painted(figure: Figure) -> Picture:
+    """The pixels (h, w, 4) of a figure."""
     canvas = figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())
 
 
-def _plot(ax: Axes, lines: list[Line2D], height: int) -> _Plot:
-    """Where a drawn plot and its curves lie in pixels; rows count from the top."""
+def painted_plot(ax: Axes, lines: Sequence[Line2D] = ()) -> Plot:
+    """Where a plot and its curves lie in the pixels of its figure, which is `painted`."""
     box = ax.get_window_extent()
+    _, height = ax.figure.canvas.get_width_height()
     columns = np.arange(int(np.ceil(box.x1)) + 2)
     curves = []
     for line in lines:
         across, up = ax.transData.transform(line.get_xydata()).T
         rows = height - np.interp(columns, across, up)
-        curves.append(_Curve(colour=_colour(str(line.get_color())), rows=rows))
-    return _Plot(
-        left=box.x0,
-        right=box.x1,
-        top=round(height - box.y1),
-        bottom=round(height - box.y0),
-        curves=tuple(curves),
-    )
+        curves.append(Curve(_colour(str(line.get_color())), rows))
+    top, bottom = round(height - box.y1), round(height - box.y0)
+    return Plot(box.x0, box.x1, top, bottom, tuple(curves))
 
 
 def _colour(name: str) -> NDArray[np.uint8]:

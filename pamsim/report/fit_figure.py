@@ -30,18 +30,7 @@ _MOST_SERIES = 8
 
 
 def write_fit(result: Mapping[str, Any], out: Path) -> Path:
-    """Write page and figure of a fit.
-
-    Args:
-        result: of schema ``pamsim-fit/2``.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
-    """
+    """Write page and figure of a fit, schema ``pamsim-fit/2``, as `write_page`; return the page."""
     ranked = result["compared"] and result["kind"] == "force_map"
     shown = result["fits"][:1] if ranked else result["fits"]
     notes = [*result["notes"], *(note for one in shown for note in one["notes"])]
@@ -128,10 +117,9 @@ def _coefficients(one: Mapping[str, Any]) -> dict[str, Any]:
 
 @styled
 def fit_figure(result: Mapping[str, Any]) -> Figure:
-    """Two panels: points with fitted curves, and residuals in-sample and held-out.
+    """Points with fitted curves, and residuals in-sample and held-out.
 
-    Args:
-        result: of `pamsim.fitting.fit`; the first fit is drawn, of a length loop all branches.
+    The first fit is drawn, of a length loop all branches.
     """
     if result["kind"] == "force_loops":
         return _loops(result)

@@ -10,26 +10,16 @@ from matplotlib.figure import Figure
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.frequency import SCHEMA, FrequencyIdentification
 from pamsim.linear.response_bands import frequency_response
+from pamsim.report.identify_figures import magnitude_and_phase
 from pamsim.report.numbers import fixed, interval, quantity
 from pamsim.report.page import write_page
-from pamsim.report.style import INK, VERMILION, finish_axes, new_figure, styled
+from pamsim.report.style import INK, finish_axes, styled
 
 _POINTS = 300
 
 
 def write_frequency_identification(result: FrequencyIdentification, out: Path) -> Path:
-    """Write page and figure of an identification from a frequency response.
-
-    Args:
-        result: what was identified.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write page and figure of an identification from a frequency response; return the page."""
     content = result.to_dict()
     shown = result.shown.structure.sentence
     page, *_ = write_page(
@@ -68,33 +58,16 @@ def write_frequency_identification(result: FrequencyIdentification, out: Path) -
 
 @styled
 def measured_and_fitted_response(result: FrequencyIdentification) -> Figure:
-    """Magnitude and phase: measured, and of the shown model with its 95 % band.
-
-    Args:
-        result: what to draw.
-
-    Returns:
-        Two panels on one logarithmic axis of frequency in rad/s.
-    """
-    figure, (upper, lower) = new_figure(4.6, rows=2, sharex=True)
+    """Magnitude and phase over rad/s: measured, and of the shown model with its 95 % band."""
     omega = np.geomspace(result.frequency[0], result.frequency[-1], _POINTS)
     model = frequency_response(result.shown, omega)
+    figure, (upper, lower) = magnitude_and_phase(model, omega, "model with 95 % band")
     # By whole turns to where the model is.
     phase = np.unwrap(np.angle(result.response))
     turns = np.mean(phase - np.interp(result.frequency, omega, model.phase)) / (2.0 * np.pi)
     phase -= 2.0 * np.pi * np.round(turns)
-    for ax, measured, values, band in (
-        (upper, np.abs(result.response), model.magnitude, model.magnitude_band),
-        (lower, DEG_PER_RAD * phase, DEG_PER_RAD * model.phase, model.phase_band),
-    ):
-        if band is not None:
-            sides = band if ax is upper else DEG_PER_RAD * band
-            ax.fill_between(omega, *sides, color=VERMILION, alpha=0.2, linewidth=0)
-        ax.plot(omega, values, color=VERMILION, label="model with 95 % band")
+    for ax, measured in ((upper, np.abs(result.response)), (lower, DEG_PER_RAD * phase)):
         ax.plot(result.frequency, measured, ".", color=INK, alpha=0.6, label="measured")
-        ax.set_xscale("log")
-        ax.grid(True, axis="x")
-    upper.set_yscale("log")
     finish_axes(upper, y="magnitude", zero=False)
     finish_axes(lower, x="frequency [rad/s]", y="phase [deg]", zero=False)
     upper.legend(loc="lower left")

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
-from pamsim.recordings.pictures import write_film
 from pamsim.recordings.trial import Trial
+from pamsim.report.film import write_frames
+from pamsim.report.film_sheet import Picture, Plot, painted, painted_plot
 from pamsim.report.numbers import fixed, words
 from pamsim.report.style import BLUE, INK, VERMILION, finish_axes, styled
-from pamsim.scene.replay import ArmCamera, Replay, arm_camera, frame_times
-
-Picture = NDArray[np.uint8]
+from pamsim.scene.replay import Replay, arm_camera, frame_times
 
 _FPS = 12.0
 _LONGEST = 4.0  # of the film [s]; a longer trial runs faster
@@ -57,22 +54,23 @@ def film_gap(
     replays = [Replay(rig=rig, trial=_trial(rig, parts, first, state)) for state in states]
     duration = replays[0].duration
     times = frame_times(duration, fps=_FPS, speed=max(duration / _LONGEST, 1.0)).tolist()
-    sheet, axes = _sheet(first, {state: titles[state] for state in states})
+    sheet, plot = _sheet(first, {state: titles[state] for state in states})
+    width, height = _ARM
     with contextlib.ExitStack() as stack:
-        width, height = _ARM
         cameras = [
             stack.enter_context(arm_camera(replay, width=width, height=height))
             for replay in replays
         ]
 
-        def frames() -> Iterator[Picture]:
-            for done, time in enumerate(times, start=1):
-                yield _frame(sheet, axes, cameras, time, duration)
-                if progress is not None:
-                    progress(done, len(times), path.name)
+        def frame_at(time: float) -> Picture:
+            frame = sheet.copy()
+            arms = np.hstack([camera.draw(time) for camera in cameras])
+            frame[_TITLE : _TITLE + height] = arms
+            plot.paint_cursor(frame, time / duration)
+            return frame
 
-        ends = [_frame(sheet, axes, cameras, time, duration) for time in (0.0, duration)]
-        write_film(path, frames(), fps=_FPS, palette_from=ends)
+        ends = (0.0, duration)
+        write_frames(path, frame_at, times, fps=_FPS, colours_at=ends, progress=progress)
 
 
 def _trial(rig: Rig, parts: Sequence[Comparison], first: Comparison, state: str) -> Trial:
@@ -90,11 +88,11 @@ def _trial(rig: Rig, parts: Sequence[Comparison], first: Comparison, state: str)
 
 
 @styled
-def _sheet(part: Comparison, titles: Mapping[str, tuple[str, str]]) -> tuple[Picture, Axes]:
+def _sheet(part: Comparison, titles: Mapping[str, tuple[str, str]]) -> tuple[Picture, Plot]:
     """What all frames share: titles and curves; and where the curves are."""
     width, height = len(titles) * _ARM[0], _TITLE + _ARM[1] + _CURVES
     figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI)
-    canvas = FigureCanvasAgg(figure)
+    FigureCanvasAgg(figure)
     left, bottom, right = 62 / width, 40 / height, 26 / width
     ax = figure.add_axes((left, bottom, 1.0 - left - right, (_CURVES - 50) / height))
     unit, scale = shown_unit(part.channel)
@@ -109,19 +107,4 @@ def _sheet(part: Comparison, titles: Mapping[str, tuple[str, str]]) -> tuple[Pic
         )  # fmt: skip
     ax.set_xlim(part.time[0], part.time[-1])
     finish_axes(ax, x="time [s]", y=f"{words(part.channel)} [{unit}]", zero=False)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy(), ax
-
-
-def _frame(
-    sheet: Picture, ax: Axes, cameras: Sequence[ArmCamera], time: float, duration: float
-) -> Picture:
-    frame = sheet.copy()
-    width, height = _ARM
-    for place, camera in enumerate(cameras):
-        columns = slice(place * width, (place + 1) * width)
-        frame[_TITLE : _TITLE + height, columns] = camera.draw(time)
-    box = ax.get_window_extent()
-    column = round(box.x0 + min(time / duration, 1.0) * (box.width - 1.0))
-    frame[round(len(frame) - box.y1) : round(len(frame) - box.y0), column : column + 2] = 90
-    return frame
+    return painted(figure)[..., :3].copy(), painted_plot(ax)

@@ -1,4 +1,7 @@
-"""Figures of an identification: fit, scan, step response, poles, frequency response."""
+"""Figures of an identification: fit, scan, step response, poles, frequency response.
+
+Results are of schema ``pamsim-identify/4``.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,9 @@ from matplotlib.ticker import (
     SymmetricalLogLocator,
 )
 
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.curves import Curves, TrialCurve
+from pamsim.linear.response_bands import FrequencyResponse
 from pamsim.report.numbers import words
 from pamsim.report.style import (
     BLUE,
@@ -60,12 +64,7 @@ def drawn_trials(trials: Sequence[TrialCurve]) -> list[TrialCurve]:
 def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
     """Output and free run of the shown model, and their difference.
 
-    Args:
-        result: of schema ``pamsim-identify/4``.
-        curves: what to draw.
-
-    Returns:
-        For one trial two panels on top of each other, for more a row each.
+    For one trial they lie on top of each other, for more each trial has a row.
     """
     unit = result["output"]["unit"]
     trials = drawn_trials(curves.trials)
@@ -102,39 +101,28 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
 
 @styled
 def scan(result: Mapping[str, Any]) -> Figure:
-    """Every structure of the scan by its number of coefficients, the shown model's marked.
-
-    Args:
-        result: of schema ``pamsim-identify/4``, with a scan.
-    """
+    """Every structure of the scan by its number of coefficients, the shown model's marked."""
     structures = result["scan"]["structures"]
     held_out = structures[0]["fit_percent_held_out"] is not None
     likelihood = structures[0]["hannan_quinn_above_best"] is not None
     criterion = "hannan_quinn_above_best" if likelihood else "aicc_above_best"
     key = "fit_percent_held_out" if held_out else criterion
     figure, (ax,) = new_figure(3.2)
-    for integrators, colour in enumerate((BLUE, GREEN, PURPLE)):
-        for dead_time, marker in ((False, "o"), (True, "^")):
-            rows = [
-                s
-                for s in structures
-                if (s["integrators"], s["dead_time"]) == (integrators, dead_time)
-            ]
-            kind = ("no integrator", "one integrator", "two integrators")[integrators]
-            ax.plot(
-                [s["coefficients"] for s in rows],
-                [s[key] for s in rows],
-                marker,
-                color=colour,
-                markersize=5,
-                alpha=0.8,
-                label=kind + (", dead time" if dead_time else "") if rows else None,
-            )
-    for s in (s for s in structures if s["shown"]):
-        ax.plot(
-            [s["coefficients"]], [s[key]], "o", markersize=13, markerfacecolor="none",
-            color=VERMILION, markeredgewidth=1.6, label="shown model",
-        )  # fmt: skip
+
+    def mark(rows: list[Mapping[str, Any]], marker: str, **look: Any) -> None:
+        if rows:
+            ax.plot([s["coefficients"] for s in rows], [s[key] for s in rows], marker, **look)
+
+    kinds = (("no", BLUE), ("one", GREEN), ("two", PURPLE))
+    for integrators, (number, colour) in enumerate(kinds):
+        name = f"{number} integrator{'s' if integrators > 1 else ''}"
+        own = [s for s in structures if s["integrators"] == integrators]
+        for dead_time, marker, more in ((False, "o", ""), (True, "^", ", dead time")):
+            rows = [s for s in own if s["dead_time"] == dead_time]
+            mark(rows, marker, color=colour, markersize=5, alpha=0.8, label=name + more)
+    ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "markeredgewidth": 1.6}
+    shown = [s for s in structures if s["shown"]]
+    mark(shown, "o", color=VERMILION, label="shown model", **ring)
     values = np.array([s[key] for s in structures])
     if held_out:
         best, usual = float(np.max(values)), float(np.median(values))
@@ -159,15 +147,7 @@ def scan(result: Mapping[str, Any]) -> Figure:
 
 @styled
 def steps_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
-    """Step responses of the shown model with their 95 % bands, and the poles of all models.
-
-    Args:
-        result: of schema ``pamsim-identify/4``.
-        curves: what to draw.
-
-    Returns:
-        A panel per input, and one for the poles; two side by side.
-    """
+    """Step responses of the shown model to each input, and the poles of all models."""
     count = len(curves.steps) + 1
     rows = (count + 1) // 2
     figure, panels = new_figure(3.2 * rows, rows=rows, columns=2)
@@ -211,33 +191,38 @@ def _to_input(result: Mapping[str, Any], given: int) -> str:
     return f" to [{given + 1}] {words(result['inputs'][given]['expression'])}"
 
 
+def magnitude_and_phase(
+    response: FrequencyResponse, frequency: FloatArray, name: str, band_name: str | None = None
+) -> tuple[Figure, list[Axes]]:
+    """Two panels on one logarithmic axis of frequency, with a model and its band named so."""
+    figure, panels = new_figure(4.6, rows=2, sharex=True)
+    for ax, values, band, scale in (
+        (panels[0], response.magnitude, response.magnitude_band, 1.0),
+        (panels[1], response.phase, response.phase_band, DEG_PER_RAD),
+    ):
+        if band is not None:
+            look: dict[str, Any] = {
+                "color": VERMILION,
+                "alpha": 0.2,
+                "linewidth": 0,
+                "label": band_name,
+            }
+            ax.fill_between(frequency, *(scale * band), **look)
+        ax.plot(frequency, scale * values, color=VERMILION, label=name)
+        ax.set_xscale("log")
+        ax.grid(True, axis="x")
+    panels[0].set_yscale("log")
+    return figure, panels
+
+
 @styled
 def bode(result: Mapping[str, Any], curves: Curves, given: int = 0) -> Figure:
-    """Magnitude and phase of the shown model.
-
-    Args:
-        result: of schema ``pamsim-identify/4``.
-        curves: what to draw.
-        given: place of the input.
-
-    Returns:
-        Two panels on one logarithmic axis of frequency in Hz.
-    """
-    figure, (upper, lower) = new_figure(4.6, rows=2, sharex=True)
+    """Magnitude and phase of the shown model over Hz, from the input at place ``given``."""
     model = _shown(result)
     response = curves.bodes[given]
     hertz = response.frequency / (2.0 * np.pi)
-    for ax, values, band, scale in (
-        (upper, response.magnitude, response.magnitude_band, 1.0),
-        (lower, response.phase, response.phase_band, DEG_PER_RAD),
-    ):
-        if band is not None:
-            ax.fill_between(
-                hertz, *(scale * band), color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
-            )
-        ax.plot(hertz, scale * values, color=VERMILION, label=model_title(model["name"]))
-        ax.set_xscale("log")
-        ax.grid(True, axis="x")
+    title = model_title(model["name"])
+    figure, (upper, lower) = magnitude_and_phase(response, hertz, title, "95 % band")
     nyquist = curves.nyquist / (2.0 * np.pi)
     corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]} - {0.0})
     for number, corner in enumerate(corners):
@@ -249,7 +234,6 @@ def bode(result: Mapping[str, Any], curves: Curves, given: int = 0) -> Figure:
                 linestyle=":",
                 label="corner frequency" if number == 0 else None,
             )
-    upper.set_yscale("log")
     finish_axes(upper, y=label("magnitude", _gain(result, given)["unit"]), zero=False)
     finish_axes(lower, x="frequency [Hz]", y="phase [deg]", zero=False)
     span = DEG_PER_RAD * float(np.ptp(response.phase))

@@ -21,11 +21,7 @@ _DIRECTIONS = {1: ("^", "rising input"), -1: ("v", "falling input"), 0: ("o", "b
 def local_map(result: Mapping[str, Any]) -> Figure:
     """One panel per parameter against the pressure level, with 95 % intervals.
 
-    Args:
-        result: of schema ``pamsim-identify/4`` with ``local``.
-
-    Returns:
-        The figure; marker by direction of the step, colour by load.
+    The marker is that of the step's direction, the colour that of the load.
     """
     models = [m for m in result["local"]["models"] if m["status"] == "converged"]
     names = list(dict.fromkeys(name for m in result["local"]["models"] for name in m["parameters"]))

@@ -29,18 +29,7 @@ from pamsim.report.page import write_page
 def write_identification(
     identification: Identification | FrequencyIdentification, out: Path
 ) -> list[Path]:
-    """Write page, figures and ``curves.csv`` of an identification.
-
-    Args:
-        identification: the result.
-        out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write page, figures and ``curves.csv`` of an identification as `write_page` does."""
     if isinstance(identification, FrequencyIdentification):
         page = write_frequency_identification(identification, out)
         return [page, *identification.save(out)]
@@ -49,13 +38,7 @@ def write_identification(
 
 
 def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> list[Path]:
-    """Write page and figures.
-
-    Args:
-        result: of schema ``pamsim-identify/4``.
-        curves: what the figures draw.
-        out: as in `write_identification`.
-    """
+    """Write page and figures of a result of schema ``pamsim-identify/4``."""
     models = {model["name"]: model for model in result["models"]}
     shown = models[result["shown"]]
     return write_page(
@@ -92,15 +75,12 @@ def pole_texts(poles: Sequence[Sequence[float] | None]) -> list[str]:
 
 
 def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
-    figures = {
-        "fit": measured_and_model(result, curves),
-        "step": steps_and_poles(result, curves),
-    }
+    figures = {"fit": measured_and_model(result, curves), "step": steps_and_poles(result, curves)}
     several = len(curves.bodes) > 1
     for i in range(len(curves.bodes)):
         figures[f"bode_{i + 1}" if several else "bode"] = bode(result, curves, i)
-    if result["scan"] is not None:
-        figures["scan"] = scan(result)
     if result["local"] is not None:
         figures["local"] = local_map(result)
+    if result["scan"] is not None:
+        figures["scan"] = scan(result)
     return figures

@@ -1,4 +1,7 @@
-"""Figures of where a gap is born, and of the curves that stand for what has no name."""
+"""Figures of where a gap is born, and of the curves that stand for what has no name.
+
+What they draw is of a result of schema ``pamsim-diagnosis/3``.
+"""
 
 from __future__ import annotations
 
@@ -19,11 +22,7 @@ _BELOW = 0.7  # of the noise, where bars begin: those that reach it are still se
 
 @styled
 def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
-    """Learned torques over position or speed, one below the other.
-
-    Args:
-        learned: of a result of schema ``pamsim-diagnosis/3``.
-    """
+    """Learned torques over position or speed, one below the other."""
     figure, axes = new_figure(_CURVE_IN * len(learned), len(learned), 1, width_in=_WIDTH_IN)
     for ax, one in zip(axes, learned, strict=True):
         ax.plot(one["at"], one["torque"], color=BLUE)
@@ -34,11 +33,9 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
 
 @styled
 def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
-    """Held-out misfit of every link over its noise, before and after, from the command down.
+    """Held-out misfit of every link over its noise, from the command down.
 
-    Args:
-        links: of a result of schema ``pamsim-diagnosis/3``.
-        repaired: whether effects were found.
+    It is that before, and where effects were found (``repaired``) that after.
     """
     figure, (ax,) = new_figure(0.9 + 0.55 * len(links), width_in=_WIDTH_IN)
     states = [("before", VERMILION), ("after", BLUE)] if repaired else [("before", GREEN)]

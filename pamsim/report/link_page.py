@@ -11,11 +11,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.report.diagnose_rows import loop_branches, row_errors
-from pamsim.report.diagnose_signals import trial_channels, worst_trials
 from pamsim.report.link_figure import learned_curves, link_bars
-from pamsim.report.numbers import fixed, percent, plain
 from pamsim.report.page import inline_image, write_page
+from pamsim.report.row_errors import loop_branches, row_errors
+from pamsim.report.trial_signals import trial_channels, worst_trials
 
 SCHEMA = "pamsim-diagnosis/3"
 
@@ -28,23 +27,16 @@ def write_link_diagnosis(
     film: Path | None = None,
     lead: str = "",
 ) -> list[Path]:
-    """Write page and figures of a diagnosis by link.
+    """Write page and figures of a diagnosis by link as `write_page` does.
 
     Args:
         result: of schema ``pamsim-diagnosis/3``.
         comparisons: every compared channel of every trial, the whole chain simulated.
-        out: folder to write into; made if missing, files of the same names are replaced.
+        out: folder.
         film: a GIF of the first trial shown, see `pamsim.report.gap_film`, or None.
         lead: a paragraph before all others, such as what was hidden in synthetic recordings.
-
-    Returns:
-        The files written, the page first.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
     """
     shown = shown_trials(result, comparisons)
-    run = result["run"]
     return write_page(
         out,
         "link_diagnosis.html",
@@ -55,35 +47,17 @@ def write_link_diagnosis(
         shown=shown,
         lead=lead,
         film=None if film is None else inline_image(film.read_bytes(), "gif"),
-        settings={}
-        if run is None
-        else {
-            "held out": _grouped(run["held_out"]),
-            "effects tried": plain(run["effects_tried"]),
-            "level of all tests": percent(result["alpha"]),
-            "material from": f"{plain(result['material'])} of the noise variance",
-            "random seed": plain(run["seed"]),
-            "wall time": f"{fixed(run['seconds'], 1)} s",
-        },
+        grouped=_grouped,
     )
 
 
 def shown_trials(result: Mapping[str, Any], comparisons: Sequence[Comparison]) -> list[str]:
-    """Held-out trials that the page shows, the one with the largest gap first.
-
-    Args:
-        result: of schema ``pamsim-diagnosis/3``.
-        comparisons: every compared channel of every trial.
-    """
+    """Held-out trials that the page shows, the one with the largest gap first."""
     return worst_trials(comparisons, _noise(result))
 
 
 def headline(result: Mapping[str, Any]) -> str:
-    """What was found, in a few words.
-
-    Args:
-        result: of schema ``pamsim-diagnosis/3``.
-    """
+    """What was found, in a few words."""
     if result["effects"]:
         return f"Missing: {' and '.join(one['certain_words'] for one in result['effects'])}"
     if result["remainder"]:
@@ -93,11 +67,7 @@ def headline(result: Mapping[str, Any]) -> str:
 
 
 def first_figure(result: Mapping[str, Any]) -> tuple[str, Figure]:
-    """Name and figure of where the gap is: of links, of a table's rows, or of a loop.
-
-    Args:
-        result: of schema ``pamsim-diagnosis/3``.
-    """
+    """Name and figure of where the gap is: of links, of a table's rows, or of a loop."""
     if result["rows"]:
         return "rows", row_errors(result)
     if result["branches"]:

@@ -1,5 +1,6 @@
 """Numbers as readers expect them: a true minus sign, enough digits, a dash where there is none.
 
+What is no number, and NaN, is written as a dash.
 `pamsim.report.page` offers these functions to every template as filters of the same names.
 """
 
@@ -22,15 +23,7 @@ def number_or_none(value: Any) -> float | None:
 
 
 def fixed(value: Any, decimals: int) -> str:
-    """Write a number with so many decimals.
-
-    Args:
-        value: a number; anything else, and NaN, is written as a dash.
-        decimals: digits after the point.
-
-    Returns:
-        For example ``−1.50``.
-    """
+    """Write a number with so many decimals, such as ``−1.50``."""
     number = number_or_none(value)
     if number is None:
         return NONE
@@ -41,15 +34,9 @@ def fixed(value: Any, decimals: int) -> str:
 
 
 def significant(value: Any, digits: int) -> str:
-    """Write a number with so many significant digits.
+    """Write a number with so many significant digits: ``0.0900``, ``85.80``, ``1.20×10⁻⁸``.
 
-    Args:
-        value: a number; anything else, and NaN, is written as a dash.
-        digits: significant digits, trailing zeros included; digits before the point are never
-            dropped.
-
-    Returns:
-        For example ``0.0900``, ``85.80``, ``22150``, ``1.20×10⁻⁸``.
+    Trailing zeros are kept; digits before the point are never dropped, as in ``22150``.
     """
     number = number_or_none(value)
     if number is None:
@@ -62,11 +49,7 @@ def significant(value: Any, digits: int) -> str:
 def plain(value: Any) -> str:
     """Write a number as short as it was given, up to seven digits: for settings and print.
 
-    Args:
-        value: a number, True or False, or text.
-
-    Returns:
-        For example ``0.64595``, ``24000``, ``yes``; text is returned as it is.
+    For example ``0.64595``, ``24000``, and ``yes`` for True; text is returned as it is.
     """
     if value is None:
         return NONE
@@ -77,15 +60,7 @@ def plain(value: Any) -> str:
 
 
 def interval(pair: Any, digits: int) -> str:
-    """Write an interval.
-
-    Args:
-        pair: lower and upper end; None for none.
-        digits: significant digits of each end.
-
-    Returns:
-        For example ``0.668 to 0.676``; nothing if an end does not exist.
-    """
+    """Write an interval, such as ``0.668 to 0.676``; nothing if an end does not exist."""
     if not isinstance(pair, list | tuple) or len(pair) != 2:
         return ""
     ends = [significant(end, digits) for end in pair]
@@ -93,16 +68,7 @@ def interval(pair: Any, digits: int) -> str:
 
 
 def quantity(value: Any, of: Any, digits: int) -> str:
-    """Write a number with its unit.
-
-    Args:
-        value: a number; anything else, and NaN, is written as a dash.
-        of: the unit; ``1`` or None for none.
-        digits: significant digits.
-
-    Returns:
-        For example ``487.0 kPa``.
-    """
+    """Write a number with its unit, such as ``487.0 kPa``; see `significant` and `unit`."""
     text = significant(value, digits)
     return text if text == NONE else f"{text} {unit(of)}".rstrip()
 
@@ -130,11 +96,7 @@ def p_is(value: Any) -> str:
 def unit(name: Any) -> str:
     """Write a unit of a rig file as printed: ``dm^3/(s*bar)`` becomes ``dm³/(s·bar)``.
 
-    Args:
-        name: the unit; ``1`` or None for none.
-
-    Returns:
-        The unit, empty for none.
+    It is empty for ``1`` and None.
     """
     if name is None or str(name) == "1":
         return ""

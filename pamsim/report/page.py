@@ -26,9 +26,8 @@ import base64
 import functools
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 from matplotlib.figure import Figure
@@ -41,15 +40,11 @@ from pamsim.report.physical_words import physical_words
 from pamsim.report.style import readable_panels, save_png
 
 
-@dataclass(frozen=True)
-class PageImage:
-    """An image of the page.
+class PageImage(NamedTuple):
+    """An image of the page, to be shown at a width and height [CSS pixel].
 
-    Attributes:
-        source: the file's content, as the address of an image, so that a page is one file.
-        width: to show it at [CSS pixel].
-        height: to show it at [CSS pixel].
-        panels: of `readable_panels`.
+    ``source`` is the file's content as the address of an image, so that a page is one file;
+    ``panels`` are those of `readable_panels`.
     """
 
     source: str
@@ -86,18 +81,12 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(
-        {function.__name__: function for function in (*FILTERS, physical_words)}
-    )
+    environment.filters.update({one.__name__: one for one in (*FILTERS, physical_words)})
     return environment
 
 
 def page_template(name: str) -> jinja2.Template:
-    """A template of this room; every text put into it is escaped.
-
-    Args:
-        name: file in ``templates``.
-    """
+    """A template of the folder ``templates``; every text put into it is escaped."""
     return _environment().get_template(name)
 
 
@@ -127,54 +116,15 @@ def write_page(
     Raises:
         InputError: if the result has another schema, or the place is a file or cannot be written.
     """
-    check_schema(result, schema)
-    return save_page(
-        out,
-        draw,
-        lambda images: page_template(template).render(
-            result=result,
-            images=images,
-            numbers={name: f"Figure {number}" for number, name in enumerate(images, 1)},
-            **more,
-        ),
-    )
-
-
-def check_schema(result: Mapping[str, Any], schema: str) -> None:
-    """Refuse a result that a page was not made for.
-
-    Raises:
-        InputError: if its schema is another.
-    """
     if result.get("schema") != schema:
         raise InputError(
             f"the result has schema {result.get('schema')!r}; this page reads {schema!r}"
         )
-
-
-def save_page(
-    out: Path,
-    draw: Callable[[], Mapping[str, Figure]],
-    render: Callable[[Mapping[str, PageImage]], str],
-) -> list[Path]:
-    """Write a page and its figures.
-
-    Args:
-        out: folder; made if missing, files of the same names are replaced.
-        draw: the figures, by the names of their files without ``.png``.
-        render: the page's text, from the images of those names.
-
-    Returns:
-        The files written, the page first.
-
-    Raises:
-        InputError: if the place is a file, or cannot be written.
-    """
     refuse_file(out)
-    images: dict[str, PageImage] = {}
+    images = {name: page_image(figure, out / f"{name}.png") for name, figure in draw().items()}
+    numbers = {name: f"Figure {number}" for number, name in enumerate(images, 1)}
+    text = page_template(template).render(result=result, images=images, numbers=numbers, **more)
     page = out / "index.html"
-    for name, figure in draw().items():
-        images[name] = page_image(figure, out / f"{name}.png")
     with complete_file(page) as part:
-        part.write_text(render(images), encoding="utf-8")
+        part.write_text(text, encoding="utf-8")
     return [page, *(out / f"{name}.png" for name in images)]

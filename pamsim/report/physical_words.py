@@ -13,16 +13,11 @@ _CONDITION_UNITS = {"Pa": "bar", "rad": "rad"}  # as in the documentation of the
 
 
 def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
-    """Write the size of an effect.
+    """Write the size of an effect of a diagnosis, by quantity.
 
-    Args:
-        physical: quantity -> ``value``, ``unit`` and ``interval95``, of a result of schema
-            ``pamsim-diagnosis/3``.
-
-    Returns:
-        Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J
-        (test: pressure 2.50 bar, contraction amplitude 1.50 %)``; empty without a size. What the
-        effect cannot change is left out.
+    Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J (test:
+    pressure 2.50 bar, contraction amplitude 1.50 %)``; empty without a size. What the effect cannot
+    change is left out.
     """
     sizes: list[str] = []
     conditions: dict[str, str] = {}

@@ -19,18 +19,12 @@ SCHEMA = "pamsim-step/1"
 
 
 def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Path:
-    """Write page and figure of a step response.
+    """Write page and figure of a step response as `write_page` does; return the page.
 
     Args:
         result: of schema ``pamsim-step/1``.
         recording: the response.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the result has another schema, or the place cannot be written.
+        out: folder.
     """
     joints = result.get("joints") or {"angle": result}
     facts = [_fact(name, joint) for name, joint in joints.items()]
@@ -55,8 +49,6 @@ def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Pa
             "Dotted: set points. Overshoot and settling count from the start to the final value;"
             " settled is within 2 % of that way.",
         ),
-        notes=[],
-        tables=[],
     )
     return page
 
@@ -66,11 +58,9 @@ def _fact(name: str, joint: Mapping[str, Any]) -> tuple[str, str, str]:
     suffix = next(key for key in joint if key.startswith("final_")).removeprefix("final_")
     way = f"{fixed(joint[f'start_{suffix}'], 2)} → {fixed(joint[f'final_{suffix}'], 2)} {suffix}"
     settled = joint["settling_s"]
-    ends = (
-        "not settled when the recording ended"
-        if settled is None
-        else f"settles in {fixed(settled, 3)} s"
-    )
+    ends = f"settles in {fixed(settled, 3)} s"
+    if settled is None:
+        ends = "not settled when the recording ended"
     return words(name), way, f"overshoot {fixed(joint['overshoot_percent'], 1)} %, {ends}"
 
 

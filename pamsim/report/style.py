@@ -95,19 +95,10 @@ def new_figure(
     sharey: bool | Literal["none", "all", "row", "col"] = False,
     height_ratios: tuple[float, ...] | None = None,
 ) -> tuple[Figure, list[Axes]]:
-    """Make a figure with its own canvas, unknown to pyplot.
+    """Make a figure with its own canvas, unknown to pyplot, and its axes row by row.
 
-    Args:
-        height_in: height [in].
-        rows: panels on top of each other.
-        columns: panels side by side.
-        width_in: width, that of the page if left out [in].
-        sharex: as in ``Figure.subplots``.
-        sharey: as in ``Figure.subplots``.
-        height_ratios: of the rows; equal if None.
-
-    Returns:
-        The figure and its axes, row by row.
+    Height and width are in inches, the width is that of the page if left out; the others are those
+    of ``Figure.subplots``.
     """
     figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
@@ -118,15 +109,7 @@ def new_figure(
 
 
 def finish_axes(ax: Axes, *, x: str = "", y: str = "", title: str = "", zero: bool = True) -> None:
-    """Give axes their labels, a light grid and a zero line.
-
-    Args:
-        ax: the axes.
-        x: label with unit, such as ``time [s]``.
-        y: label with unit.
-        title: short name of the panel.
-        zero: whether to draw the line y = 0.
-    """
+    """Give axes their labels, such as ``time [s]``, a light grid and a line at y = 0."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     if title:
@@ -150,11 +133,7 @@ def say_empty(ax: Axes, text: str) -> None:
 
 
 def save_png(figure: Figure, path: Path) -> tuple[int, int]:
-    """Write a figure as PNG, the same bytes for the same data.
-
-    Args:
-        figure: from ``new_figure``.
-        path: file to write; its folder is created.
+    """Write a figure of `new_figure` as PNG, the same bytes for the same data.
 
     Returns:
         Width and height at which a page should show it [CSS pixel].

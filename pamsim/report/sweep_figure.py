@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.report.numbers import NONE, fixed, plain, significant, unit
+from pamsim.report.numbers import fixed, plain, significant, unit
 from pamsim.report.page import write_page
 from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
 from pamsim.sweeps.result import SCHEMA, SweepResult
@@ -25,18 +25,7 @@ _POINTS = 5_000
 
 
 def write_sweep(result: SweepResult, out: Path) -> Path:
-    """Write page and figure of a sweep.
-
-    Args:
-        result: what it found.
-        out: folder; made if missing, files of the same names are replaced.
-
-    Returns:
-        The page.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write page and figure of a sweep as `write_page` does; return the page."""
     content = result.to_dict()
     outputs, ranks, sobol = (content[key] for key in ("outputs", "rank_correlations", "sobol"))
     page, *_ = write_page(
@@ -57,41 +46,31 @@ def write_sweep(result: SweepResult, out: Path) -> Path:
             "Each output against each factor, a point for every run",
             "Outputs that vary, over the factors with the largest rank correlations.",
         ),
-        notes=[],
         tables=[
             {
                 "title": "Outputs",
                 "columns": ("output", "unit", "least", "median", "largest", "runs"),
-                "rows": [
-                    (
-                        name,
-                        unit(one["unit"]),
-                        *(significant(one[key], 4) for key in ("low", "median", "high")),
-                        plain(one["runs"]),
-                    )
-                    for name, one in outputs.items()
-                ],
+                "rows": [_summed(name, one) for name, one in outputs.items()],
             },
-            _per_factor(
-                "Rank correlations (Spearman)",
-                {name: {f: fixed(r, 2) for f, r in own.items()} for name, own in ranks.items()},
-            ),
+            _per_factor("Rank correlations (Spearman)", ranks),
             _per_factor(
                 "Share of the variance (total Sobol' index)",
-                {
-                    name: {f: fixed(index["total"], 2) for f, index in own.items()}
-                    for name, own in sobol.items()
-                },
+                {name: {f: i["total"] for f, i in own.items()} for name, own in sobol.items()},
             ),
         ],
     )
     return page
 
 
-def _per_factor(title: str, entries: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+def _summed(name: str, one: Mapping[str, Any]) -> tuple[str, ...]:
+    numbers = (significant(one[key], 4) for key in ("low", "median", "high"))
+    return name, unit(one["unit"]), *numbers, plain(one["runs"])
+
+
+def _per_factor(title: str, entries: Mapping[str, Mapping[str, float]]) -> dict[str, Any]:
     """A table with an output in each row and a factor in each column."""
     factors = list(dict.fromkeys(factor for own in entries.values() for factor in own))
-    rows = [(name, *(own.get(f, NONE) for f in factors)) for name, own in entries.items()]
+    rows = [(n, *(fixed(own.get(f), 2) for f in factors)) for n, own in entries.items()]
     return {"title": title, "columns": ("output", *factors), "rows": rows}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from typing import Any
 
@@ -52,8 +52,9 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
     """
     if not factors:
         raise InputError("nothing varies: give one table vary.NAME or more")
+    names = [f.name for f in factors]
     if design in (Design.GRID, Design.ROWS):
-        return _listed(design, factors)
+        return [dict(zip(names, values, strict=True)) for values in _listed(design, factors)]
     listed = [f.name for f in factors if f.distribution is None]
     if listed:
         raise InputError(
@@ -66,30 +67,25 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
     if shares.shape[0] > SWEEP_RUNS:
         raise InputError(f"{shares.shape[0]:,} runs; a sweep has {SWEEP_RUNS:,} at most")
     columns = [f.at(shares[:, i]).tolist() for i, f in enumerate(factors)]
-    names = [f.name for f in factors]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _listed(design: Design, factors: Sequence[Factor]) -> Runs:
+def _listed(design: Design, factors: Sequence[Factor]) -> Iterable[tuple[Value, ...]]:
     drawn = [f.name for f in factors if f.distribution is not None]
     if drawn:
         raise InputError(
             f"vary.{drawn[0]} is a distribution; design {design.value!r} needs listed values: give"
             " values, or low, high and count"
         )
-    names = [f.name for f in factors]
     if design is Design.ROWS:
         if len({len(f.values) for f in factors}) > 1:
             counts = ", ".join(f"{f.name} {len(f.values)}" for f in factors)
             raise InputError(f"design 'rows' needs as many values of each factor; here: {counts}")
-        return [
-            dict(zip(names, v, strict=True)) for v in zip(*(f.values for f in factors), strict=True)
-        ]
+        return zip(*(f.values for f in factors), strict=True)
     total = math.prod(len(f.values) for f in factors)
     if total > SWEEP_RUNS:
         raise InputError(f"{total:,} combinations; a sweep has {SWEEP_RUNS:,} at most")
-    grid = itertools.product(*(f.values for f in factors))
-    return [dict(zip(names, values, strict=True)) for values in grid]
+    return itertools.product(*(f.values for f in factors))
 
 
 def _shares(design: Design, count: int, runs: int, seed: int) -> FloatArray:

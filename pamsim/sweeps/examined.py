@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -21,8 +20,8 @@ from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Row
-from pamsim.sweeps.varied_rig import RIG, check_names, is_effect, loaded, with_values
+from pamsim.sweeps.job import Job, Row
+from pamsim.sweeps.varied_rig import RIG, checked_units, is_effect, loaded, with_values
 from pamsim.twins.hide import hide
 
 _Interval: TypeAlias = tuple[float, float] | None
@@ -55,7 +54,7 @@ _PARTS = ("found", "low", "high", "true", "inside")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Examine:
+class Examine(Job):
     """Synthetic recordings of a rig with other parameters and effects, diagnosed or calibrated.
 
     Attributes:
@@ -64,7 +63,7 @@ class Examine:
         recorded: options of the recordings.
         examined: options of the diagnosis or calibration.
         units: factor -> unit of its values.
-        parameters: rig parameter whose estimate is compared with its true value -> unit.
+        parameters: rig parameters whose estimates are compared with their true values.
     """
 
     job: str
@@ -72,37 +71,20 @@ class Examine:
     recorded: Mapping[str, Any]
     examined: Mapping[str, Any]
     units: Mapping[str, str]
-    parameters: Mapping[str, str]
-
-    @property
-    def columns(self) -> Mapping[str, str]:
-        """Column of its rows -> unit; ``text`` for text."""
-        numbers = {
-            f"{part}.{name}": "1" if part == "inside" else unit
-            for name, unit in self.parameters.items()
-            for part in _PARTS
-        }
-        texts = dict.fromkeys((*_TEXTS[self.job], "outcome", "message"), "text")
-        return {**numbers, "seconds": "s", **texts}
-
-    @property
-    def runs_in_block(self) -> int:
-        """Runs that are worth a task of their own."""
-        return 1
+    parameters: tuple[str, ...]
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
         return [self._row(run, threads) for run in runs]
 
     def _row(self, run: Mapping[str, Value], threads: int | None) -> Row:
-        empty = {name: "" if unit == "text" else math.nan for name, unit in self.columns.items()}
         (rig,) = loaded([str(run.get(RIG, self.rig))]).values()
         began = time.perf_counter()
         try:
             truth, (texts, estimates) = self._examined(rig, run, threads)
         except PamsimError as error:
-            return {**empty, "outcome": "refused", "message": str(error)}
-        row: dict[str, float | str] = {**empty, **texts, "outcome": "completed", "message": ""}
+            return self.refused(error)
+        row = {**self.refused(""), **texts, "outcome": "completed"}
         for name in self.parameters:
             planted = rig_parameter(truth, name)
             true = row[f"true.{name}"] = readable(planted, planted.value)
@@ -138,8 +120,7 @@ class Examine:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder) / "recording"
             recording.save(place)
-            find = _FIND[self.job]
-            found = find([place], rig=rig, threads=threads, **self.examined)
+            found = _FIND[self.job]([place], rig=rig, threads=threads, **self.examined)
         return recording.rig.with_parameters(recording.hidden), found
 
 
@@ -166,14 +147,9 @@ _FIND: Mapping[str, Callable[..., _Found]] = {"diagnose": _diagnosed, "calibrate
 def examine(
     job: str, table: Mapping[str, Any], rig: str, rigs: Sequence[str], units: Mapping[str, str]
 ) -> Examine:
-    """The job as a study states it.
+    """The job ``diagnose`` or ``calibrate`` as a study states it.
 
-    Args:
-        job: ``diagnose`` or ``calibrate``.
-        table: its table ``experiment``.
-        rig: name or folder of the rig.
-        rigs: those that a factor chooses from; empty where none does.
-        units: factor -> unit as stated, without ``rig``.
+    The other arguments are those of `pamsim.sweeps.simulated.simulate_step`.
 
     Raises:
         InputError: for an option or a factor that does not fit the job or the rig.
@@ -184,11 +160,8 @@ def examine(
             raise InputError(f"experiment.{key}: no such option; {nearest(str(key), known)}")
     options = {key: _checked(f"experiment.{key}", table[key], known[key]) for key in table}
     first = next(iter(loaded(rigs or [rig]).values()))
-    own = {name: unit for name, unit in units.items() if name not in _INPUTS}
-    found = {name: units[name] or unit for name, unit in _INPUTS.items() if name in units}
-    for name, unit in found.items():
-        to_si(1.0, unit, _INPUTS[name], where=f"vary.{name}")
-    own = check_names(first, own)
+    known_units = checked_units(first, units, _INPUTS)
+    own = [name for name in known_units if name not in _INPUTS]
     effects = [name for name in own if is_effect(first, name)]
     if job == "calibrate":
         free = options.setdefault("free", [name for name in own if name not in effects])
@@ -197,13 +170,19 @@ def examine(
         judged = [name for name in free if "=" not in name]
     else:
         judged = [p for e in effects for p in at_size(first, rig_effect(first, e), 1.0)]
+    numbers = {
+        f"{part}.{name}": "1" if part == "inside" else readable_unit(rig_parameter(first, name))
+        for name in judged
+        for part in _PARTS
+    }
     return Examine(
+        outputs={**numbers, "seconds": "s", **dict.fromkeys(_TEXTS[job], "text")},
         job=job,
         rig=rig,
         recorded={key: value for key, value in options.items() if key in _RECORDED},
         examined={key: value for key, value in options.items() if key not in _RECORDED},
-        units={**found, **own},
-        parameters={name: readable_unit(rig_parameter(first, name)) for name in judged},
+        units=known_units,
+        parameters=tuple(dict.fromkeys(judged)),
     )
 
 

@@ -41,11 +41,7 @@ class Factor:
     distribution: Any = None
 
     def at(self, share: ArrayLike) -> FloatArray:
-        """Values at shares in [0, 1) of the distribution, in the factor's unit.
-
-        Raises:
-            InputError: if the distribution has no finite value there.
-        """
+        """Values at shares in [0, 1) of the distribution, in the factor's unit."""
         found = np.asarray(self.distribution.ppf(share), dtype=float)
         if not np.all(np.isfinite(found)):
             raise InputError(
@@ -125,15 +121,7 @@ def _frozen(where: str, rest: dict[str, Any]) -> Any:
 
 
 def number(where: str, value: Any) -> float:
-    """A finite number of a study.
-
-    Args:
-        where: its key, for the error.
-        value: as it was read.
-
-    Raises:
-        InputError: if it is none.
-    """
+    """A finite number of a study; an `InputError` with its key if it is none."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise InputError(f"{where} is {value!r}; it must be a number")
     return float(value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,54 +15,33 @@ from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.limits import SWEEP_RUNS
 from pamsim.sweeps.design import Design
 from pamsim.sweeps.factor import Factor, Value
-from pamsim.sweeps.job import Row
+from pamsim.sweeps.job import TEXTS, Job, Row
 from pamsim.sweeps.run_table import INDEX
 from pamsim.sweeps.study import Study
 
 Function: TypeAlias = Callable[..., Mapping[str, float | str]]
 """Takes the factors of a run as keywords and returns its row."""
 
-_TEXTS = ("outcome", "message")
-
 
 @dataclass(frozen=True, kw_only=True)
-class OwnFunction:
-    """A function that makes the row of a run; see `pamsim.sweeps.job.Job`.
-
-    Attributes:
-        function: of a module, so that it can run in another process.
-        returned: column of its row -> unit; ``text`` for text.
-        runs_in_block: runs that are worth a task of their own.
-    """
+class OwnFunction(Job):
+    """A function, of a module so that it can run in another process, that makes a run's row."""
 
     function: Function
-    returned: Mapping[str, str]
-    runs_in_block: int
-
-    @property
-    def columns(self) -> Mapping[str, str]:
-        """Column of its rows -> unit; ``text`` for text."""
-        return {**self.returned, **dict.fromkeys(_TEXTS, "text")}
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
-        """One row per run, one after another; see `pamsim.sweeps.job.Job`.
-
-        Raises:
-            InputError: if the function returns other columns than were stated.
-        """
-        del threads
+        """One row per run, one after another; other columns than stated are an `InputError`."""
         return [self._row(run) for run in runs]
 
     def _row(self, run: Mapping[str, Value]) -> Row:
         try:
             found = self.function(**run)
         except PamsimError as error:
-            empty = {n: "" if unit == "text" else math.nan for n, unit in self.returned.items()}
-            return {**empty, "outcome": "refused", "message": str(error)}
-        if set(found) != set(self.returned):
+            return self.refused(error)
+        if set(found) != set(self.outputs):
             raise InputError(
                 f"{self.function.__qualname__} returned {', '.join(sorted(found)) or 'nothing'};"
-                f" `columns` states {', '.join(sorted(self.returned))}"
+                f" `columns` states {', '.join(sorted(self.outputs))}"
             )
         return {**found, "outcome": "completed", "message": ""}
 
@@ -106,7 +84,7 @@ def function_study(
             raise InputError(
                 f"runs[{i}] has the factors {', '.join(run)}; runs[0] has {', '.join(names)}"
             )
-    taken = {INDEX, *names, *_TEXTS} & set(columns)
+    taken = {INDEX, *names, *TEXTS} & set(columns)
     if taken:
         raise InputError(f"columns: {', '.join(sorted(taken))} is taken; choose other names")
     factors = tuple(Factor(name=n, unit="", values=tuple(run[n] for run in runs)) for n in names)
@@ -128,7 +106,7 @@ def function_study(
         base=0,
         seed=0,
         runs=[dict(run) for run in runs],
-        job=OwnFunction(function=function, returned=dict(columns), runs_in_block=runs_in_block),
+        job=OwnFunction(function=function, outputs=dict(columns), runs_in_block=runs_in_block),
         fingerprint=digest.hexdigest(),
     )
 

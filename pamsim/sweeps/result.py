@@ -109,25 +109,14 @@ class SweepResult:
         }
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write ``sweep.json`` into a folder.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Write ``sweep.json`` into a folder."""
         path = Path(folder) / FILE
         write_json(path, self.to_dict())
         return [path]
 
 
 def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepResult:
-    """Sum up the table of a sweep.
-
-    Args:
-        plan: the study.
-        table: its finished table.
-        kept: runs that had been finished before.
-        seconds: wall time.
-    """
+    """Sum up the finished table of a sweep, of which some runs were kept from before."""
     columns = read_arrays(table)
     numbers = {name: unit for name, unit in plan.job.columns.items() if unit != "text"}
     outputs = {name: columns[name].astype(float) for name in numbers}
@@ -152,12 +141,7 @@ def result_of(plan: Study, table: Path, *, kept: int, seconds: float) -> SweepRe
 
 def _summed(values: FloatArray, unit: str) -> OutputSummary:
     known = values[np.isfinite(values)]
-    if not known.size:
-        return OutputSummary(unit=unit, runs=0, low=np.nan, median=np.nan, high=np.nan)
-    return OutputSummary(
-        unit=unit,
-        runs=known.size,
-        low=float(known.min()),
-        median=float(np.median(known)),
-        high=float(known.max()),
+    low, median, high = (
+        float(of(known)) if known.size else np.nan for of in (np.min, np.median, np.max)
     )
+    return OutputSummary(unit=unit, runs=known.size, low=low, median=median, high=high)

@@ -30,14 +30,9 @@ def _pyarrow() -> tuple[Any, Any]:
 
 
 class RunTable:
-    """Rows of runs in a folder.
+    """Rows of runs in the folder of a sweep, which is created if need be.
 
-    Args:
-        folder: of the sweep; created if need be.
-        columns: name -> unit, ``text`` for text; kept with each column.
-
-    Raises:
-        InputError: if pyarrow is not installed.
+    Each column keeps its unit, ``text`` for text.
     """
 
     def __init__(self, folder: Path, columns: Mapping[str, str]) -> None:
@@ -56,15 +51,7 @@ class RunTable:
         return self._folder / FILE
 
     def add(self, block: int, rows: Sequence[Mapping[str, Any]]) -> None:
-        """Write the rows of a block, complete or not at all.
-
-        Args:
-            block: number of the block.
-            rows: column -> value, of each run, `INDEX` included; NaN is written as missing.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Write the rows of a block, `INDEX` included, complete or not at all; NaN is missing."""
         found = [{name: None if v != v else v for name, v in row.items()} for row in rows]
         table = self._arrow.Table.from_pylist(found, schema=self._schema)
         with complete_file(self._chunk(block)) as part:
@@ -81,17 +68,7 @@ class RunTable:
         return [row for table in found if table is not None for row in table.to_pylist()]
 
     def finish(self, count: int) -> Path:
-        """Make one file of all blocks, in their order, and remove the chunks.
-
-        Args:
-            count: of the blocks, all of them there.
-
-        Returns:
-            The file.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Make one file of all blocks, in their order, and remove the chunks."""
         with (
             complete_file(self.path) as part,
             self._parquet.ParquetWriter(part, self._schema, write_page_checksum=True) as writer,

@@ -73,14 +73,13 @@ def sobol_indices(
         factors: names, in the design's order.
         outputs: name -> (runs x (factors + 2),), in the design's order, NaN where a run failed.
         runs: base sample of the design.
-        seed: of the bootstrap.
+        seed: of the bootstrap; that of scipy takes none.
 
     Returns:
         Output -> factor -> index. Without outputs that do not vary or that some run does not have:
         the design needs every run.
     """
-    rng = np.random.default_rng(seed)
-    drawn = rng.integers(0, runs, (_RESAMPLES, runs))
+    drawn = np.random.default_rng(seed).integers(0, runs, (_RESAMPLES, runs))
     found: dict[str, dict[str, SobolIndex]] = {}
     for output, values in outputs.items():
         if not np.all(np.isfinite(values)) or _constant(values):

@@ -19,23 +19,22 @@ from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_figure_units, step_figures
 from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Row
-from pamsim.sweeps.varied_rig import RIG, check_names, loaded, with_values
+from pamsim.sweeps.job import Job, Row
+from pamsim.sweeps.varied_rig import RIG, checked_units, loaded, with_values
 
 _Pair: TypeAlias = tuple[Rig, Experiment]
 _Varied: TypeAlias = tuple[str, tuple[tuple[str, Value], ...]]
 
-_INPUT = re.compile(r"(start_pressure|final)_([1-9]\d*)")
+_INPUT = re.compile(r"(start_pressure|final)_[1-9]\d*")
 _UNITS = {"pressure_set": "kPa", "valve": "1"}
-_KEYS = {
-    "drive", "start_pressure", "final", "duration", "load", "sample_hz", "settle",
-}  # fmt: skip
+_NUMBERS = ("duration", "load", "sample_hz", "settle")
+_KEYS = {"drive", "start_pressure", "final", *_NUMBERS}
 BLOCK = 128
 """Runs in a block: each block loads the rig."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateStep:
+class SimulateStep(Job):
     """Step responses of a rig.
 
     Attributes:
@@ -48,7 +47,6 @@ class SimulateStep:
         sample_hz: sampling rate [Hz].
         settle: time allowed to come to rest before [s].
         units: factor -> unit of its values.
-        outputs: column of a row -> unit.
     """
 
     rig: str
@@ -60,65 +58,50 @@ class SimulateStep:
     sample_hz: float = 200.0
     settle: float = 4.0
     units: Mapping[str, str] = field(default_factory=dict[str, str])
-    outputs: Mapping[str, str] = field(default_factory=dict[str, str])
-
-    @property
-    def columns(self) -> Mapping[str, str]:
-        """Column of its rows -> unit; ``text`` for text."""
-        return {**self.outputs, "outcome": "text", "message": "text"}
-
-    @property
-    def runs_in_block(self) -> int:
-        """Runs that are worth a task of their own."""
-        return BLOCK
 
     def rows(self, runs: Sequence[Mapping[str, Value]], threads: int | None) -> list[Row]:
         """One row per run, failed runs included; see `pamsim.sweeps.job.Job`."""
         rigs = loaded(str(run.get(RIG, self.rig)) for run in runs)
         varied: dict[_Varied, Rig] = {}
-        found: list[Row | None] = [None] * len(runs)
-        jobs: list[tuple[int, _Pair]] = []
+        jobs: dict[int, _Pair] = {}
+        found: dict[int, Row] = {}
         for place, run in enumerate(runs):
             try:
-                jobs.append((place, self._prepared(rigs[str(run.get(RIG, self.rig))], run, varied)))
+                jobs[place] = self._prepared(rigs, run, varied)
             except PamsimError as error:
-                found[place] = self._failed(str(error))
-        for (place, _), result in zip(
-            jobs, _recordings([j for _, j in jobs], threads), strict=True
-        ):
-            found[place] = (
-                self._failed(result) if isinstance(result, str) else self._figures(result)
-            )
-        return [row for row in found if row is not None]
+                found[place] = self.refused(error)
+        for place, result in zip(jobs, _recordings([*jobs.values()], threads), strict=True):
+            failed = isinstance(result, str)
+            found[place] = self.refused(result) if failed else self._figures(result)
+        return [found[place] for place in range(len(runs))]
 
-    def _prepared(self, rig: Rig, run: Mapping[str, Value], known: dict[_Varied, Rig]) -> _Pair:
+    def _prepared(
+        self, rigs: Mapping[str, Rig], run: Mapping[str, Value], known: dict[_Varied, Rig]
+    ) -> _Pair:
         """Rig and experiment of a run; runs with equal numbers share a rig, and its rest."""
-        load, start, final = self.load, list(self.start_pressure), list(self.final)
-        rest: dict[str, Value] = {}
-        for name, value in run.items():
-            place = _INPUT.fullmatch(name)
-            if name == "load":
-                load = to_si(float(value), self.units[name], "kg", where="vary.load")
-            elif place is not None:
-                pressure = self.drive == "pressure_set" or place[1] == "start_pressure"
-                unit = "kPa" if pressure else "1"
-                number = to_si(float(value), self.units[name], unit, where=f"vary.{name}")
-                (start if place[1] == "start_pressure" else final)[int(place[2]) - 1] = number
-            elif name != RIG:
-                rest[name] = value
-        scale = PA_PER_KPA if self.drive == "pressure_set" else 1.0
+        inputs = _input_units(self.drive, len(self.final))
+        given = {
+            name: to_si(float(run[name]), self.units[name], unit, where=f"vary.{name}")
+            for name, unit in inputs.items()
+            if name in run
+        }
+        start, final = (
+            np.array([given.get(f"{key}_{i}", value) for i, value in enumerate(usual, 1)])
+            for key, usual in (("start_pressure", self.start_pressure), ("final", self.final))
+        )
+        rest = {name: value for name, value in run.items() if name not in {RIG, *inputs}}
         key = str(run.get(RIG, self.rig)), tuple(rest.items())
         if key not in known:
-            known[key] = with_values(rig, rest, self.units)
+            known[key] = with_values(rigs[key[0]], rest, self.units)
         varied = known[key]
         experiment = Experiment(
             drive=self.drive,
             command_time=np.zeros(1),
-            command_value=scale * np.array([final]),
-            start_pressure=PA_PER_KPA * np.array(start),
+            command_value=(PA_PER_KPA if self.drive == "pressure_set" else 1.0) * final[None],
+            start_pressure=PA_PER_KPA * start,
             duration=self.duration,
             sample_rate=self.sample_hz,
-            load=load,
+            load=given.get("load", self.load),
             settle=self.settle,
             name="step",
         )
@@ -133,8 +116,12 @@ class SimulateStep:
             "message": recording.message,
         }
 
-    def _failed(self, message: str) -> Row:
-        return {**dict.fromkeys(self.outputs, math.nan), "outcome": "refused", "message": message}
+
+def _input_units(drive: str, muscles: int) -> dict[str, str]:
+    """Number of an experiment that may vary -> its unit."""
+    numbers = range(1, muscles + 1)
+    start = {f"start_pressure_{i}": "kPa" for i in numbers}
+    return {"load": "kg", **start, **{f"final_{i}": _UNITS[drive] for i in numbers}}
 
 
 def _recordings(jobs: Sequence[_Pair], threads: int | None) -> list[Recording | str]:
@@ -169,35 +156,23 @@ def simulate_step(
     if drive not in _UNITS:
         raise InputError(f"experiment.drive is {drive!r}; it may be {' or '.join(_UNITS)}")
     muscles = len(first.muscles)
-    numbers = {
-        key: number(f"experiment.{key}", table[key])
-        for key in ("duration", "load", "sample_hz", "settle")
-        if key in table
+    numbers: dict[str, Any] = {
+        key: number(f"experiment.{key}", table[key]) for key in _NUMBERS if key in table
     }
     if "duration" not in numbers:
         raise InputError("experiment.duration is missing: the length of each run in seconds")
-    own: dict[str, str] = {}
-    found: dict[str, str] = {}
-    for name, unit in units.items():
-        place = _INPUT.fullmatch(name)
-        if name == "load":
-            found[name] = unit or "kg"
-            to_si(1.0, found[name], "kg", where="vary.load")
-        elif place is not None:
-            if int(place[2]) > muscles:
-                raise InputError(f"vary.{name}: {first.name} has {muscles} muscles")
-            si = "kPa" if place[1] == "start_pressure" else _UNITS[drive]
-            found[name] = unit or si
-            to_si(1.0, found[name], si, where=f"vary.{name}")
-        else:
-            own[name] = unit
+    inputs = _input_units(drive, muscles)
+    for name in units:
+        if _INPUT.fullmatch(name) and name not in inputs:
+            raise InputError(f"vary.{name}: {first.name} has {muscles} muscles")
     return SimulateStep(
         rig=rig,
         drive=drive,
         start_pressure=_per_muscle("start_pressure", table, muscles),
         final=_per_muscle("final", table, muscles),
-        units={**found, **check_names(first, own)},
+        units=checked_units(first, units, inputs),
         outputs=step_figure_units(first.names),
+        runs_in_block=BLOCK,
         **numbers,
     )
 

@@ -23,21 +23,26 @@ def is_effect(rig: Rig, name: str) -> bool:
     return name.partition(AT)[0].partition(":")[0] in forms(rig)
 
 
-def check_names(rig: Rig, units: Mapping[str, str]) -> dict[str, str]:
-    """Check the factors that change a rig.
+def checked_units(rig: Rig, units: Mapping[str, str], inputs: Mapping[str, str]) -> dict[str, str]:
+    """Check the factors of a job.
 
     Args:
         rig: the first one.
         units: factor -> its unit; empty for the usual one.
+        inputs: those that do not change the rig -> usual unit.
 
     Returns:
-        Factor -> its unit, the usual one where none was given.
+        Factor -> its unit, the usual one where none was given; inputs first.
 
     Raises:
         InputError: for a name that the rig does not have, or a unit that does not fit it.
     """
-    found: dict[str, str] = {}
+    found = {name: unit or inputs[name] for name, unit in units.items() if name in inputs}
+    for name, unit in found.items():
+        to_si(1.0, unit, inputs[name], where=f"vary.{name}")
     for name, unit in units.items():
+        if name in inputs:
+            continue
         if is_effect(rig, name):
             rig_effect(rig, name)
             if unit:
@@ -51,12 +56,7 @@ def check_names(rig: Rig, units: Mapping[str, str]) -> dict[str, str]:
 
 
 def with_values(rig: Rig, values: Mapping[str, Value], units: Mapping[str, str]) -> Rig:
-    """A rig with the values of a run.
-
-    Args:
-        rig: without them.
-        values: factor -> value in its unit, of rig parameters and effects.
-        units: factor -> unit.
+    """A rig with the values, in some units, that a run gives to its parameters and effects.
 
     Raises:
         InputError: if the rig cannot have them.
@@ -85,11 +85,7 @@ def _starts_from_own(effect: Effect) -> bool:
 
 
 def loaded(names: Iterable[str]) -> dict[str, Rig]:
-    """Name or folder -> rig.
-
-    Raises:
-        InputError: if one cannot be loaded, or they differ in joints or muscles.
-    """
+    """Name or folder -> rig; an `InputError` if they differ in joints or muscles."""
     rigs = {name: load_rig(name) for name in dict.fromkeys(names)}
     first = next(iter(rigs.values()))
     for name, rig in rigs.items():

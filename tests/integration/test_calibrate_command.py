@@ -12,11 +12,11 @@ import pytest
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.calibration.calibration_problem import CalibrationProblem
-from pamsim.cli.main import main
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.recordings.recording import write_recording
+from tests.typed_command import run as command
 
 RATE = 100.0
 ANGLE_NOISE, PRESSURE_NOISE = 0.05 / DEG_PER_RAD, 400.0
@@ -29,12 +29,7 @@ FREE = ",".join(PLANTED)
 
 
 def run(monkeypatch, capsys, *args):
-    """Run ``pamsim calibrate ...`` through its entry point; returns exit code, output, errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", "calibrate", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
+    return command(monkeypatch, capsys, "calibrate", *args)
 
 
 def valves(*openings):

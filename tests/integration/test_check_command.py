@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import pamsim
-from pamsim.cli.main import main
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.twins.hide import hide
+from tests.typed_command import run as command
 
 SETTINGS = {"protocols": ("triangle", "bursts"), "duration": 2.0, "repeats": 3, "seed": 3}
 EFFECTS = "viscous_friction,valve_flow,sprocket_ripple,angle_bias"
@@ -28,11 +27,8 @@ def recorded(tmp_path_factory):
 
 
 def run(monkeypatch, capsys, *args):
-    """Exit code and output of the command."""
-    monkeypatch.setattr(sys, "argv", ["pamsim", "check", *map(str, args)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    return end.value.code or 0, capsys.readouterr().out
+    code, shown, _ = command(monkeypatch, capsys, "check", *args)
+    return code, shown
 
 
 def changed(recorded, folder, change):

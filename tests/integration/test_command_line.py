@@ -16,18 +16,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from pamsim.cli.main import cli, main, with_flags
+from pamsim.cli.main import cli, with_flags
 from pamsim.core.files import results_folder
+from tests.typed_command import run
 from tests.unit.report.page_laws import check_page
-
-
-def run(monkeypatch, capsys, *args):
-    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", *args])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
 
 
 def broken_rig(tmp_path, old, new):

@@ -7,22 +7,13 @@ import json
 import pytest
 
 import pamsim
-from pamsim.cli.main import main
 from pamsim.report.page import PageImage
 from pamsim.twins.hide import hide
+from tests.typed_command import run
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 EFFECTS = ("--effects", "valve_delay,air_leak,viscous_friction,added_inertia")
 SHORT = {"protocols": ("bursts",), "repeats": 5, "duration": 1.5, "forces": False, "seed": 2}
-
-
-def run(monkeypatch, capsys, *args):
-    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
 
 
 @pytest.fixture(scope="module")

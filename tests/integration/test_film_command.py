@@ -8,19 +8,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pamsim.cli.main import main
+from tests.typed_command import run
 from tests.unit.scene.films import columns, needs_gl, write
 
 SMALL = ["--width", "400", "--height", "320"]
-
-
-def run(monkeypatch, capsys, *args):
-    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
 
 
 @pytest.fixture

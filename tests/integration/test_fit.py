@@ -10,26 +10,17 @@ from importlib import resources
 import numpy as np
 import pytest
 
-from pamsim.cli.main import main
 from pamsim.fitting.fit import fit
 from pamsim.fitting.law_curve import named_law
 from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.physics.braid import Braid
 from pamsim.recordings.printed import loop_equation
+from tests.typed_command import run
 from tests.unit.report.page_laws import check_page
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20 = DATA / "dmsp20_300_force_map.csv"
 BRAID = Braid(nominal_length=0.3, diameter=0.02, fibre_angle=np.radians(28.6))
-
-
-def run(monkeypatch, capsys, *args):
-    """Run ``pamsim ...`` through its entry point; returns exit code, output and errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
 
 
 def test_planted_coefficients_come_back_through_a_file(tmp_path):

@@ -8,20 +8,16 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.cli.main import main
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
+from tests.typed_command import run as command
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
 
 def run(monkeypatch, capsys, *args):
-    monkeypatch.setattr("sys.argv", ["pamsim", "hide", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
+    return command(monkeypatch, capsys, "hide", *args)
 
 
 def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tmp_path):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.cli.main import main
 from pamsim.recordings.recording import Outcome, Recording, write_recording
+from tests.typed_command import run as command
 from tests.unit.report.page_laws import check_page
 
 GAIN, FAST, SLOW = 0.05, 0.08, 0.5  # deg/kPa, s, s
@@ -20,12 +20,7 @@ SMALL = ("--arx", "1,1,1", "--oe", "1,1,1")  # where discrete models are not wha
 
 
 def run(monkeypatch, capsys, *args):
-    """Run ``pamsim identify ...`` through its entry point; returns exit code, output, errors."""
-    monkeypatch.setattr("sys.argv", ["pamsim", "identify", *map(str, args)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return ended.value.code, captured.out, captured.err
+    return command(monkeypatch, capsys, "identify", *args)
 
 
 def response(difference, delay=0.0):

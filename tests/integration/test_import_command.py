@@ -14,9 +14,9 @@ import pytest
 import scipy.io
 
 import pamsim
-from pamsim.cli.main import main
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording_reader import read_recordings
+from tests.typed_command import run
 
 TIME = np.arange(400) * 0.01
 FLEXOR = np.where(np.arange(400) % 100 < 50, 3e5, 1e5)  # [Pa], repeats in a second
@@ -133,33 +133,32 @@ def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
 ):
     log, out = write(tmp_path / "run.csv", LOG), tmp_path / "data"
 
-    def run(*more):
-        words = ["pamsim", "import", log, "--rig", rig, "--out", out, *more]
-        monkeypatch.setattr(sys, "argv", [str(word) for word in words])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, capsys.readouterr()
+    def imported(*more):
+        words = ["import", log, "--rig", rig, "--out", out, *more]
+        return run(monkeypatch, capsys, *words)
 
-    code, shown = run("--json", tmp_path / "import.json")
+    code, shown, _ = imported("--json", tmp_path / "import.json")
     assert code == 0
-    assert "is flexor.pressure in psi, absolute" in shown.out
-    assert "not sure: phi: unit deg by its size; sign turned" in shown.out
-    assert "not used: battery" in shown.out
+    assert "is flexor.pressure in psi, absolute" in shown
+    assert "not sure: phi: unit deg by its size; sign turned" in shown
+    assert "not used: battery" in shown
     index = tomllib.loads((out / "recording.toml").read_text())
     assert index["columns"]["elbow.angle"] == {"column": "phi", "unit": "deg", "sign": -1}
     assert json.loads((tmp_path / "import.json").read_text())["drive"] == "measured"
-    code, shown = run()
+    code, shown, error = imported()
     assert code == 2
-    assert "is there already; --force replaces it" in shown.err
-    code, shown = run("--force", "--segments", "1:2,2:3", "--column", "elbow.angle=phi:deg")
+    assert "is there already; --force replaces it" in error
+    code, shown, error = imported(
+        "--force", "--segments", "1:2,2:3", "--column", "elbow.angle=phi:deg"
+    )
     assert code == 0
-    assert "trials: 2" in shown.out
-    code, shown = run("--force", "--segments", "fill=1:2,vent=2:3")
+    assert "trials: 2" in shown
+    code, shown, error = imported("--force", "--segments", "fill=1:2,vent=2:3")
     assert code == 0
-    assert "trials: 2" in shown.out
-    code, shown = run("--force", "--segments", "1-2")
+    assert "trials: 2" in shown
+    code, shown, error = imported("--force", "--segments", "1-2")
     assert code == 2
-    assert "--segments 1-2: write BEGIN:END" in shown.err
+    assert "--segments 1-2: write BEGIN:END" in error
 
 
 REFUSED = [
@@ -298,8 +297,5 @@ def test_the_command_proposes_a_period_where_no_segments_are_given(
 ):
     commands = {"P flexor cmd [Pa]": FLEXOR, "P extensor cmd [Pa]": EXTENSOR}
     log = write(tmp_path / "run.csv", {**LOG, **commands})
-    words = ["pamsim", "import", log, "--rig", rig, "--out", tmp_path / "data"]
-    monkeypatch.setattr(sys, "argv", [str(word) for word in words])
-    with pytest.raises(SystemExit):
-        main()
-    assert "the command repeats every 1 s" in capsys.readouterr().out
+    words = ["import", log, "--rig", rig, "--out", tmp_path / "data"]
+    assert "the command repeats every 1 s" in run(monkeypatch, capsys, *words)[1]

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
 from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
 from pamsim.report.calibrate_page import headline, write_calibration
-from pamsim.report.calibrate_signals import rest_errors, shown_trials, trial_signals
+from pamsim.report.row_errors import rest_errors
 from pamsim.report.style import BLUE, VERMILION
+from pamsim.report.trial_signals import shown_trials, trial_signals
 
 TIME = np.linspace(0.0, 1.0, 50)
 
@@ -108,14 +108,6 @@ def test_headline_is_made_of_sentences(result):
     )
     result["misfit"][0]["after"] = None
     assert headline(result) == "2 parameters fitted. No parameter at a limit."
-
-
-def test_another_schema_and_a_bad_place_are_refused(result, tmp_path):
-    with pytest.raises(InputError, match="reads 'pamsim-calibrate/1'"):
-        write_calibration({**result, "schema": "x"}, [], tmp_path)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="is a file; name a folder"):
-        write_calibration(result, [], tmp_path / "file")
 
 
 def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst(comparisons):

@@ -33,12 +33,12 @@ def sheet(**measured):
 
 def test_cursor_runs_from_end_to_end_and_never_back():
     drawn = sheet()
-    columns = [drawn.cursor(time) for time in np.linspace(0.0, 2.0, 201)]
+    columns = [drawn.plots[0].column(share) for share in np.linspace(0.0, 1.0, 201)]
     assert np.all(np.diff(columns) >= 0)
     assert columns[0] == round(drawn.plots[0].left)
     assert columns[-1] == round(drawn.plots[0].right)
     assert columns[100] == pytest.approx((columns[0] + columns[-1]) / 2.0, abs=1.0)
-    assert drawn.cursor(9.0) == columns[-1]
+    assert drawn.plots[0].column(4.5) == columns[-1]
 
 
 def test_a_frame_is_the_arm_above_the_plots_with_the_cursor_where_it_is_said_to_be():
@@ -52,12 +52,12 @@ def test_a_frame_is_the_arm_above_the_plots_with_the_cursor_where_it_is_said_to_
     plot = drawn.plots[0]
     edge = frame[height + plot.top, round(plot.left) + 2 : round(plot.right) - 2].max(axis=1)
     np.testing.assert_array_equal(
-        np.flatnonzero(edge < 60) + round(plot.left) + 2, [drawn.cursor(1.0)]
+        np.flatnonzero(edge < 60) + round(plot.left) + 2, [plot.column(0.5)]
     )
     # Half-way along its ramp the angle's dot is half-way up the plot; rows count downwards.
-    row = plot.curves[0].rows[drawn.cursor(1.0)]
+    row = plot.curves[0].rows[plot.column(0.5)]
     assert row == pytest.approx((plot.top + plot.bottom) / 2.0, abs=2.0)
-    assert plot.curves[0].rows[drawn.cursor(0.2)] > row
+    assert plot.curves[0].rows[plot.column(0.1)] > row
 
 
 def test_equal_times_give_equal_frames_and_the_sheet_is_left_as_it_was():

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
 from pamsim.identification.curves import Curves, TrialCurve
 from pamsim.identification.structure_choice import AICC, LIKELIHOOD
 from pamsim.linear.response_bands import FrequencyResponse, StepResponse
@@ -202,14 +201,6 @@ def test_every_structure_of_a_scan_is_drawn_once(result, curves, tmp_path, judge
     assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
     drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
     assert sorted(drawn) == [2, 3, 4]
-
-
-def test_another_schema_and_a_bad_place_are_refused(result, curves, tmp_path):
-    with pytest.raises(InputError, match="reads 'pamsim-identify/4'"):
-        page_of({**result, "schema": "x"}, curves, tmp_path)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="is a file; name a folder"):
-        page_of(result, curves, tmp_path / "file")
 
 
 def test_words_and_numbers():

@@ -111,10 +111,13 @@ def test_every_function_is_a_filter_and_its_text_is_escaped():
     assert written.render(ends=[0.5, 1.5], p=1e-9, n="<b>") == "0.50 to 1.5 &lt; 0.0001 &lt;b&gt;"
 
 
-def test_a_page_is_refused_a_result_of_another_schema(tmp_path):
+def test_a_page_is_refused_a_result_of_another_schema_and_a_file_for_a_folder(tmp_path):
     with pytest.raises(InputError, match="schema 'other/1'; this page reads 'mine/1'"):
         write_page(tmp_path, "base.html", {"schema": "other/1"}, dict, schema="mine/1")
     assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="is a file; name a folder"):
+        write_page(tmp_path / "file", "base.html", {"schema": "mine/1"}, dict, schema="mine/1")
 
 
 @pytest.mark.parametrize(

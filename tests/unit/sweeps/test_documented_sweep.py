@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pamsim.cli.main import main
 from pamsim.recordings.array_files import read_arrays
+from tests.typed_command import run
 from tests.unit.report.page_laws import check_page
 
 PAGE = Path(__file__).parents[3] / "docs" / "sweep.md"
@@ -22,11 +22,9 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     texts = dict(BLOCKS)
     (tmp_path / "study.toml").write_text(texts["toml"], encoding="utf-8")
-    monkeypatch.setattr("sys.argv", texts["sh"].split())
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 0
-    assert "32 runs, 0 of them failed" in capsys.readouterr().out
+    words = texts["sh"].split()[1:]
+    code, shown, _ = run(monkeypatch, capsys, *words)
+    assert (code, "32 runs, 0 of them failed" in shown) == (0, True)
     result = json.loads((tmp_path / "out" / "sweep.json").read_text(encoding="utf-8"))
     assert result["rank_correlations"]["final_deg"]["coulomb_friction"] < 0.0
     assert (tmp_path / "out" / "sweep.png").stat().st_size > 10_000
@@ -46,10 +44,7 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
     low, high, *loaded = read_arrays(tmp_path / "tracking" / "runs.parquet")["rmse"]
     assert 0.0 < low < high  # of the PID with the smaller gain, and the larger
     assert loaded == pytest.approx([low, high], rel=0.1)
-    monkeypatch.setattr("sys.argv", [*texts["sh"].split(), "--resume"])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 0  # nothing is left to do
+    assert run(monkeypatch, capsys, *words, "--resume")[0] == 0  # nothing is left to do
 
 
 @pytest.mark.parametrize(
@@ -63,10 +58,5 @@ def test_the_page_runs(tmp_path, monkeypatch, capsys):
 def test_executors_that_cannot_be_had_are_one_line(tmp_path, monkeypatch, capsys, words, message):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "study.toml").write_text(dict(BLOCKS)["toml"], encoding="utf-8")
-    monkeypatch.setattr("sys.argv", ["pamsim", "sweep", "study.toml", "--out", "out", *words])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    error = capsys.readouterr().err
-    assert ended.value.code == 2
-    assert message in error
-    assert error.count("\n") == 1
+    code, _, error = run(monkeypatch, capsys, "sweep", "study.toml", "--out", "out", *words)
+    assert (code, message in error, error.count("\n")) == (2, True, 1), error

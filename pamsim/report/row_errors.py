@@ -1,8 +1,8 @@
-"""Figures of a table at rest and of a loop beside what was found in them."""
+"""Figures of tables at rest and of a loop beside their simulations."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -29,11 +29,7 @@ _DASHED = (0, (4, 3))
 
 @styled
 def row_errors(result: Mapping[str, Any]) -> Figure:
-    """Errors of rows over the pressure that all muscles share, before and after.
-
-    Args:
-        result: of a table at rest, schema ``pamsim-diagnosis/3``.
-    """
+    """Errors of rows over the pressure that all muscles share, before and after a diagnosis."""
     rows, repaired = result["rows"], bool(result["effects"])
     states = [("before_deg", VERMILION, "rig, nuisance parameters refitted")]
     states += [("after_deg", BLUE, "with the effects that were found")] if repaired else []
@@ -46,11 +42,7 @@ def row_errors(result: Mapping[str, Any]) -> Figure:
 
 @styled
 def loop_branches(result: Mapping[str, Any]) -> Figure:
-    """Two panels: the loop, and the difference of its branches with what was found.
-
-    Args:
-        result: of a loop, schema ``pamsim-diagnosis/3``.
-    """
+    """The loop that was diagnosed, and the difference of its branches with what was found."""
     figure, (loop, apart) = new_figure(5.6, rows=2, sharex=True, height_ratios=(1.25, 1.0))
     branches = result["branches"]
     pressure, opened, error = (branches[key] for key in ("pressure_kpa", "opened_mm", "error_mm"))
@@ -101,3 +93,33 @@ def _rows(ax: Axes, rows: list[Mapping[str, Any]], key: str, colour: str, title:
                 fontsize=8, color=MUTED,
             )  # fmt: skip
     finish_axes(ax, y="simulated − measured [deg]", title=f"{title}: {fixed(rms, 2)} deg RMS")
+
+
+@styled
+def rest_errors(tables: Sequence[Mapping[str, Any]]) -> Figure:
+    """Simulated minus measured angle of every row of the tables that were calibrated to."""
+    figure, axes = new_figure(0.4 + 2.6 * len(tables), rows=len(tables))
+    for ax, table in zip(axes, tables, strict=True):
+        rows = table["rows"]
+        at = np.arange(len(rows))
+        for state, colour, marker, fill in (
+            ("before", VERMILION, "o", "none"),
+            ("after", BLUE, "D", BLUE),
+        ):
+            if any(row[f"{state}_deg"] is None for row in rows):
+                continue
+            error = np.array([row[f"{state}_deg"] - row["measured_deg"] for row in rows])
+            label = f"{state}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS"
+            look = {"color": colour, "markerfacecolor": fill, "markersize": 4.5}
+            ax.plot(at, error, marker, label=label, **look)
+        ax.set_xticks(at, [row["row"].split(" ")[-1] for row in rows])
+        held = ", held out" if table["held_out"] else ""
+        finish_axes(
+            ax,
+            x=f"{rows[0]['row'].split(' ')[0]} of the table",
+            y="simulated − measured [deg]",
+            title=f"{table['trial']}{held}",
+        )
+        ax.legend(loc="best")
+        ax.axhline(0.0, color=INK, linewidth=0.7)
+    return figure

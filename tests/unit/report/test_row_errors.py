@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.report.diagnose_rows import loop_branches, row_errors
+from pamsim.report.row_errors import loop_branches, row_errors
 
 ROWS = [
     {"row": "row 1", "pressure_kpa": [300.0, 0.0], "before_deg": 4.0, "after_deg": 0.5},
