@@ -25,6 +25,7 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import LeftOut, leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.papers.numerics import rms
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 from pamsim.recordings.recording import Outcome, Recording
@@ -38,42 +39,26 @@ _SAMPLE_RATE = 20.0
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A physical term that a model may free.
+    """A physical term that a model may free; values in SI."""
 
-    Attributes:
-        name: in words.
-        parameter: name of its parameter in the rig.
-        also: parameters that take the same value.
-        low: smallest value [SI].
-        high: largest value [SI].
-        start: where the fit begins [SI].
-        neutral: value at which the term is absent, or as published or assumed [SI].
-    """
-
-    name: str
-    parameter: str
+    name: str  # in words
+    parameter: str  # of the rig
     low: float
     high: float
-    start: float
-    neutral: float
-    also: tuple[str, ...] = ()
+    start: float  # where the fit begins
+    neutral: float  # at which the term is absent, or as published or assumed
+    also: tuple[str, ...] = ()  # parameters that take the same value
 
 
 @dataclass(frozen=True, kw_only=True)
 class StaticModel:
-    """A static model of the arm.
+    """A static model of the arm."""
 
-    Attributes:
-        name: in words.
-        terms: that are fitted; all others are at their neutral values.
-        accepted: whether it is on the way to the model that is used.
-        held: parameters held at another value than their neutral one [SI].
-    """
-
-    name: str
-    terms: tuple[Term, ...]
-    accepted: bool
+    name: str  # in words
+    terms: tuple[Term, ...]  # that are fitted; all others are at their neutral values
+    accepted: bool  # whether it is on the way to the model that is used
     held: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Parameters held at another value than their neutral one [SI]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,7 +83,7 @@ class StaticModelFit:
     @property
     def rms(self) -> float:
         """Root mean square error in sample [rad]."""
-        return _rms(self.residual)
+        return rms(self.residual)
 
     @property
     def leave_one_out_rms(self) -> float:
@@ -183,7 +168,7 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
                 " at neutral; check the rig's parameters"
             )
         residual = answer[0].residual
-        errors = {name: _rms(residual[list(rows)]) for name, rows in blocks.items()}
+        errors = {name: rms(residual[list(rows)]) for name, rows in blocks.items()}
         return StaticModelFit(
             model=model, residual=residual, fit=None, left_out=None, blocks=errors
         )
@@ -234,11 +219,7 @@ def _without_block(
     unseen = dataclasses.replace(simulate, rows=tuple(simulate.rows[k] for k in block))
     fit = fit_simulator(seen, free, central=False)
     (answer,) = unseen(np.array([fit.values]))
-    return math.nan if answer is None else _rms(answer[0].residual)
-
-
-def _rms(residual: FloatArray) -> float:
-    return math.sqrt(float(np.mean(residual**2)))
+    return math.nan if answer is None else rms(answer[0].residual)
 
 
 @dataclass(frozen=True)
@@ -267,14 +248,9 @@ class _RowSimulator:
     def _blocks(self, runs: Sequence[Recording]) -> Blocks | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
-        ends = np.array([run.angle[-1] for run in runs])
-        return [_block(ends - np.array([step.angle for step in self.rows]))]
-
-
-def _block(residual: FloatArray) -> ResidualBlock:
-    return ResidualBlock(
-        trial="printed rows", protocol="static", channel="angle", residual=residual
-    )
+        off = np.array([run.angle[-1] for run in runs]) - [step.angle for step in self.rows]
+        names = {"trial": "printed rows", "protocol": "static", "channel": "angle"}
+        return [ResidualBlock(**names, residual=off)]
 
 
 def _values(terms: Sequence[Term], values: Sequence[float] | FloatArray) -> Mapping[str, float]:

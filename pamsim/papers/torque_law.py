@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
-from pamsim.papers.numerics import curve_fit, root
+from pamsim.papers.numerics import curve_fit, rms, root
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 
 EXTRA_TERMS = ((), ("c",), ("o",))
@@ -54,9 +54,6 @@ def printed_rows_law(*extra: str) -> TorqueLaw:
 
     What it leaves at rows held out in turn is taken as the scatter of the printed rows: three
     coefficients without a muscle behind them describe the rows to that.
-
-    Args:
-        extra: as for `fit_torque_law`.
     """
     return fit_torque_law(distinct_steps(), extra)
 
@@ -68,12 +65,7 @@ def torque_laws() -> tuple[TorqueLaw, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class BestTorqueLaws:
-    """What a model of the muscles must reach: the least held-out errors of `torque_laws`.
-
-    Attributes:
-        left_out_rms_deg: of each angle predicted from all rest [deg].
-        small_steps_rms_deg: of the small steps predicted from the others [deg].
-    """
+    """What a model of the muscles must reach: the least held-out errors of `torque_laws`."""
 
     left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
     small_steps_rms_deg: float
@@ -82,23 +74,13 @@ class BestTorqueLaws:
 def best_torque_laws() -> BestTorqueLaws:
     """The least errors; each may be that of another law."""
     laws = torque_laws()
-    small = (law.small_steps_rms_deg for law in laws)
-    return BestTorqueLaws(
-        left_out_rms_deg=min(law.left_out_rms_deg for law in laws),
-        small_steps_rms_deg=min(error for error in small if math.isfinite(error)),
-    )
+    small = [law.small_steps_rms_deg for law in laws if math.isfinite(law.small_steps_rms_deg)]
+    least = min(law.left_out_rms_deg for law in laws)
+    return BestTorqueLaws(left_out_rms_deg=least, small_steps_rms_deg=min(small))
 
 
 def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) -> TorqueLaw:
-    """Least squares of the angles.
-
-    Args:
-        steps: printed rows.
-        extra: terms beside k1, k5 and t: ``c``, ``o``.
-
-    Returns:
-        The law.
-    """
+    """Least squares of the angles of some rows; the extra terms are ``c`` and ``o``."""
     names = ("k1", "k5", "t", *extra)
     start = np.array([_START[name] for name in names])
     values, covariance = _fit(steps, names, start)
@@ -109,9 +91,9 @@ def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) 
     return TorqueLaw(
         coefficients=dict(zip(names, map(float, values), strict=True)),
         half_interval=dict(zip(names, map(float, half), strict=True)),
-        rms_deg=_rms(residual),
-        left_out_rms_deg=_rms(left_out),
-        small_steps_rms_deg=_rms(_left_out(steps, small, names, values)),
+        rms_deg=rms(residual),
+        left_out_rms_deg=rms(left_out),
+        small_steps_rms_deg=rms(_left_out(steps, small, names, values)),
         residual_deg={step.row: float(r) for step, r in zip(steps, residual, strict=True)},
     )
 
@@ -142,10 +124,6 @@ def _left_out(
     if any(_linear(step, law) <= 0.0 for step in steps):
         return np.full(len(unseen), math.nan)
     return _misfit(unseen, names, values)
-
-
-def _rms(errors: FloatArray | list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))
 
 
 def _misfit(

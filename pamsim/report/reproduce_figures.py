@@ -11,14 +11,12 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from pamsim.core.units import FloatArray
-from pamsim.report.numbers import number_or_none
+from pamsim.report.replication_statics import DASHED, DOTTED, equation_23
 from pamsim.report.style import (
     BLUE,
     FAINT,
-    GREEN,
     INK,
     MUTED,
-    PURPLE,
     VERMILION,
     finish_axes,
     new_figure,
@@ -30,76 +28,37 @@ from pamsim.report.style import (
 Row = Mapping[str, Any]
 """One of ``result["rows"]`` of schema ``pamsim-reproduce/1``."""
 
-SIZES = ("large", "medium", "small")
-"""Of the pressure steps."""
-
 # key of result["figure9"]: label, colour by model order, line by estimator
+_LINES: dict[str, tuple[str, dict[str, Any]]] = {
+    "output_error": ("output error", {"linewidth": 1.5}),
+    "arx": ("ARX", {"linewidth": 1.0, "linestyle": DASHED}),
+    "paper": ("printed", {"linewidth": 1.5, "linestyle": DOTTED}),
+}
 _MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "g1_output_error": ("$G_1$ output error", BLUE, {"linewidth": 1.5}),
-    "g1_arx": ("$G_1$ ARX", BLUE, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
-    "g1_paper": ("$G_1$ printed", BLUE, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
-    "g2_output_error": ("$G_2$ output error", VERMILION, {"linewidth": 1.5}),
-    "g2_arx": ("$G_2$ ARX", VERMILION, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
-    "g2_paper": ("$G_2$ printed", VERMILION, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
+    f"g{order}_{key}": (f"$G_{order}$ {label}", colour, line)
+    for order, colour in ((1, BLUE), (2, VERMILION))
+    for key, (label, line) in _LINES.items()
 }
 
 
 @styled
 def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Figure:
-    """The paper's Figure 6: end angle against pressure difference.
-
-    Args:
-        rows: distinct rows of the result.
-        figure6: ``p_svd_kpa`` (n,) [kPa], ``eq23_bar_deg`` and ``eq23_scaled_deg`` (n,) [deg],
-            ``scale_kpa`` [kPa per unit of equation (23)], both curves' RMS [deg].
-
-    Returns:
-        One panel, angle [deg] against p1 - p2 [kPa].
-    """
+    """The paper's Figure 6: end angle [deg] against p1 - p2 [kPa], of the distinct rows."""
     figure, (ax,) = new_figure(4.3)
-    finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
-    ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
-    x = _curve(figure6, "p_svd_kpa")
-    scale = number_or_none(figure6.get("scale_kpa"))
-    curves = (
-        ("eq23_bar_deg", "rms_bar_deg", "eq. (23), p in bar", PURPLE, (0, (1, 1.6))),
-        (
-            "eq23_scaled_deg",
-            "rms_scaled_deg",
-            "eq. (23), best scale" + ("" if scale is None else f" {scale:.0f} kPa"),
-            GREEN,
-            (0, (5, 2.5)),
-        ),
-    )
-    for key, rms_key, label, colour, dashes in curves:
-        y = _curve(figure6, key)
-        rms = number_or_none(figure6.get(rms_key))
-        if x is not None and y is not None:
-            text = label if rms is None else f"{label}: {rms:.1f} deg RMS"
-            ax.plot(x, y, color=colour, linestyle=dashes, label=text)
-    for row in rows:
+    scaled = f"eq. (23), best scale {figure6['scale_kpa']:.0f} kPa"
+    equation_23(ax, figure6, "eq. (23), p in bar", scaled)
+    difference = [row["p1_kpa"] - row["p2_kpa"] for row in rows]
+    for x, row in zip(difference, rows, strict=True):
         if row["simulated_deg"] is not None:
             pair = [row["measured_deg"], row["simulated_deg"]]
-            ax.plot(
-                [(row["p1_kpa"] - row["p2_kpa"])] * 2, pair, color=MUTED, linewidth=0.8, zorder=2
-            )
-    difference = [row["p1_kpa"] - row["p2_kpa"] for row in rows]
-    measured = [row["measured_deg"] for row in rows]
+            ax.plot([x] * 2, pair, color=MUTED, linewidth=0.8, zorder=2)
     simulated = [_nan(row["simulated_deg"]) for row in rows]
-    ax.plot(
-        difference,
-        simulated,
-        "D",
-        color=BLUE,
-        markerfacecolor="none",
-        markersize=6.5,
-        label="simulated",
-        zorder=3,
-    )
+    diamond = {"color": BLUE, "markerfacecolor": "none", "markersize": 6.5}
+    ax.plot(difference, simulated, "D", **diamond, label="simulated", zorder=3)
     # On top and smaller, so that a dot inside a diamond means agreement.
-    ax.plot(
-        difference, measured, "o", color=INK, markersize=3.5, label="measured (printed)", zorder=4
-    )
+    measured = [row["measured_deg"] for row in rows]
+    dot = {"color": INK, "markersize": 3.5}
+    ax.plot(difference, measured, "o", **dot, label="measured (printed)", zorder=4)
     # The characteristic rises from lower left to upper right: the lower right is always free.
     ax.legend(loc="lower right")
     return figure
@@ -109,9 +68,7 @@ def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Fi
 def model_responses(figure9: Mapping[str, Any]) -> Figure:
     """The paper's Figure 9: first- and second-order models beside the simulated response.
 
-    Args:
-        figure9: ``time_s`` (n,) [s], ``simulated`` (n,) and up to six model responses (n,), all as
-            shares of the simulated end value; a response that does not exist is null.
+    All are shares of the simulated end value; a response that does not exist is null.
 
     Returns:
         Two panels against time [s]: responses [-], and models minus simulation [-].
@@ -141,9 +98,7 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
 def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
     """Error of every distinct row, and below it the measured angle that it belongs to.
 
-    Args:
-        rows: distinct rows of the result.
-        rms_deg: RMS of the errors [deg], drawn as a band; None for no band.
+    The RMS of the errors [deg] is drawn as a band, if there is one.
 
     Returns:
         Two panels against the row number: error [deg] and measured magnitude [deg].
@@ -156,7 +111,7 @@ def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
         band = upper.axhspan(-rms_deg, rms_deg, color=FAINT, zorder=0, linewidth=0)
         band.set_label(f"± RMS {rms_deg:.2f} deg")
         used.append(band)
-    for index, size in enumerate(SIZES):
+    for index, size in enumerate(("large", "medium", "small")):
         colour, marker = series_look(index)
         chosen = [row for row in rows if row["size"] == size]
         numbers = [row["row"] for row in chosen]

@@ -37,50 +37,42 @@ _STRIP = 0.2
 
 @styled
 def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """The paper's Figure 7: responses to large (rows 1-6) and medium (7-12) pressure steps.
-
-    Args:
-        rows: distinct rows of the result, of any size.
-        recordings: by row number.
+    """The paper's Figure 7: responses of distinct rows to large (1-6) and medium (7-12) steps.
 
     Returns:
         Two panels, angle [deg] against time [s].
     """
-    panels = [
-        (f"{size} steps", [row for row in rows if row["size"] == size])
+    panels = {
+        f"{size} steps": [row for row in rows if row["size"] == size]
         for size in ("large", "medium")
-    ]
+    }
     return _response_figure(panels, recordings)
 
 
 @styled
 def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """The paper's Figure 8: responses to small pressure steps (rows 13-21).
-
-    Args:
-        rows: distinct rows of the result, of any size.
-        recordings: by row number.
+    """The paper's Figure 8: responses of distinct rows to small pressure steps (rows 13-21).
 
     Returns:
         Two panels, without and with load, angle [deg] against time [s].
     """
     small = [row for row in rows if row["size"] == "small"]
-    panels = [
-        ("small steps, no load", [row for row in small if row["load_kg"] == 0.0]),
-        ("small steps, loaded", [row for row in small if row["load_kg"] != 0.0]),
-    ]
+    panels = {
+        "small steps, no load": [row for row in small if row["load_kg"] == 0.0],
+        "small steps, loaded": [row for row in small if row["load_kg"] != 0.0],
+    }
     return _response_figure(panels, recordings)
 
 
 def _response_figure(
-    panels: Sequence[tuple[str, Sequence[Row]]], recordings: Mapping[int, Recording]
+    panels: Mapping[str, Sequence[Row]], recordings: Mapping[int, Recording]
 ) -> Figure:
     """Panels on top of each other that share both axes, so that sizes can be compared."""
     figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
-    shown = [row for _, rows in panels for row in rows]
+    shown = [row for rows in panels.values() for row in rows]
     loads = sorted({row["load_kg"] for row in shown})
     end = _last_time_shown(shown, recordings)
-    for ax, (title, rows) in zip(axes, panels, strict=True):
+    for ax, (title, rows) in zip(axes, panels.items(), strict=True):
         finish_axes(ax, y="angle β [deg]", title=title)
         ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
         for row in rows:
@@ -95,12 +87,16 @@ def _response_figure(
     handles = []
     for index, load in enumerate(loads):
         colour, marker = series_look(index)
-        label = "no load" if load == 0.0 else f"{load:g} kg"
-        handles.append(Line2D([], [], color=colour, marker=marker, markersize=5, label=label))
-    label = "measured end angle and row number"
-    handles.append(Line2D([], [], color=MUTED, marker="o", linestyle="", markersize=5, label=label))
+        look = {"color": colour, "marker": marker, "markersize": 5}
+        handles.append(Line2D([], [], **look, label=_load(load)))
+    look = {"color": MUTED, "marker": "o", "linestyle": "", "markersize": 5}
+    handles.append(Line2D([], [], **look, label="measured end angle and row number"))
     figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
     return figure
+
+
+def _load(load: float) -> str:
+    return "no load" if load == 0.0 else f"{load:g} kg"
 
 
 def _last_time_shown(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> float:
@@ -145,11 +141,7 @@ def _draw_response(
 
 @styled
 def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
-    """Both muscles' pressures in one large and one small step.
-
-    Args:
-        rows: distinct rows of the result.
-        recordings: by row number.
+    """Both muscles' pressures in one large and one small step among distinct rows.
 
     Returns:
         Two panels, gauge pressure [kPa] against time [s], with the printed end pressures.
@@ -161,8 +153,7 @@ def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -
         if row is None:
             say_empty(ax, f"no recording of a {size} step")
             continue
-        load = "no load" if row["load_kg"] == 0.0 else f"{row['load_kg']:g} kg"
-        ax.set_title(f"{size} step: row {row['row']}, {load}")
+        ax.set_title(f"{size} step: row {row['row']}, {_load(row['load_kg'])}")
         recording = recordings[row["row"]]
         pressure = recording.pressure / PA_PER_KPA
         printed = np.array([row["p1_kpa"], row["p2_kpa"]])

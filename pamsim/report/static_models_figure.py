@@ -22,9 +22,14 @@ from pamsim.report.style import (
 
 _TICKS = (0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 15.0)
 _LABEL = 38  # characters of a model's name that leave the marks two thirds of the width
-
-
 _DASHED, _DOTTED = (0, (4, 3)), (0, (1, 2))
+
+
+_MARKS = (
+    ("rms_deg", "o", BLUE, "in sample"),
+    ("leave_one_out_rms_deg", "D", VERMILION, "rows held out in turn"),
+    ("small steps", "^", GREEN, "small steps held out"),
+)
 
 
 @styled
@@ -49,21 +54,14 @@ def static_models_figure(
     ax.grid(True, axis="x")
     for place, model in enumerate(ordered):
         look = 1.0 if model["accepted"] else 0.45
-        errors = [
-            (model["rms_deg"], "o", BLUE),
-            (model["leave_one_out_rms_deg"], "D", VERMILION),
-            (model["left_out_block_rms_deg"].get("small steps"), "^", GREEN),
-        ]
+        found = {**model, **model["left_out_block_rms_deg"]}
+        errors = [(found.get(key), marker, colour) for key, marker, colour, _ in _MARKS]
         shown = [mark for mark in errors if mark[0] is not None]
         ends = [error for error, _, _ in shown]
         ax.plot([min(ends), max(ends)], [place] * 2, color=MUTED, linewidth=1.0, zorder=2)
         for error, marker, colour in shown:
             ax.plot(error, place, marker, color=colour, alpha=look, markersize=5, zorder=3)
-    for marker, colour, label in (
-        ("o", BLUE, "in sample"),
-        ("D", VERMILION, "rows held out in turn"),
-        ("^", GREEN, "small steps held out"),
-    ):
+    for _, marker, colour, label in _MARKS:
         ax.plot([], [], marker, color=colour, label=label)
     nested = calibration["nested_leave_one_out"]["rms_deg"]
     best = calibration["best_torque_laws"]

@@ -15,7 +15,7 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.papers.alraouf2025.loop import branch_data
-from pamsim.papers.numerics import curve_fit, root
+from pamsim.papers.numerics import curve_fit, rms, root
 from pamsim.physics.force_laws.mckibben import ideal_force
 from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
 from pamsim.physics.passive import PassiveSpring, tube_force
@@ -31,33 +31,22 @@ _LOWEST = (0.3, 0.0, 10.0, 0.2, 0.0)
 _HIGHEST = (0.9, 9e4, 1e4, 200.0, 50.0)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class HungMuscle:
-    """The numbers of the fit.
+    """The numbers of the fit, and what follows from them."""
 
-    Attributes:
-        fibre_angle: [rad].
-        threshold: pressure lost to the tube [Pa].
-        stiffness: of the rubber at nominal length [N].
-        softening: of the rubber [-].
-        half_width: of the force loop between the steepest points of its branches [N].
-    """
-
-    fibre_angle: float
-    threshold: float
-    stiffness: float
-    softening: float
-    half_width: float
+    fibre_angle: float  # [rad]
+    threshold: float  # pressure lost to the tube [Pa]
+    stiffness: float  # of the rubber at nominal length [N]
+    softening: float  # of the rubber [-]
+    half_width: float  # of the force loop between the steepest points of its branches [N]
 
     def pull(self, pressure: float, contraction: float) -> float:
         """Force in the middle of the loop [N]; gauge pressure [Pa], contraction [-]."""
         reaching = effective_pressure(pressure, self.threshold)
         air = ideal_force(reaching, 1.0 - contraction, 1.0, DIAMETER, self.fibre_angle)
-        return air + tube_force(self._rubber, contraction)
-
-    @functools.cached_property
-    def _rubber(self) -> PassiveSpring:
-        return PassiveSpring(stiffness=self.stiffness, softening=self.softening)
+        rubber = PassiveSpring(stiffness=self.stiffness, softening=self.softening)
+        return air + tube_force(rubber, contraction)
 
     def highest(self, weight: float) -> float:
         """Contraction at 500 kPa, where both branches meet [-]."""
@@ -65,15 +54,9 @@ class HungMuscle:
         return root(lambda kappa: self.pull(top, kappa) - weight, -0.3, 0.6, 1e-12)
 
     def length(self, branch: str, pressure_kpa: FloatArray, weight: float) -> FloatArray:
-        """Lengths where the force balances a weight on one branch of the whole loop.
+        """Lengths (n,) [cm] where the force balances a weight [N] on one branch of the whole loop.
 
-        Args:
-            branch: ``up`` or ``down``.
-            pressure_kpa: (n,) gauge [kPa].
-            weight: that hangs on it [N].
-
-        Returns:
-            (n,) [cm].
+        The branch is ``up`` or ``down``, the gauge pressures (n,) are in kPa.
         """
         high = self.highest(weight)
         loop = Arctangent(high_contraction=high)
@@ -92,19 +75,12 @@ class HungMuscle:
 
 @functools.cache
 def fit_hung_muscle(weight: float) -> tuple[HungMuscle, float]:
-    """Least squares on the means of Table 2.
-
-    Args:
-        weight: that hangs on the muscle [N].
-
-    Returns:
-        The fit, and its RMS misfit [cm].
-    """
+    """Least squares on the means of Table 2 with a weight [N], and the RMS misfit [cm]."""
     pressure, up = branch_data("up")
     wanted = np.concatenate([up, branch_data("down")[1]])
 
     def lengths(_: None, *values: float) -> FloatArray:
-        muscle = _of(values)
+        muscle = HungMuscle(*values)
         return np.concatenate([muscle.length(b, pressure, weight) for b in ("up", "down")])
 
     fitted, _ = curve_fit(
@@ -117,16 +93,4 @@ def fit_hung_muscle(weight: float) -> tuple[HungMuscle, float]:
         x_scale=_START,
         diff_step=1e-5,
     )
-    rms = float(np.sqrt(np.mean((lengths(None, *fitted) - wanted) ** 2)))
-    return _of(tuple(float(value) for value in fitted)), rms
-
-
-def _of(values: tuple[float, ...]) -> HungMuscle:
-    angle, threshold, stiffness, softening, width = values
-    return HungMuscle(
-        fibre_angle=angle,
-        threshold=threshold,
-        stiffness=stiffness,
-        softening=softening,
-        half_width=width,
-    )
+    return HungMuscle(*fitted.tolist()), rms(lengths(None, *fitted) - wanted)

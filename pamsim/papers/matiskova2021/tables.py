@@ -5,7 +5,7 @@ from __future__ import annotations
 from statistics import median_high
 
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.rounding import half_unit, propagated
+from pamsim.papers.numerics import half_unit, propagated
 from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_table
 
 _FIGURES = ("p1_kpa", "p2_kpa", "p_svd_kpa", "load_kg", "beta_increment", "beta_deg")

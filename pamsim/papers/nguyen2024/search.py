@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.fitting.loop_cost import MAXWELL, maxwell_residual
+from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
 from pamsim.papers.claim import Recomputed, recomputes
@@ -18,7 +18,7 @@ from pamsim.papers.nguyen2024.numbers import (
     printed_element,
     value,
 )
-from pamsim.papers.rounding import half_unit, propagated
+from pamsim.papers.numerics import half_unit, propagated
 from pamsim.recordings.printed import Printed
 
 _BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
@@ -45,16 +45,19 @@ def _searches() -> dict[str, SearchRun]:
 @recomputes("nguyen2024-30", "water_cycle")
 def _recovered(method: str) -> Recomputed:
     run = _searches()[method]
+    limits = {
+        f"{name}_{end}": 10.0 ** getattr(coordinate, end)
+        for name, coordinate in zip(("beta", "stiffness"), MAXWELL[1:], strict=True)
+        for end in ("low", "high")
+    }
     result = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
-    return Recomputed(
-        result,
-        cost=run.value,
-        evaluations=run.evaluations,
-        beta_low=10.0 ** MAXWELL[1].low,
-        beta_high=10.0 ** MAXWELL[1].high,
-        stiffness_low=10.0 ** MAXWELL[2].low,
-        stiffness_high=10.0 ** MAXWELL[2].high,
-    )
+    return Recomputed(result, cost=run.value, evaluations=run.evaluations, **limits)
+
+
+def _residual(values: FloatArray, loops: tuple[LoopPoints, ...]) -> FloatArray:
+    """Residual of the cost (16) at alpha [-], beta [s], Ke [N/m]."""
+    alpha, beta, stiffness = values
+    return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops)
 
 
 @recomputes("nguyen2024-31")
@@ -62,8 +65,7 @@ def _converged() -> Recomputed:
     loops, count = identification_loops(), int(value("converged_after"))
 
     def cost(values: FloatArray) -> float:
-        exponents = np.array([values[0], math.log10(values[1]), math.log10(values[2])])
-        miss = maxwell_residual(exponents, loops)
+        miss = _residual(values, loops)
         return float(miss @ miss)
 
     low, high = zip(*_BOX, strict=True)
@@ -91,8 +93,7 @@ def _digits() -> Recomputed:
     loops, identified = identification_loops(), np.array(element())
 
     def residual(logs: FloatArray) -> FloatArray:
-        alpha, beta, stiffness = identified * np.exp(logs)
-        return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops)
+        return _residual(identified * np.exp(logs), loops)
 
     step = 1e-6
     columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]

@@ -11,7 +11,7 @@ import pytest
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
-from pamsim.papers.printed_rows import Row, rms_error
+from pamsim.papers.printed_steps import Row, rms_error_deg
 from pamsim.papers.reproduce_checks import (
     MODEL_LIMIT,
     RESPONSE_LIMIT,
@@ -78,7 +78,7 @@ def models(t=1.0, t1=1.0, t2=1.0):
 
 def record(rows, unseen=0.9, small=0.9, moved=0.0):
     """Of one form without a parameter: its nested error is `unseen`, whatever it states."""
-    rms = rms_error(tuple(r for r in rows if r.step.repeats is None)) * DEG_PER_RAD
+    rms = rms_error_deg(rows)
     used = {
         "name": "used",
         "accepted": True,
