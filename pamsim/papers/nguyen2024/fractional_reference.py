@@ -1,8 +1,8 @@
 """References for the fractional Maxwell element: its stiffness, its derivative, its printed loop.
 
 `simulate_fractional` solves Nguyen 2024, (8), with the derivative (7) itself and its whole history;
-slow, and of a known order. `loop_distance` and the two points after it are the printed loop (13) to
-(15), with which Nguyen 2024 identifies the element.
+slow, and of a known order. `loop_distance` is the printed loop (13), with which Nguyen 2024
+identifies the element.
 
 The element's order is alpha [-], its time constant beta [s] and its stiffness K_e [N/m]; omega is
 the angular frequency w [rad/s], positive, and amplitude F_0 [N].
@@ -36,17 +36,6 @@ def fractional_derivative_weights(order: float, count: int) -> Array:
     """
     j = np.arange(count + 1, dtype=np.float64)
     return np.diff(j ** (1.0 - order))
-
-
-def fractional_derivative(y: Array, step: float, order: float) -> Array:
-    """D^alpha y [unit of y per s^alpha] of (n,) samples (Nguyen 2024, (7)).
-
-    They start at rest, y_0 = 0, with a step between them [s].
-    """
-    weights = fractional_derivative_weights(order, len(y))
-    increments = np.diff(y, prepend=0.0)
-    scale = step**order * math.gamma(2.0 - order)
-    return np.convolve(increments, weights)[: len(y)] / scale
 
 
 def simulate_fractional(
@@ -86,19 +75,3 @@ def loop_distance(
     turn = 0.5 * math.pi * order
     along = (stiffness * u * x - (u + math.cos(turn)) * force) / (amplitude * math.sin(turn))
     return np.hypot(along, force / amplitude) - 1.0
-
-
-def displacement_at_peak_force(
-    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
-) -> float:
-    """x_1 [m] where F = F_0 on the loop (Nguyen 2024, (14))."""
-    u = (omega * time_constant) ** order
-    return (u + math.cos(0.5 * math.pi * order)) * amplitude / (stiffness * u)
-
-
-def displacement_at_zero_force(
-    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
-) -> float:
-    """x_2 < 0 [m] where F = 0 rising (Nguyen 2024, (15))."""
-    u = (omega * time_constant) ** order
-    return -amplitude * math.sin(0.5 * math.pi * order) / (stiffness * u)

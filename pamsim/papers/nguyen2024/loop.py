@@ -17,8 +17,6 @@ from pamsim.fitting.loop_cost import maxwell_loop
 from pamsim.papers.claim import AGREES, Order, Recomputed, printed_numbers, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
-    displacement_at_peak_force,
-    displacement_at_zero_force,
     loop_distance,
     simulate_fractional,
 )
@@ -115,9 +113,10 @@ def _ellipse() -> Recomputed:
 def _points() -> Recomputed:
     amplitude, worst = value("test_amplitude"), 0.0
     for frequency in _FREQUENCIES:
-        case = (amplitude, omega(frequency), *element())
-        x = np.array([displacement_at_peak_force(*case), displacement_at_zero_force(*case)])
-        distance = loop_distance(x, np.array([amplitude, 0.0]), *case)
+        points = maxwell_loop(*element(), omega(frequency), amplitude)
+        x = np.array([points.at_force, points.at_zero])
+        case = (np.array([amplitude, 0.0]), amplitude, omega(frequency))
+        distance = loop_distance(x, *case, *element())
         worst = max(worst, float(np.max(np.abs(distance))))
         if not x[0] > 0.0 > x[1]:
             worst = 1.0
