@@ -13,8 +13,7 @@ from pamsim.recordings.printed import Printed
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 _brentq: Any = scipy.optimize.brentq
-curve_fit: Any = scipy.optimize.curve_fit
-"""`scipy.optimize.curve_fit`; with ``method="trf"`` it takes the options of ``least_squares``."""
+_curve_fit: Any = scipy.optimize.curve_fit
 
 _STEP = 1e-30
 
@@ -22,6 +21,20 @@ _STEP = 1e-30
 def rms(values: FloatArray | Sequence[float]) -> float:
     """Root of the mean square, in the unit of the values."""
     return float(np.sqrt(np.mean(np.square(values))))
+
+
+def least_squares(
+    function: Callable[..., FloatArray],
+    wanted: FloatArray,
+    start: Sequence[float] | FloatArray,
+    **options: Any,
+) -> tuple[FloatArray, FloatArray]:
+    """Numbers at which a function of them is nearest to (n,) wanted values, and their covariance.
+
+    The options are those of scipy's ``curve_fit`` and, through it, of ``least_squares``.
+    """
+    options = {"method": "trf", **options}
+    return _curve_fit(lambda _, *values: function(*values), None, wanted, start, **options)
 
 
 def root(function: Callable[[float], float], low: float, high: float, tolerance: float) -> float:

@@ -38,7 +38,7 @@ from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import work_ratio
-from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
+from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import measured
 from pamsim.recordings.step_metrics import step_metrics
@@ -214,6 +214,7 @@ def reproduce(
         )
     report: Progress = progress or (lambda done, total, what: None)
     steps = mas20_steps()
+    increments = loaded.sensor.encoder_increments if loaded.sensor else 2500.0
     rows: dict[int, Row] = {}
     for step in steps:
         report(step.row - 1, len(steps), f"row {step.row}, {step.size} step")
@@ -223,38 +224,28 @@ def reproduce(
                 recording = measured(recording, loaded.sensor)
         else:
             recording = rows[step.repeats].recording
-        rows[step.row] = _row(loaded, step, assumed, recording)
+        completed = recording.outcome is Outcome.COMPLETED
+        rows[step.row] = Row(
+            step=step,
+            start=start_pressures(step, assumed),
+            recording=recording,
+            metrics=step_metrics(recording.time, recording.angle) if completed else None,
+            increment=2.0 * math.pi / increments,
+        )
     report(len(steps), len(steps), "identify G1 and G2")
     large, ordered = rows[IDENTIFIED_ROW], tuple(rows.values())
     recording = large.recording
     identified = identify_step(recording.time, recording.angle) if large.metrics else None
     record = calibration_record(loaded)
-    applies = assumed.name == CALIBRATED_START
+    judged = record if assumed.name == CALIBRATED_START else None
+    work = [work_ratio(parameters(m), _PRESSURE, _CONTRACTION) for m in loaded.muscles.values()]
     return Reproduction(
         rig=loaded,
         start=assumed,
         rows=ordered,
         identified=identified,
         record=record,
-        checks=checks(ordered, identified, record if applies else None, _work(loaded)),
+        checks=checks(ordered, identified, judged, max(work, key=lambda ratio: abs(ratio - 1.0))),
         seconds=time.perf_counter() - began,
         sensors=sensors,
-    )
-
-
-def _work(rig: Rig) -> float:
-    """Work ratio of the muscle that is further from 1."""
-    ratios = [work_ratio(parameters(m), _PRESSURE, _CONTRACTION) for m in rig.muscles.values()]
-    return max(ratios, key=lambda ratio: abs(ratio - 1.0))
-
-
-def _row(rig: Rig, step: PrintedStep, start: Start, recording: Recording) -> Row:
-    increments = rig.sensor.encoder_increments if rig.sensor else 2500.0
-    completed = recording.outcome is Outcome.COMPLETED
-    return Row(
-        step=step,
-        start=start_pressures(step, start),
-        recording=recording,
-        metrics=step_metrics(recording.time, recording.angle) if completed else None,
-        increment=2.0 * math.pi / increments,
     )

@@ -51,7 +51,13 @@ def checks(
         record: of the rig's calibration, if it applies to these rows.
         work: a muscle's over that of its air, in a cycle of the large step's size [-].
     """
-    judged = (*_row_checks(rows), _work_check(work))
+    energy = Check(
+        "energy",
+        abs(work - 1.0) <= WORK_LIMIT,
+        f"over the travel and at the pressure of the large step a muscle gives {work:.3f}"
+        f" times the work of its air (1 within {100.0 * WORK_LIMIT:.0f} %)",
+    )
+    judged = (*_row_checks(rows), energy)
     if identified is not None:
         large = next(row.recording for row in rows if row.step.row == IDENTIFIED_ROW)
         judged += _model_checks(identified, large)
@@ -100,15 +106,6 @@ def _row_checks(rows: tuple[Row, ...]) -> tuple[Check, ...]:
             if swinging
             else "no small step with load swings, against the paper's words",
         ),
-    )
-
-
-def _work_check(work: float) -> Check:
-    return Check(
-        "energy",
-        abs(work - 1.0) <= WORK_LIMIT,
-        f"over the travel and at the pressure of the large step a muscle gives {work:.3f}"
-        f" times the work of its air (1 within {100.0 * WORK_LIMIT:.0f} %)",
     )
 
 

@@ -22,7 +22,7 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.leave_one_out import LeftOut, leave_one_out
+from pamsim.inference.leave_one_out import leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
 from pamsim.papers.numerics import rms
@@ -67,17 +67,16 @@ class StaticModelFit:
 
     Attributes:
         model: that was fitted.
-        residual: simulated minus printed angle of each row, shape (n,) [rad].
         fit: of its free terms; None for a model without a free term.
-        left_out: errors at unseen rows; None for a model without a free term, where they are the
-            residual itself.
+        residual: simulated minus printed angle of each row, shape (n,) [rad].
+        held_out: the same by the fit without that row, shape (n,) [rad].
         blocks: name of a block of rows -> root mean square error there of the fit without it [rad].
     """
 
     model: StaticModel
-    residual: FloatArray
     fit: SimulatorFit | None
-    left_out: LeftOut | None
+    residual: FloatArray
+    held_out: FloatArray
     blocks: Mapping[str, float]
 
     @property
@@ -88,14 +87,15 @@ class StaticModelFit:
     @property
     def leave_one_out_rms(self) -> float:
         """Root mean square error at rows held out in turn [rad]."""
-        return self.rms if self.left_out is None else self.left_out.rms
+        return rms(self.held_out)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-safe form, units in the key names; parameters in SI."""
         fitted = self.fit.parameters if self.fit else ()
-        held_out = self.residual if self.left_out is None else self.left_out.residual
         # By place in a parameter's range: parameters of all units are of one size.
-        jacobian = self.fit.linearisation.jacobian if self.fit else np.empty((held_out.size, 0))
+        jacobian = (
+            self.fit.linearisation.jacobian if self.fit else np.empty((self.residual.size, 0))
+        )
         return {
             "name": self.model.name,
             "accepted": self.model.accepted,
@@ -117,7 +117,7 @@ class StaticModelFit:
             },
             "jacobian_deg": (jacobian * DEG_PER_RAD).tolist(),
             "residual_deg": (self.residual * DEG_PER_RAD).tolist(),
-            "leave_one_out_residual_deg": (held_out * DEG_PER_RAD).tolist(),
+            "leave_one_out_residual_deg": (self.held_out * DEG_PER_RAD).tolist(),
         }
 
 
@@ -170,7 +170,7 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
         residual = answer[0].residual
         errors = {name: rms(residual[list(rows)]) for name, rows in blocks.items()}
         return StaticModelFit(
-            model=model, residual=residual, fit=None, left_out=None, blocks=errors
+            model=model, fit=None, residual=residual, held_out=residual, blocks=errors
         )
     free = [
         FreeParameter(
@@ -189,9 +189,9 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
     ]
     return StaticModelFit(
         model=model,
-        residual=fit.linearisation.residual,
         fit=fit,
-        left_out=leave_one_out(simulate, free, fit),
+        residual=fit.linearisation.residual,
+        held_out=leave_one_out(simulate, free, fit).residual,
         blocks={
             name: _without_block(simulate, at_optimum, rows)
             for name, rows in blocks.items()

@@ -15,11 +15,12 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.papers.alraouf2025.loop import branch_data
-from pamsim.papers.numerics import curve_fit, rms, root
+from pamsim.papers.numerics import least_squares, rms, root
 from pamsim.physics.force_laws.mckibben import ideal_force
 from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
 from pamsim.physics.passive import PassiveSpring, tube_force
 from pamsim.physics.tension import effective_pressure
+from pamsim.recordings.printed import BRANCHES
 
 LENGTH, DIAMETER = 0.3, 0.02
 """Of the muscle without pressure, as printed [m]."""
@@ -76,21 +77,15 @@ class HungMuscle:
 @functools.cache
 def fit_hung_muscle(weight: float) -> tuple[HungMuscle, float]:
     """Least squares on the means of Table 2 with a weight [N], and the RMS misfit [cm]."""
-    pressure, up = branch_data("up")
-    wanted = np.concatenate([up, branch_data("down")[1]])
+    pressure, _ = branch_data("up")
+    wanted = np.concatenate([branch_data(branch)[1] for branch in BRANCHES])
 
-    def lengths(_: None, *values: float) -> FloatArray:
+    def lengths(*values: float) -> FloatArray:
         muscle = HungMuscle(*values)
-        return np.concatenate([muscle.length(b, pressure, weight) for b in ("up", "down")])
+        return np.concatenate([muscle.length(b, pressure, weight) for b in BRANCHES])
 
-    fitted, _ = curve_fit(
-        lengths,
-        None,
-        wanted,
-        _START,
-        bounds=(_LOWEST, _HIGHEST),
-        method="trf",
-        x_scale=_START,
-        diff_step=1e-5,
+    bounds = (_LOWEST, _HIGHEST)
+    fitted, _ = least_squares(
+        lengths, wanted, _START, bounds=bounds, x_scale=_START, diff_step=1e-5
     )
-    return HungMuscle(*fitted.tolist()), rms(lengths(None, *fitted) - wanted)
+    return HungMuscle(*fitted.tolist()), rms(lengths(*fitted) - wanted)

@@ -14,14 +14,14 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
-from pamsim.papers.numerics import curve_fit, jacobian
+from pamsim.papers.numerics import jacobian, least_squares
 from pamsim.recordings.printed import (
     Printed,
     arctangent_law,
@@ -148,22 +148,13 @@ def arctangent_scores(branch: str, coefficients: Sequence[float]) -> dict[str, f
 def fit_arctangent(branch: str) -> tuple[float, float, float, float]:
     """Least squares of one branch on Table 2's means, the best of several fixed starts."""
     pressure, length = branch_data(branch)
+    options: dict[str, Any] = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
+    options["jac"] = lambda _, *a: _arctangent_jacobian(pressure, a)
+    options["x_scale"] = _ARCTANGENT_SCALE
     fits = [
-        curve_fit(
-            arctangent_law,
-            pressure,
-            length,
-            start,
-            jac=lambda p, *a: _arctangent_jacobian(p, a),
-            method="trf",
-            x_scale=_ARCTANGENT_SCALE,
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-        )[0]
+        least_squares(lambda *a: arctangent_law(pressure, *a), length, start, **options)[0]
         for start in _ARCTANGENT_STARTS
     ]
-
     best = min(fits, key=lambda a: float(np.sum(arctangent_residual(branch, a) ** 2)))
     a0, a1, a2, a3 = (float(a) for a in best)
     # (a0, a1, a2) and (-a0, -a1, -a2) are one curve; the paper's has a0 > 0.
@@ -203,13 +194,13 @@ def _fit_at(sigma: float) -> BoucWenLoop:
     """Least squares with sigma held."""
     pressure, up = branch_data("up")
     length = np.concatenate([up, branch_data("down")[1]])
-    ones, twice = np.ones(len(length)), np.concatenate([pressure, pressure])
+    line = np.stack([np.ones(len(length)), np.tile(pressure, 2)], axis=1)
 
     def residual_at(x: FloatArray) -> FloatArray:
         travel, sharpness, start = _natural(x)
         path = _path(travel, sigma, sharpness, start, pressure)
         # The three linear coefficients are solved for, so only D, n and z0 are searched.
-        basis = np.stack([ones, twice, path], axis=1)
+        basis = np.column_stack([line, path])
         return basis @ np.linalg.lstsq(basis, length, rcond=None)[0] - length
 
     best = bounded_least_squares(

@@ -54,9 +54,9 @@ def _half_stroke() -> Recomputed:
     longest = ideal_muscle().braided.nominal_length
     middle = longest - stroke(ideal_muscle()) / 2.0
     miss, radius = mounted(middle)
-    nominal, nominal_radius = mounted(longest)
+    nominal, _ = mounted(longest)
     lengths = np.linspace(middle, longest, 12).tolist()
-    least, least_radius, best = min((*mounted(length), length) for length in lengths)
+    least, _, best = min((*mounted(length), length) for length in lengths)
     return Recomputed(
         miss * DEG_PER_RAD,
         high=printed_rows_law().left_out_rms_deg,
@@ -64,12 +64,9 @@ def _half_stroke() -> Recomputed:
         radius=radius / MILLIMETRE,
         longest=longest / MILLIMETRE,
         nominal=nominal * DEG_PER_RAD,
-        nominal_radius=nominal_radius / MILLIMETRE,
         least=least * DEG_PER_RAD,
-        least_radius=least_radius / MILLIMETRE,
         best=best / MILLIMETRE,
         slack=(longest - middle) / sprocket_radius() * DEG_PER_RAD,
-        rig_radius=sprocket_radius() / MILLIMETRE,
         rows_deg=printed_rows_law().left_out_rms_deg,
     )
 

@@ -10,7 +10,6 @@ from pamsim.core.errors import PamsimError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.printed_steps import Row
 from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.printed import mas20_models
@@ -35,13 +34,8 @@ def _models() -> StepIdentification:
 @recomputes("matiskova2021-37")
 def _end_positions() -> Recomputed:
     done, scatter = _simulated(), printed_rows_law().left_out_rms_deg
-    return Recomputed(
-        done.rms_deg,
-        high=scatter,
-        rig=done.rig.name,
-        rows=len(done.distinct),
-        scatter_deg=scatter,
-    )
+    evidence = {"rig": done.rig.name, "rows": len(done.distinct), "scatter_deg": scatter}
+    return Recomputed(done.rms_deg, high=scatter, **evidence)
 
 
 @recomputes("matiskova2021-38")
@@ -74,16 +68,9 @@ def _oscillating() -> Recomputed:
     rows = [row for row in _simulated().distinct if row.step.size == "small"]
     swinging = [row for row in rows if row.step.load > 0.0 and not row.monotonic]
     still = [str(row.step.row) for row in rows if row.step.load == 0.0 and row.monotonic]
-    return Recomputed(
-        float(len(swinging)),
-        overshoots=_overshoots(swinging),
-        still=", ".join(still) or "none",
-    )
-
-
-def _overshoots(rows: list[Row]) -> str:
-    shares = [100.0 * row.metrics.overshoot for row in rows if row.metrics]
-    return f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "none"
+    shares = [100.0 * row.metrics.overshoot for row in swinging if row.metrics]
+    over = f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "none"
+    return Recomputed(float(len(swinging)), overshoots=over, still=", ".join(still) or "none")
 
 
 @recomputes("matiskova2021-42")

@@ -61,20 +61,18 @@ def _harmonic(samples: FloatArray) -> complex:
     return complex(2.0 * np.mean(samples * turn))
 
 
-def _stiffness_rounding(frequency: float) -> float:
-    """What half a unit of alpha, beta and Ke moves the stiffness, over the stiffness [-]."""
-    size = propagated(lambda *a: abs(complex_stiffness(omega(frequency), *a)), *printed_element())
-    return size.half_unit / size.value
-
-
 @recomputes("nguyen2024-10")
 def _stiffness() -> Recomputed:
     off: list[float] = []
+    rounding: list[float] = []
     for frequency in _FREQUENCIES:
         x, force = simulated_loop(frequency, value("test_amplitude"))
-        exact = complex_stiffness(omega(frequency), *element())
+        w = omega(frequency)
+        exact = complex_stiffness(w, *element())
         off.append(abs(_harmonic(force) / _harmonic(x) / exact - 1.0))
-    rounding = [_stiffness_rounding(frequency) for frequency in _FREQUENCIES]
+        # What half a unit of alpha, beta and Ke moves the stiffness, over the stiffness.
+        size = propagated(lambda *a, w=w: abs(complex_stiffness(w, *a)), *printed_element())
+        rounding.append(size.half_unit / size.value)
     return Recomputed(off, high=rounding, periods=_PERIODS, samples=_SAMPLES)
 
 

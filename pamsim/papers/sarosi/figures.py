@@ -14,7 +14,7 @@ import numpy as np
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
-from pamsim.papers.numerics import curve_fit, rms, root
+from pamsim.papers.numerics import least_squares, rms, root
 from pamsim.papers.sarosi import equations
 from pamsim.papers.sarosi.equations import BARS, TYPE
 from pamsim.papers.sarosi.fits import measured
@@ -94,12 +94,12 @@ def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[tuple[float, ...],
     ]
     wanted = np.array([f for _, _, f in chosen])
 
-    def force(_: None, *constants: float) -> FloatArray:
+    def force(*constants: float) -> FloatArray:
         law = (*constants, _DECAY, _DIAMETER, _FIBRE_ANGLE)
         return np.array([corrected_mckibben_force(p, k, *law) for p, k, _ in chosen])
 
-    fitted, _ = curve_fit(force, None, wanted, _START, method="trf")
-    return tuple(fitted.tolist()), rms(force(None, *fitted) - wanted)
+    fitted, _ = least_squares(force, wanted, _START)
+    return tuple(fitted.tolist()), rms(force(*fitted) - wanted)
 
 
 def force_by_law(pressure: float, contraction: float) -> float:

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.claim import Order, Recomputed, printed_number, recomputes
-from pamsim.papers.numerics import curve_fit, rms
-from pamsim.physics.braid import Braid
+from pamsim.papers.nguyen2024.numbers import muscle
+from pamsim.papers.numerics import least_squares, rms
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.published import PUBLISHED
@@ -52,18 +52,12 @@ def measured(kind: str) -> MeasuredForces:
     return MeasuredForces(*table[table[:, 2] != 0.0].T)
 
 
-def dmsp_20_braid() -> Braid:
-    """Geometry of the mapped DMSP-20-300N as Nguyen 2024 prints it; Sarosi prints none."""
-    return Braid(
-        nominal_length=printed_number("nguyen2024", "free_length").value * 1e-3,
-        diameter=printed_number("nguyen2024", "diameter").value * 1e-3,
-        fibre_angle=printed_number("nguyen2024", "fibre_angle").value / DEG_PER_RAD,
-    )
-
-
 def predicted(law: str, coefficients: tuple[float, ...], points: MeasuredForces) -> FloatArray:
-    """Forces of a law of the catalog at the points of a map [N]."""
-    entry, braid = FORCE_LAWS[law], dmsp_20_braid()
+    """Forces of a law of the catalog at the points of a map [N].
+
+    The geometry is that of the mapped DMSP-20-300N as Nguyen 2024 prints it; Sarosi prints none.
+    """
+    entry, braid = FORCE_LAWS[law], muscle()
     pairs = zip(points.pressure.tolist(), points.contraction.tolist(), strict=True)
     return np.array([entry.force(p, kappa, coefficients, braid) for p, kappa in pairs])
 
@@ -81,13 +75,11 @@ def fitted_residual(law: str) -> FloatArray:
         return predicted("ideal_mckibben", (1.0,), points) - points.force
     name, coefficients, start = _FITS[law]
 
-    def force(_: None, *values: float) -> FloatArray:
+    def force(*values: float) -> FloatArray:
         return predicted(name, coefficients(*values), points)
 
-    fitted, _ = curve_fit(
-        force, None, points.force, start, method="trf", x_scale="jac", max_nfev=2000
-    )
-    return force(None, *fitted) - points.force
+    fitted, _ = least_squares(force, points.force, start, x_scale="jac", max_nfev=2000)
+    return force(*fitted) - points.force
 
 
 @recomputes("sarosi-14")

@@ -84,7 +84,10 @@ def curves() -> Mapping[str, Any]:
         ``loops``: number of fibres -> delta, outer f_t0, inner contraction [%] and f_t0 [-];
         ``exact``: contraction [%], exact and fitted f_t0 [-], range of the fit [%].
     """
-    levels = levels_of(_LEVELS)
+    levels, plane = levels_of(_LEVELS), RelaySum(_weights())
+    for u in _HISTORY:
+        plane.step(u)
+    whole_cells = _weights() * (1.0 + np.eye(_LEVELS))
     rising, falling = major_loop(_weights())
     step = largest() / _LEVELS
     outer = _path((0.0, largest(), 0.0), step)
@@ -107,7 +110,13 @@ def curves() -> Mapping[str, Any]:
     slenderness = value("slenderness")
     whole = np.linspace(0.005, pleated_max_contraction(slenderness), 200)
     return {
-        "plane": _plane(),
+        "plane": {
+            "levels": levels,
+            # Relays of the diagonal stand for half a cell: full height again, for the picture only.
+            "weight": whole_cells / whole_cells.max(),
+            "relays": plane.relays,
+            "history": list(_HISTORY),
+        },
         "major": {
             "input": levels,
             "rising": rising,
@@ -126,20 +135,6 @@ def curves() -> Mapping[str, Any]:
             "polynomial": polynomial(whole),
             "range_percent": [end / PERCENT for end in FIT_RANGE],
         },
-    }
-
-
-def _plane() -> dict[str, Any]:
-    plane = RelaySum(_weights())
-    for u in _HISTORY:
-        plane.step(u)
-    # Relays of the diagonal stand for half a cell: full height again, for the picture only.
-    whole = _weights() * (1.0 + np.eye(_LEVELS))
-    return {
-        "levels": levels_of(_LEVELS),
-        "weight": whole / whole.max(),
-        "relays": plane.relays,
-        "history": list(_HISTORY),
     }
 
 

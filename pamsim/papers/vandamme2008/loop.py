@@ -21,7 +21,7 @@ from pamsim.papers.claim import (
     printed_values,
     recomputes,
 )
-from pamsim.papers.numerics import curve_fit, propagated
+from pamsim.papers.numerics import least_squares, propagated
 from pamsim.papers.vandamme2008.relays import (
     RelaySum,
     levels_of,
@@ -267,14 +267,9 @@ def _good_range() -> Recomputed:
 
 def _fit(measured: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fit delta, c and d to a relative error of the force, and half their 95 % intervals."""
-    u = scaled(path())
-
-    values, covariance = curve_fit(
-        lambda _, *v: relative_error(np.array(v), history(), u),
-        None,
-        measured,
-        start,
-        bounds=([0.0, -1.0, -1.9], [1.0, 0.5, 0.0]),
+    relays, u, bounds = history(), scaled(path()), ([0.0, -1.0, -1.9], [1.0, 0.5, 0.0])
+    values, covariance = least_squares(
+        lambda *v: relative_error(np.array(v), relays, u), measured, start, bounds=bounds
     )
     return values, stdtrit(measured.size - 3, 0.975) * np.sqrt(np.diag(covariance))
 
@@ -294,8 +289,7 @@ def _recovered() -> Recomputed:
 @recomputes("vandamme2008-26")
 def _digits_of_delta() -> Recomputed:
     clean = _measured_ratio(40)
-    planted, inside = printed_parameters(40), np.zeros(3)
-    half = np.zeros(3)
+    planted, inside, half = printed_parameters(40), np.zeros(3), np.zeros(3)
     for seed in range(_SEEDS):
         noise = np.random.default_rng(seed).standard_normal(clean.size)
         # Started where it ends without noise: vandamme2008-25 shows that a far start leads there.
