@@ -249,8 +249,9 @@ class _RowSimulator:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
         off = np.array([run.angle[-1] for run in runs]) - [step.angle for step in self.rows]
-        names = {"trial": "printed rows", "protocol": "static", "channel": "angle"}
-        return [ResidualBlock(**names, residual=off)]
+        return [
+            ResidualBlock(trial="printed rows", protocol="static", channel="angle", residual=off)
+        ]
 
 
 def _values(terms: Sequence[Term], values: Sequence[float] | FloatArray) -> Mapping[str, float]:

@@ -112,7 +112,7 @@ def nguyen2024_bench(curves: Curves) -> Figure:
 
 def _beside(ax: Axes, x: Any, both: Mapping[str, Any], law: str, *, every: int) -> None:
     """A law as a line, and the engine at every so many points."""
-    look = {"color": VERMILION, "markersize": 4}
+    look: dict[str, Any] = {"color": VERMILION, "markersize": 4}
     ax.plot(x, both["law"], color=BLUE, label=law)
     ax.plot(x[::every], both["engine"][::every], "o", **look, label="engine")
 
@@ -221,7 +221,7 @@ def vandamme2008_bench(curves: Curves) -> Figure:
     finish_axes(function, x="contraction [%]", y="$f_{t0}$ [-]", title="Figure 9, 1.5 bar")
     finish_axes(error, x="contraction [%]", y="e [%]", title="Figure 10, 1.5 bar")
     for (fibres, each), colour in zip(own["loops"].items(), (BLUE, GREEN), strict=True):
-        engine = {"color": colour, "label": f"engine, N = {fibres}"}
+        engine: dict[str, Any] = {"color": colour, "label": f"engine, N = {fibres}"}
         function.plot(x[whole], each["function"][whole], **engine)
         error.plot(x, each["law_percent"], color=colour, linewidth=1.0)
         error.plot(x[::8], each["error_percent"][::8], "o", markersize=2.5, **engine)

@@ -54,9 +54,12 @@ def static_models_figure(
     ax.grid(True, axis="x")
     for place, model in enumerate(ordered):
         look = 1.0 if model["accepted"] else 0.45
-        found = {**model, **model["left_out_block_rms_deg"]}
-        errors = [(found.get(key), marker, colour) for key, marker, colour, _ in _MARKS]
-        shown = [mark for mark in errors if mark[0] is not None]
+        found: dict[str, Any] = {**model, **model["left_out_block_rms_deg"]}
+        shown = [
+            (found[key], marker, colour)
+            for key, marker, colour, _ in _MARKS
+            if found.get(key) is not None
+        ]
         ends = [error for error, _, _ in shown]
         ax.plot([min(ends), max(ends)], [place] * 2, color=MUTED, linewidth=1.0, zorder=2)
         for error, marker, colour in shown:

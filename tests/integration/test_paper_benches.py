@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from pamsim.papers.alraouf2025 import figures as alraouf
-from pamsim.papers.alraouf2025.hung_muscle import fit_hung_muscle
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
 from pamsim.papers.nguyen2024 import figures as nguyen
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
-from pamsim.papers.nguyen2024.numbers import element, muscle, omega
+from pamsim.papers.nguyen2024.geometry import element, muscle, omega
 from pamsim.papers.sarosi import figures as sarosi
 from pamsim.papers.vandamme2008 import figures as vandamme
 from pamsim.papers.vandamme2008.shape import value
@@ -56,7 +55,7 @@ def test_slow_pressure_moves_a_weight_along_the_inverse_law(curves):
 
 def test_hung_muscle_of_alraouf_is_the_fit_to_table_2():
     rig = bench("alraouf2025")
-    fitted, rms = fit_hung_muscle(hanging_weight(rig, 0.0))
+    fitted, rms = alraouf.fit_hung_muscle(hanging_weight(rig, 0.0))
     stated = alraouf.hung_muscle(rig)
     assert vars(stated) == pytest.approx(vars(fitted), rel=1e-3)
     hysteresis = rig.muscles["muscle"].hysteresis

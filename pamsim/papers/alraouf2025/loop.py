@@ -133,7 +133,7 @@ def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:
     }
 
 
-def arctangent_residual(branch: str, coefficients: Sequence[float]) -> FloatArray:
+def arctangent_residual(branch: str, coefficients: Sequence[float] | FloatArray) -> FloatArray:
     """Arctangent of a0..a3 less the means of Table 2 [cm]."""
     pressure, length = branch_data(branch)
     return arctangent_law(pressure, *coefficients) - length

@@ -100,7 +100,7 @@ def _fitted_with_scale() -> Recomputed:
     return Recomputed(result, scale=best.x / PA_PER_KPA, rms=misfit)
 
 
-def _within_scatter(misfit: float, **evidence: float) -> Recomputed:
+def _within_scatter(misfit: float, **evidence: Any) -> Recomputed:
     """An RMS misfit [deg] that must be within the scatter of the rows to describe them."""
     scatter = printed_rows_law().left_out_rms_deg
     return Recomputed(misfit, high=scatter, rows_deg=scatter, **evidence)

@@ -12,10 +12,10 @@ from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, stretched
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
-from pamsim.papers.nguyen2024.geometry import isothermal
-from pamsim.papers.nguyen2024.numbers import (
+from pamsim.papers.nguyen2024.geometry import (
     MILLIMETRE,
     element,
+    isothermal,
     muscle,
     omega,
     slope_at,

@@ -20,7 +20,7 @@ from pamsim.papers.nguyen2024.fractional_reference import (
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.nguyen2024.numbers import (
+from pamsim.papers.nguyen2024.geometry import (
     MILLIMETRE,
     PERCENT,
     element,

@@ -12,7 +12,7 @@ from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.nguyen2024.numbers import (
+from pamsim.papers.nguyen2024.geometry import (
     element,
     identification_loops,
     printed_element,

@@ -22,6 +22,8 @@ from pamsim.physics.braid import max_contraction
 from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
 from pamsim.physics.force_laws.published import PUBLISHED
 
+Constants = tuple[float, float, float, float]
+
 _LAW = PUBLISHED[TYPE]
 _LENGTH, _DIAMETER, _FIBRE_ANGLE = 0.200, 0.020, 28.6 / DEG_PER_RAD
 _CONTRACTION = np.linspace(0.0, 0.25, 101)
@@ -84,7 +86,7 @@ def _family(law: Callable[[float, float], float]) -> dict[str, FloatArray]:
     }
 
 
-def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[tuple[float, ...], float]:
+def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[Constants, float]:
     """Constants of (2) by least squares on (4) where it pulls, from 2 bar on as the paper says."""
     chosen = [
         (bar * PA_PER_BAR, float(k), float(force))
@@ -94,12 +96,13 @@ def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[tuple[float, ...],
     ]
     wanted = np.array([f for _, _, f in chosen])
 
-    def force(*constants: float) -> FloatArray:
-        law = (*constants, _DECAY, _DIAMETER, _FIBRE_ANGLE)
+    def force(a: float, b: float, c: float, d: float) -> FloatArray:
+        law = (a, b, c, d, _DECAY, _DIAMETER, _FIBRE_ANGLE)
         return np.array([corrected_mckibben_force(p, k, *law) for p, k, _ in chosen])
 
     fitted, _ = least_squares(force, wanted, _START)
-    return tuple(fitted.tolist()), rms(force(*fitted) - wanted)
+    a_eps, b_eps, a_kappa, b_kappa = fitted.tolist()
+    return (a_eps, b_eps, a_kappa, b_kappa), rms(force(*fitted) - wanted)
 
 
 def force_by_law(pressure: float, contraction: float) -> float:

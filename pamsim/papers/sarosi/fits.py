@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.claim import Order, Recomputed, printed_number, recomputes
-from pamsim.papers.nguyen2024.numbers import muscle
+from pamsim.papers.nguyen2024.geometry import muscle
 from pamsim.papers.numerics import least_squares, rms
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import coefficients_of

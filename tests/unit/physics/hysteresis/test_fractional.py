@@ -16,7 +16,7 @@ from pamsim.papers.nguyen2024.fractional_reference import (
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.nguyen2024.numbers import element
+from pamsim.papers.nguyen2024.geometry import element
 from pamsim.physics.hysteresis.fractional_maxwell import (
     FractionalMaxwell,
     branch_rate,
