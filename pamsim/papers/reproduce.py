@@ -117,12 +117,8 @@ class Reproduction:
         large = self.recordings[IDENTIFIED_ROW]
         models = to_dict(self.identified) if self.identified else {"g1": None, "g2": None}
         fit = self.identified.g2.output_error.fit_percent if self.identified else None
-        completed = [row for row in self.distinct if row.metrics]
-        furthest = max(completed, key=lambda row: abs(row.error), default=None)
-        worst = furthest and {
-            "row": furthest.step.row,
-            "error_deg": furthest.error * DEG_PER_RAD,
-        }
+        errors = {row.step.row: row.error * DEG_PER_RAD for row in self.distinct if row.metrics}
+        worst = max(errors, key=lambda row: abs(errors[row]), default=None)
         return to_dict(
             {
                 "schema": SCHEMA,
@@ -134,7 +130,7 @@ class Reproduction:
                 "sensors": self.sensors,
                 "rows": self.rows,
                 "rms_deg": self.rms_deg,
-                "worst": worst,
+                "worst": {"row": worst, "error_deg": errors[worst]} if worst else None,
                 "checks": self.checks,
                 "g1": models.pop("g1"),
                 "g2": models.pop("g2"),

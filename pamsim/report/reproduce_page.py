@@ -16,10 +16,9 @@ from matplotlib.figure import Figure
 
 from pamsim.core.files import complete_file
 from pamsim.recordings.recording import Recording
-from pamsim.report import reproduce_figures, reproduce_steps
+from pamsim.report import reproduce_figures as draw
 from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.page import write_page
-from pamsim.report.static_models_figure import static_models_figure
 
 SCHEMA = "pamsim-reproduce/1"
 
@@ -50,17 +49,15 @@ def write_reproduction(
 
     def figures() -> dict[str, Figure]:
         models = result["static_models"]
-        compared = (
-            {"static_models": static_models_figure(models, result["calibration"])} if models else {}
-        )
+        compared = models and draw.static_models_figure(models, result["calibration"])
         return {
-            **compared,
-            "figure_6_static": reproduce_figures.static_characteristic(distinct, result["figure6"]),
-            "figure_7_large_medium": reproduce_steps.large_medium_responses(distinct, recordings),
-            "figure_8_small": reproduce_steps.small_responses(distinct, recordings),
-            "figure_9_models": reproduce_figures.model_responses(result["figure9"] or {}),
-            "errors": reproduce_figures.errors_by_row(distinct, result["rms_deg"]),
-            "pressures": reproduce_steps.pressure_courses(distinct, recordings),
+            **({"static_models": compared} if compared else {}),
+            "figure_6_static": draw.static_characteristic(distinct, result["figure6"]),
+            "figure_7_large_medium": draw.large_medium_responses(distinct, recordings),
+            "figure_8_small": draw.small_responses(distinct, recordings),
+            "figure_9_models": draw.model_responses(result["figure9"] or {}),
+            "errors": draw.errors_by_row(distinct, result["rms_deg"]),
+            "pressures": draw.pressure_courses(distinct, recordings),
         }
 
     written = write_page(
@@ -78,7 +75,7 @@ def write_reproduction(
         source_tag=source_tag,
         tags=lambda: Counter(source_tag(entry["source"]) for entry in result["parameters"] or ()),
         tint_steps=_TINT_STEPS_DEG,
-        shown_settling_times=reproduce_steps.SHOWN_SETTLING_TIMES,
+        shown_settling_times=draw.SHOWN_SETTLING_TIMES,
     )
     table = out / "rows.csv"
     with complete_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
