@@ -13,7 +13,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import stdtrit
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
@@ -101,9 +100,8 @@ def fit_torque_law(steps: Sequence[PrintedStep], extra: tuple[str, ...] = ()) ->
             return np.full(len(unseen), math.nan)
         return misfit(unseen, *law)
 
-    values, covariance = fit(steps, np.array([_START[name] for name in names]))
+    values, half = fit(steps, np.array([_START[name] for name in names]))
     residual = misfit(steps, *values)
-    half = float(stdtrit(len(steps) - len(names), 0.975)) * np.sqrt(np.diag(covariance))
     small = [step for step in steps if step.size == "small"]
     return TorqueLaw(
         coefficients=dict(zip(names, map(float, values), strict=True)),

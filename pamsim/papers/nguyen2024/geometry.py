@@ -11,7 +11,6 @@ import math
 import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
 from pamsim.papers.claim import (
     AGREES,
     Order,
@@ -98,14 +97,6 @@ def printed_element() -> tuple[Printed, Printed, Printed]:
 def omega(frequency: float) -> float:
     """Angular frequency [rad/s] of a frequency [Hz]."""
     return 2.0 * math.pi * frequency
-
-
-def identification_loops() -> tuple[LoopPoints, ...]:
-    """What the ten test loops would be if the identified element were the muscle."""
-    return tuple(
-        maxwell_loop(*element(), omega(f), value("test_amplitude"))
-        for f in values("test_frequencies")
-    )
 
 
 def _fibre_and_turns() -> tuple[float, float]:

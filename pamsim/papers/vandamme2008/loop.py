@@ -9,7 +9,6 @@ import functools
 import math
 
 import numpy as np
-from scipy.special import stdtrit
 
 from pamsim.core.units import FloatArray
 from pamsim.papers.claim import (
@@ -268,10 +267,9 @@ def _good_range() -> Recomputed:
 def _fit(measured: FloatArray, start: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Fit delta, c and d to a relative error of the force, and half their 95 % intervals."""
     relays, u, bounds = history(), scaled(path()), ([0.0, -1.0, -1.9], [1.0, 0.5, 0.0])
-    values, covariance = least_squares(
+    return least_squares(
         lambda *v: relative_error(np.array(v), relays, u), measured, start, bounds=bounds
     )
-    return values, stdtrit(measured.size - 3, 0.975) * np.sqrt(np.diag(covariance))
 
 
 def _measured_ratio(fibres: int) -> FloatArray:
