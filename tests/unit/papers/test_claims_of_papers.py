@@ -19,6 +19,7 @@ from tests.unit.papers.judged import judged, with_verdict
 
 ROOT = Path(__file__).resolve().parents[3]
 
+_ALRAOUF_INDEPENDENT = [2, 3, 6, 7, *range(26, 30), 36, 37, 41, 42, *range(54, 59), 60, 62, 64]
 VERDICTS = {
     "matiskova2021": {
         Verdict.INDEPENDENT: [1, 2, 3, 8, 15, 29, 30, 41, 43],
@@ -30,21 +31,7 @@ VERDICTS = {
         Verdict.NOT_REPRODUCIBLE: [5, 9, 10, 24, 25, 27, 31, 32, 33, 38, 39, 44],
     },
     "alraouf2025": {
-        Verdict.INDEPENDENT: [
-            2,
-            3,
-            6,
-            7,
-            *range(26, 30),
-            36,
-            37,
-            41,
-            42,
-            *range(54, 59),
-            60,
-            62,
-            64,
-        ],
+        Verdict.INDEPENDENT: _ALRAOUF_INDEPENDENT,
         Verdict.IDENTITY: [52],
         Verdict.NOT_SIGNIFICANT: [34, 35, 39, 45, 46, 47, 48, 49, 50],
         Verdict.INCONSISTENT: [1, 30, 31, 51, 53],
