@@ -8,13 +8,14 @@ import functools
 from pamsim.papers.numerics import root
 from pamsim.physics.antagonist import antagonist_torque
 from pamsim.physics.braid import max_contraction
+from pamsim.physics.force_laws.force_law import ForceParameters
 from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.physics.muscle import Mounting, Muscle, build_muscle
 from pamsim.physics.passive import PassiveSpring
 from pamsim.physics.record import parameters
 from pamsim.physics.tension import Threshold
-from pamsim.recordings.rig_file import RigFile, read_rig
+from pamsim.recordings.rig_file import read_rig
 
 MILLIMETRE = 1e-3
 """[m]."""
@@ -25,9 +26,7 @@ _HAIR = 1e-6
 _STRIDE = 4.0 * MILLIMETRE
 
 
-@functools.cache
-def _file() -> RigFile:
-    return read_rig("mas20_arm")
+_file = functools.cache(lambda: read_rig("mas20_arm"))
 
 
 @functools.cache
@@ -42,15 +41,20 @@ def ideal_muscle() -> Muscle:
 
     That is the reference point E of equation (1), with its minus restored.
     """
+    braid = rig_muscle().braided
+    length = braid.nominal_length * (1.0 - 0.5 * max_contraction(braid.fibre_angle))
+    return dataclasses.replace(_with_force(IdealMcKibben(), length), threshold=Threshold())
+
+
+def _with_force(force: ForceParameters, length: float) -> Muscle:
+    """The rig's muscle with another force alone, mounted at a length [m]."""
     muscle = rig_muscle()
-    half = 0.5 * max_contraction(muscle.braided.fibre_angle)
     return dataclasses.replace(
         muscle,
-        mounting=Mounting(length_at_zero=muscle.braided.nominal_length * (1.0 - half)),
+        mounting=Mounting(length_at_zero=length),
         braid=dataclasses.replace(muscle.braided, extensibility=0.0),
-        force=IdealMcKibben(),
+        force=force,
         passive=PassiveSpring(),
-        threshold=Threshold(),
         hysteresis=None,
     )
 
@@ -58,18 +62,9 @@ def ideal_muscle() -> Muscle:
 def published_muscle(length: float) -> Muscle:
     """The rig's braid with the published force map of a DMSP-20-200 as printed and nothing else.
 
-    Args:
-        length: at which it is mounted, that at the reference point [m].
+    It is mounted at a length [m], that at the reference point.
     """
-    muscle = rig_muscle()
-    return dataclasses.replace(
-        muscle,
-        mounting=Mounting(length_at_zero=length),
-        braid=dataclasses.replace(muscle.braided, extensibility=0.0),
-        force=PUBLISHED["DMSP-20-200"],
-        passive=PassiveSpring(),
-        hysteresis=None,
-    )
+    return _with_force(PUBLISHED["DMSP-20-200"], length)
 
 
 def sprocket_radius() -> float:
@@ -85,16 +80,11 @@ def stroke(muscle: Muscle) -> float:
 def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:
     """How far muscle 1 has shortened and muscle 2 lengthened where they balance without load [m].
 
-    Two slack muscles hold nothing: the travel is that at which the driving one goes slack.
-
-    Args:
-        muscle: either of them.
-        pressures: gauge, of muscles 1 and 2 [Pa].
+    Two slack muscles hold nothing: the travel is that at which the driving one goes slack. The
+    pressures are gauge [Pa].
     """
-    pair, way = (
-        (parameters(muscle), parameters(muscle)),
-        1.0 if pressures[0] > pressures[1] else -1.0,
-    )
+    pair = (parameters(muscle), parameters(muscle))
+    way = 1.0 if pressures[0] > pressures[1] else -1.0
 
     def drive(travel: float) -> float:
         return way * antagonist_torque(pair, 1.0, way * travel, pressures) - _HAIR
@@ -106,12 +96,7 @@ def rest_travel(muscle: Muscle, pressures: tuple[float, float]) -> float:
 
 
 def rest_angle(muscle: Muscle, pressures: tuple[float, float]) -> float:
-    """Angle at which two such muscles balance without load [rad].
-
-    Args:
-        muscle: either of them.
-        pressures: gauge, of muscles 1 and 2 [Pa].
-    """
+    """Angle at which two such muscles of these gauge pressures [Pa] balance without load [rad]."""
     pair, radius = (parameters(muscle), parameters(muscle)), sprocket_radius()
     limit = 0.5 * stroke(muscle) / radius
 

@@ -8,7 +8,7 @@ pressure and the tension at the cell.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,28 +21,16 @@ from pamsim.recordings.rig_file import shipped_rigs
 _SWINGING = 30.0  # until 30 kg that were let go hang still within 0.01 mm [s]
 
 
-@dataclass(frozen=True, kw_only=True)
-class BenchRun:
-    """What a bench reads.
+class BenchRun(NamedTuple):
+    """What a bench reads, (n,) each."""
 
-    Attributes:
-        time: (n,) [s].
-        contraction: (n,) of the muscle [-].
-        pressure: (n,) gauge [Pa].
-        tension: (n,) at the force cell [N].
-    """
-
-    time: FloatArray
-    contraction: FloatArray
-    pressure: FloatArray
-    tension: FloatArray
+    contraction: FloatArray  # of the muscle [-]
+    pressure: FloatArray  # gauge [Pa]
+    tension: FloatArray  # at the force cell [N]
 
 
 def bench(paper: str) -> Rig:
-    """The muscle of a paper on the bench.
-
-    Args:
-        paper: its name, such as ``sarosi``.
+    """The muscle of a paper, such as ``sarosi``, on the bench.
 
     Raises:
         InputError: if no such bench is shipped.
@@ -77,18 +65,9 @@ def stretched(
     imposed = np.broadcast_to(np.asarray(pressure, dtype=np.float64), time.shape)
     air = np.zeros(time.shape) if sealed else imposed
     position = (1.0 - contraction) * nominal - start
-    return _run(
-        rig,
-        Experiment(
-            drive={"muscle": "sealed" if sealed else "measured", "rod": "length"},
-            command_time=time,
-            command_value=np.column_stack([air, position]),
-            start_pressure=imposed[:1],
-            duration=float(time[-1]),
-            sample_rate=1.0 / float(time[1]),
-        ),
-        timestep,
-    )
+    command = np.column_stack([air, position])
+    drive = {"muscle": "sealed" if sealed else "measured", "rod": "length"}
+    return _run(rig, timestep, time, command, drive=drive, start_pressure=imposed[:1])
 
 
 def hung(rig: Rig, time: FloatArray, pressure: FloatArray, *, load: float) -> BenchRun:
@@ -103,39 +82,30 @@ def hung(rig: Rig, time: FloatArray, pressure: FloatArray, *, load: float) -> Be
     Raises:
         SimulationError: if the run breaks down.
     """
-    experiment = Experiment(
-        drive="measured",
-        command_time=time,
-        command_value=pressure[:, None],
-        start_pressure=pressure[:1],
-        duration=float(time[-1]),
-        sample_rate=1.0 / float(time[1]),
-        load=load,
-        settle=_SWINGING,
-    )
-    return _run(rig, experiment, None)
+    hanging = {"drive": "measured", "load": load, "settle": _SWINGING}
+    return _run(rig, None, time, pressure[:, None], start_pressure=pressure[:1], **hanging)
 
 
 def hanging_weight(rig: Rig, load: float) -> float:
-    """What hangs on the muscle, rod and load [N].
-
-    Args:
-        rig: see `bench`.
-        load: below the rod [kg].
-    """
+    """What hangs on the muscle, rod and load [N], with a load below the rod [kg]."""
     gravity = -float(rig.model.opt.gravity[2])
     return gravity * (float(rig.model.body("rod").mass[0]) + load)
 
 
-def _run(rig: Rig, experiment: Experiment, timestep: float | None) -> BenchRun:
-    run = simulate(rig, experiment, timestep=timestep).completed()
-    start, nominal = _lengths(rig)
-    return BenchRun(
-        time=run.time,
-        contraction=1.0 - (start + run.positions[:, 0]) / nominal,
-        pressure=run.pressure[:, 0],
-        tension=run.tension[:, 0],
+def _run(
+    rig: Rig, timestep: float | None, time: FloatArray, command: FloatArray, **experiment: Any
+) -> BenchRun:
+    imposed = Experiment(
+        command_time=time,
+        command_value=command,
+        duration=float(time[-1]),
+        sample_rate=1.0 / float(time[1]),
+        **experiment,
     )
+    run = simulate(rig, imposed, timestep=timestep).completed()
+    start, nominal = _lengths(rig)
+    contraction = 1.0 - (start + run.positions[:, 0]) / nominal
+    return BenchRun(contraction, run.pressure[:, 0], run.tension[:, 0])
 
 
 def _lengths(rig: Rig) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
+from pamsim.papers.numerics import rms
 from pamsim.papers.static_models import SMALL_STEPS
 from pamsim.recordings.rig_file import RigFile
 
@@ -32,17 +33,12 @@ SAME_RMS_DEG = 0.02
 [deg]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class NestedLeaveOneOut:
-    """Error at rows for which neither the form nor its parameters were chosen.
-
-    Attributes:
-        rms_deg: over the rows [deg].
-        selected: name of a form -> number of rows without which it was the best one, most first.
-    """
+    """Error at rows for which neither the form nor its parameters were chosen."""
 
     rms_deg: float
-    selected: Mapping[str, int]
+    selected: Mapping[str, int]  # form -> rows without which it was the best one, most first
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,10 +80,7 @@ class CalibrationRecord:
             ]
         )
         names = (self.static_models[form]["name"] for form in chosen)
-        return NestedLeaveOneOut(
-            rms_deg=float(np.sqrt(np.mean(errors**2))),
-            selected=dict(Counter(names).most_common()),
-        )
+        return NestedLeaveOneOut(rms(errors), dict(Counter(names).most_common()))
 
     def belongs(self, rms_deg: float) -> bool:
         """Whether an RMS [deg] simulated now is the recorded one, up to rounded parameters."""
@@ -126,8 +119,8 @@ def _check(model: Mapping[str, Any], rows: int) -> None:
         ("leave_one_out_residual_deg", "leave_one_out_rms_deg"),
     ):
         found = np.array(model[errors], dtype=float)
-        rms = float(np.sqrt(np.mean(found**2)))
-        if found.shape != (rows,) or not math.isclose(rms, float(model[stated]), rel_tol=1e-6):
+        same = math.isclose(rms(found), float(model[stated]), rel_tol=1e-6)
+        if found.shape != (rows,) or not same:
             raise ValueError(f"{model['name']}: {errors} of {rows} rows do not give {stated}")
     free = len(model["parameters"])
     if np.shape(model["jacobian_deg"]) != (rows, free):
@@ -135,28 +128,20 @@ def _check(model: Mapping[str, Any], rows: int) -> None:
 
 
 def identified_parameters(file: RigFile) -> list[dict[str, Any]]:
-    """The rig's identified numbers, as its folder states them.
-
-    Returns:
-        ``name``, ``value``, ``unit``, ``interval95``, ``source``, ``note`` of each.
-    """
+    """The rig's identified numbers, see `stated_parameters`."""
     return [entry for entry in stated_parameters(file) if entry["source"].startswith("identified")]
 
 
 def stated_parameters(file: RigFile) -> list[dict[str, Any]]:
-    """Every number of a rig with its unit, as written, and its source."""
-    shared = {
-        f"{group}.{name}": entry
-        for group, section in file.muscle.items()
-        for name, entry in section.items()
-    }
-    own = {
-        f"{muscle}:{group}.{name}": entry
-        for muscle, groups in file.overrides.items()
+    """Every number of a rig as written: name, value, unit, source, 95 % interval and note."""
+    own = [(f"{muscle}:", groups) for muscle, groups in file.overrides.items()]
+    sections = [("", file.muscle), *own]
+    content = {
+        f"{prefix}{group}.{name}": entry
+        for prefix, groups in sections
         for group, section in groups.items()
         for name, entry in section.items()
     }
-    content = {**shared, **own, **file.native, **file.sensor}
     return [
         {
             "name": name,
@@ -166,6 +151,6 @@ def stated_parameters(file: RigFile) -> list[dict[str, Any]]:
             "interval95": list(entry.interval95) if entry.interval95 else None,
             "note": entry.note,
         }
-        for name, entry in content.items()
+        for name, entry in {**content, **file.native, **file.sensor}.items()
         if isinstance(entry, Sourced)
     ]

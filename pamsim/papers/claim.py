@@ -92,25 +92,39 @@ class Order(StrEnum):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Claim:
-    """A printed statement and its recomputation.
+class Note:
+    """What a paper does not state or print, and what can be said of it; no claim of the paper.
+
+    The other attributes are columns of the row.
 
     Attributes:
         id: name of the paper and a number that stays, such as ``matiskova2021-07``.
         paper: name of the paper.
-        statement: in a short sentence.
-        place: where the paper prints it.
-        printed: number, numbers or words as printed.
+        recomputed: number or numbers computed here, or None.
+    """
+
+    id: str
+    paper: str
+    statement: str
+    place: str
+    recomputed: float | tuple[float, ...] | None
+    unit: str
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """A printed statement and its recomputation.
+
+    The other attributes are columns of the row, or those of a `Note`.
+
+    Attributes:
         recomputed: number or numbers computed here.
-        unit: of both.
         accepted: interval in which each recomputed number must lie, None for an open end.
         scatter: half the 95 % interval of each recomputed number; empty if they do not scatter.
         order: in which the recomputed numbers must come, if any.
-        kind: what agreement is worth, see `KINDS`.
-        because: why it is of that kind.
         verdict: see `Verdict`.
         same_as: id of the claim whose fact this one repeats, or None.
-        reason: evidence and method.
     """
 
     id: str
@@ -133,29 +147,6 @@ class Claim:
     def fact(self) -> tuple[str, Verdict]:
         """What is counted: claims of one fact and one verdict count once."""
         return self.same_as or self.id, self.verdict
-
-
-@dataclass(frozen=True, kw_only=True)
-class Note:
-    """What a paper does not state or print, and what can be said of it; no claim of the paper.
-
-    Attributes:
-        id: as of a claim.
-        paper: name of the paper.
-        statement: in a short sentence.
-        place: where one would look for it.
-        recomputed: number or numbers computed here, or None.
-        unit: of them.
-        reason: evidence and method.
-    """
-
-    id: str
-    paper: str
-    statement: str
-    place: str
-    recomputed: float | tuple[float, ...] | None
-    unit: str
-    reason: str
 
 
 class Recomputed:
@@ -185,13 +176,8 @@ class Recomputed:
             scatter: half the 95 % interval of each number.
             evidence: what the row's reason quotes.
         """
-        self.value = value
-        self.printed = printed
-        self.low = low
-        self.high = high
-        self.order = order
-        self.scatter = scatter
-        self.evidence = evidence
+        self.value, self.printed, self.low, self.high = value, printed, low, high
+        self.order, self.scatter, self.evidence = order, scatter, evidence
 
 
 def agreeing(*values: float) -> dict[str, Any]:
@@ -206,12 +192,7 @@ _RECOMPUTE: dict[str, Callable[[], Recomputed]] = {}
 
 
 def recomputes(id: str, *arguments: Any) -> Callable[[Any], Any]:
-    """Make a function the one that recomputes a claim.
-
-    Args:
-        id: of the claim, such as ``matiskova2021-07``.
-        arguments: that it is called with.
-    """
+    """Make a function the one that recomputes the claim of an id, called with these arguments."""
 
     def register(function: Callable[..., Recomputed]) -> Callable[..., Recomputed]:
         if id in _RECOMPUTE:
@@ -260,37 +241,27 @@ def _import_room(paper: str) -> None:
 
 
 def judge(id: str, row: Mapping[str, Any], result: Recomputed) -> Claim:
-    """Judge a row by what was recomputed.
-
-    Args:
-        id: of the claim.
-        row: its columns.
-        result: what its function returned.
+    """Judge a row by what its function returned.
 
     Raises:
         InputError: for a number that is not finite, or a row that cannot be judged.
     """
-    paper = id.rpartition("-")[0]
     if result.value is None:
         raise InputError(f"claim {id} has no recomputed number; make it a note")
+    common = _common(id, row, result)
+    paper, same_as = common["paper"], row.get("same_as")
     printed = _quoted(paper, row["printed"]) if result.printed is None else result.printed
     kind = Verdict(row["kind"])
     if kind not in KINDS:
         raise InputError(f"claim {id} is of kind {kind}; kinds are {', '.join(KINDS)}")
     accepted = _accepted(id, printed, result)
-    scatter = _several(result.scatter)
+    scatter = _floats(result.scatter)
     holds = _holds(_floats(result.value), accepted, scatter, result.order)
-    same_as = row.get("same_as")
     return Claim(
-        id=id,
-        paper=paper,
-        statement=row["statement"],
-        place=row["place"],
-        printed=_value(id, printed),
-        recomputed=_shown(id, result.value),
-        unit=row["unit"],
+        **common,
+        printed=printed if isinstance(printed, str) else _shown(id, printed),
         accepted=accepted,
-        scatter=_floats(scatter),
+        scatter=scatter,
         order=result.order,
         kind=kind,
         because=_filled(paper, row["because"], result),
@@ -300,31 +271,28 @@ def judge(id: str, row: Mapping[str, Any], result: Recomputed) -> Claim:
         if holds
         else _OTHERWISE[row.get("otherwise")],
         same_as=None if same_as is None else f"{paper}-{same_as}",
-        reason=_filled(paper, row["reason"], result),
     )
 
 
 def note(id: str, row: Mapping[str, Any], result: Recomputed) -> Note:
     """Join a note's row and what was recomputed.
 
-    Args:
-        id: of the note.
-        row: its columns.
-        result: what its function returned.
-
     Raises:
         InputError: for a number that is not finite.
     """
+    return Note(**_common(id, row, result))
+
+
+def _common(id: str, row: Mapping[str, Any], result: Recomputed) -> dict[str, Any]:
+    """What a claim and a note both hold."""
     paper = id.rpartition("-")[0]
-    return Note(
-        id=id,
-        paper=paper,
-        statement=row["statement"],
-        place=row["place"],
-        recomputed=None if result.value is None else _shown(id, result.value),
-        unit=row["unit"],
-        reason=_filled(paper, row["reason"], result),
-    )
+    return {
+        "id": id,
+        "paper": paper,
+        **{name: row[name] for name in ("statement", "place", "unit")},
+        "recomputed": None if result.value is None else _shown(id, result.value),
+        "reason": _filled(paper, row["reason"], result),
+    }
 
 
 def _filled(paper: str, text: str, result: Recomputed) -> str:
@@ -372,35 +340,29 @@ def _holds(
     order: Order | None,
 ) -> bool | None:
     """Whether the numbers are what they must be; None if their scatter leaves it open."""
+    pairs = list(itertools.pairwise(values))
     ordered = {
         None: True,
-        Order.RISING: all(a < b for a, b in itertools.pairwise(values)),
-        Order.FALLING: all(a > b for a, b in itertools.pairwise(values)),
+        Order.RISING: all(a < b for a, b in pairs),
+        Order.FALLING: all(a > b for a, b in pairs),
     }[order]
-    each = [
-        _inside(value, half, *interval)
-        for value, half, interval in zip(
-            values, scatter or [0.0] * len(values), accepted, strict=True
-        )
-    ]
+    halves = scatter or [0.0] * len(values)
+    each = [_inside(*one) for one in zip(values, halves, accepted, strict=True)]
     if not ordered or False in each:
         return False
     return None if None in each else True
 
 
-def _inside(value: float, half: float, low: float | None, high: float | None) -> bool | None:
-    low, high = -math.inf if low is None else low, math.inf if high is None else high
+def _inside(value: float, half: float, accepted: Interval) -> bool | None:
+    low = -math.inf if accepted[0] is None else accepted[0]
+    high = math.inf if accepted[1] is None else accepted[1]
     if value + half < low or value - half > high:
         return False
     return True if low <= value - half and value + half <= high else None
 
 
 def printed_number(paper: str, name: str) -> Printed:
-    """A single printed number that claims and computations use, in its printed unit.
-
-    Args:
-        paper: name of the paper.
-        name: of the entry in table ``number`` of ``<paper>.toml``.
+    """A single number in table ``number`` of ``<paper>.toml``, in its printed unit.
 
     Raises:
         InputError: if there is no such entry.
@@ -414,7 +376,7 @@ def printed_numbers(paper: str, name: str) -> tuple[Printed, ...]:
     entries = _document(paper)["number"]
     if name not in entries:
         raise InputError(f"{paper} prints no {name!r}; {nearest(name, entries)}")
-    return tuple(_quoted(paper, _listed(entries[name]["value"])))
+    return tuple(_several(_quoted(paper, entries[name]["value"])))
 
 
 def printed_values(paper: str, name: str) -> tuple[float, ...]:
@@ -457,10 +419,6 @@ def _digits(number: Any) -> Printed:
     return number if isinstance(number, Printed) else Printed(float(number), 0.0)
 
 
-def _listed(value: Any) -> list[Any]:
-    return value if isinstance(value, list) else [value]
-
-
 def _several(value: Any) -> Sequence[Any]:
     return value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
 
@@ -475,7 +433,3 @@ def _shown(id: str, value: Numbers) -> float | tuple[float, ...]:
     if not all(math.isfinite(number) for number in numbers):
         raise InputError(f"claim {id} has a number that is not finite: {numbers!r}")
     return numbers if isinstance(value, Sequence) else numbers[0]
-
-
-def _value(id: str, value: Any) -> Value:
-    return value if isinstance(value, str) else _shown(id, value)

@@ -23,14 +23,22 @@ from pamsim.papers.calibration_record import (
     identified_parameters,
     stated_parameters,
 )
-from pamsim.papers.paper_models import model_responses, static_characteristic
-from pamsim.papers.printed_rows import IDENTIFIED_ROW, Row, rms_error
-from pamsim.papers.printed_steps import Start, find_start, printed_experiment, start_pressures
+from pamsim.papers.matiskova2021.dynamics import model_responses
+from pamsim.papers.matiskova2021.statics import static_characteristic
+from pamsim.papers.printed_steps import (
+    IDENTIFIED_ROW,
+    Row,
+    Start,
+    find_start,
+    printed_experiment,
+    rms_error_deg,
+    start_pressures,
+)
 from pamsim.papers.reproduce_checks import Check, checks
 from pamsim.papers.torque_law import best_torque_laws, torque_laws
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import work_ratio
-from pamsim.recordings.printed import PrintedStep, mas20_models, mas20_steps
+from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import measured
 from pamsim.recordings.step_metrics import step_metrics
@@ -80,7 +88,7 @@ class Reproduction:
     @property
     def rms_deg(self) -> float:
         """RMS error of the distinct end positions, which the calibration has seen [deg]."""
-        return rms_error(self.distinct) * DEG_PER_RAD
+        return rms_error_deg(self.distinct)
 
     @property
     def held_out(self) -> CalibrationRecord | None:
@@ -108,8 +116,9 @@ class Reproduction:
         printed = mas20_models()
         large = self.recordings[IDENTIFIED_ROW]
         models = to_dict(self.identified) if self.identified else {"g1": None, "g2": None}
-        completed = [row for row in self.distinct if row.metrics]
-        worst = max(completed, key=lambda row: abs(row.error), default=None)
+        fit = self.identified.g2.output_error.fit_percent if self.identified else None
+        errors = {row.step.row: row.error * DEG_PER_RAD for row in self.distinct if row.metrics}
+        worst = max(errors, key=lambda row: abs(errors[row]), default=None)
         return to_dict(
             {
                 "schema": SCHEMA,
@@ -121,16 +130,12 @@ class Reproduction:
                 "sensors": self.sensors,
                 "rows": self.rows,
                 "rms_deg": self.rms_deg,
-                "worst": {"row": worst.step.row, "error_deg": worst.error * DEG_PER_RAD}
-                if worst
-                else None,
+                "worst": {"row": worst, "error_deg": errors[worst]} if worst else None,
                 "checks": self.checks,
                 "g1": models.pop("g1"),
                 "g2": models.pop("g2"),
                 "identification": {"row": IDENTIFIED_ROW, **models},
-                "fit_percent": self.identified.g2.output_error.fit_percent
-                if self.identified
-                else None,
+                "fit_percent": fit,
                 "figure6": static_characteristic(),
                 "figure9": model_responses(large, self.identified) if self.identified else None,
                 "paper": {
@@ -157,16 +162,17 @@ class Reproduction:
     def _calibration(self) -> dict[str, Any] | None:
         if self.record is None:
             return None
+        used = self.record.used
         return {
             "applies": self.held_out is not None,
             "rms_deg": self.rms_deg,
-            "leave_one_out_rms_deg": self.record.used["leave_one_out_rms_deg"],
+            "leave_one_out_rms_deg": used["leave_one_out_rms_deg"],
             "nested_leave_one_out": self.record.nested,
             "small_steps_rms_deg": self.record.small_steps_rms_deg,
             "torque_laws": torque_laws(),
             "best_torque_laws": best_torque_laws(),
-            "recorded_rms_deg": self.record.used["rms_deg"],
-            "model": self.record.used["name"],
+            "recorded_rms_deg": used["rms_deg"],
+            "model": used["name"],
             "parameters": identified_parameters(self.rig.file),
             "command": self.record.command,
         }
@@ -204,6 +210,7 @@ def reproduce(
         )
     report: Progress = progress or (lambda done, total, what: None)
     steps = mas20_steps()
+    increments = loaded.sensor.encoder_increments if loaded.sensor else 2500.0
     rows: dict[int, Row] = {}
     for step in steps:
         report(step.row - 1, len(steps), f"row {step.row}, {step.size} step")
@@ -213,41 +220,28 @@ def reproduce(
                 recording = measured(recording, loaded.sensor)
         else:
             recording = rows[step.repeats].recording
-        rows[step.row] = _row(loaded, step, assumed, recording)
+        completed = recording.outcome is Outcome.COMPLETED
+        rows[step.row] = Row(
+            step=step,
+            start=start_pressures(step, assumed),
+            recording=recording,
+            metrics=step_metrics(recording.time, recording.angle) if completed else None,
+            increment=2.0 * math.pi / increments,
+        )
     report(len(steps), len(steps), "identify G1 and G2")
-    large = rows[IDENTIFIED_ROW].recording
-    identified = identify_step(large.time, large.angle) if _completed(large) else None
-    ordered = tuple(rows.values())
+    large, ordered = rows[IDENTIFIED_ROW], tuple(rows.values())
+    recording = large.recording
+    identified = identify_step(recording.time, recording.angle) if large.metrics else None
     record = calibration_record(loaded)
-    applies = assumed.name == CALIBRATED_START
+    judged = record if assumed.name == CALIBRATED_START else None
+    work = [work_ratio(parameters(m), _PRESSURE, _CONTRACTION) for m in loaded.muscles.values()]
     return Reproduction(
         rig=loaded,
         start=assumed,
         rows=ordered,
         identified=identified,
         record=record,
-        checks=checks(ordered, identified, record if applies else None, _work(loaded)),
+        checks=checks(ordered, identified, judged, max(work, key=lambda ratio: abs(ratio - 1.0))),
         seconds=time.perf_counter() - began,
         sensors=sensors,
-    )
-
-
-def _work(rig: Rig) -> float:
-    """Work ratio of the muscle that is further from 1."""
-    ratios = [work_ratio(parameters(m), _PRESSURE, _CONTRACTION) for m in rig.muscles.values()]
-    return max(ratios, key=lambda ratio: abs(ratio - 1.0))
-
-
-def _completed(recording: Recording) -> bool:
-    return recording.outcome is Outcome.COMPLETED
-
-
-def _row(rig: Rig, step: PrintedStep, start: Start, recording: Recording) -> Row:
-    increments = rig.sensor.encoder_increments if rig.sensor else 2500.0
-    return Row(
-        step=step,
-        start=start_pressures(step, start),
-        recording=recording,
-        metrics=step_metrics(recording.time, recording.angle) if _completed(recording) else None,
-        increment=2.0 * math.pi / increments,
     )

@@ -22,9 +22,10 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.leave_one_out import LeftOut, leave_one_out
+from pamsim.inference.leave_one_out import leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.papers.numerics import rms
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 from pamsim.recordings.recording import Outcome, Recording
@@ -38,42 +39,26 @@ _SAMPLE_RATE = 20.0
 
 @dataclass(frozen=True, kw_only=True)
 class Term:
-    """A physical term that a model may free.
+    """A physical term that a model may free; values in SI."""
 
-    Attributes:
-        name: in words.
-        parameter: name of its parameter in the rig.
-        also: parameters that take the same value.
-        low: smallest value [SI].
-        high: largest value [SI].
-        start: where the fit begins [SI].
-        neutral: value at which the term is absent, or as published or assumed [SI].
-    """
-
-    name: str
-    parameter: str
+    name: str  # in words
+    parameter: str  # of the rig
     low: float
     high: float
-    start: float
-    neutral: float
-    also: tuple[str, ...] = ()
+    start: float  # where the fit begins
+    neutral: float  # at which the term is absent, or as published or assumed
+    also: tuple[str, ...] = ()  # parameters that take the same value
 
 
 @dataclass(frozen=True, kw_only=True)
 class StaticModel:
-    """A static model of the arm.
+    """A static model of the arm."""
 
-    Attributes:
-        name: in words.
-        terms: that are fitted; all others are at their neutral values.
-        accepted: whether it is on the way to the model that is used.
-        held: parameters held at another value than their neutral one [SI].
-    """
-
-    name: str
-    terms: tuple[Term, ...]
-    accepted: bool
+    name: str  # in words
+    terms: tuple[Term, ...]  # that are fitted; all others are at their neutral values
+    accepted: bool  # whether it is on the way to the model that is used
     held: Mapping[str, float] = field(default_factory=dict[str, float])
+    """Parameters held at another value than their neutral one [SI]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,35 +67,35 @@ class StaticModelFit:
 
     Attributes:
         model: that was fitted.
-        residual: simulated minus printed angle of each row, shape (n,) [rad].
         fit: of its free terms; None for a model without a free term.
-        left_out: errors at unseen rows; None for a model without a free term, where they are the
-            residual itself.
+        residual: simulated minus printed angle of each row, shape (n,) [rad].
+        held_out: the same by the fit without that row, shape (n,) [rad].
         blocks: name of a block of rows -> root mean square error there of the fit without it [rad].
     """
 
     model: StaticModel
-    residual: FloatArray
     fit: SimulatorFit | None
-    left_out: LeftOut | None
+    residual: FloatArray
+    held_out: FloatArray
     blocks: Mapping[str, float]
 
     @property
     def rms(self) -> float:
         """Root mean square error in sample [rad]."""
-        return _rms(self.residual)
+        return rms(self.residual)
 
     @property
     def leave_one_out_rms(self) -> float:
         """Root mean square error at rows held out in turn [rad]."""
-        return self.rms if self.left_out is None else self.left_out.rms
+        return rms(self.held_out)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-safe form, units in the key names; parameters in SI."""
         fitted = self.fit.parameters if self.fit else ()
-        held_out = self.residual if self.left_out is None else self.left_out.residual
         # By place in a parameter's range: parameters of all units are of one size.
-        jacobian = self.fit.linearisation.jacobian if self.fit else np.empty((held_out.size, 0))
+        jacobian = (
+            self.fit.linearisation.jacobian if self.fit else np.empty((self.residual.size, 0))
+        )
         return {
             "name": self.model.name,
             "accepted": self.model.accepted,
@@ -132,7 +117,7 @@ class StaticModelFit:
             },
             "jacobian_deg": (jacobian * DEG_PER_RAD).tolist(),
             "residual_deg": (self.residual * DEG_PER_RAD).tolist(),
-            "leave_one_out_residual_deg": (held_out * DEG_PER_RAD).tolist(),
+            "leave_one_out_residual_deg": (self.held_out * DEG_PER_RAD).tolist(),
         }
 
 
@@ -183,9 +168,9 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
                 " at neutral; check the rig's parameters"
             )
         residual = answer[0].residual
-        errors = {name: _rms(residual[list(rows)]) for name, rows in blocks.items()}
+        errors = {name: rms(residual[list(rows)]) for name, rows in blocks.items()}
         return StaticModelFit(
-            model=model, residual=residual, fit=None, left_out=None, blocks=errors
+            model=model, fit=None, residual=residual, held_out=residual, blocks=errors
         )
     free = [
         FreeParameter(
@@ -204,9 +189,9 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
     ]
     return StaticModelFit(
         model=model,
-        residual=fit.linearisation.residual,
         fit=fit,
-        left_out=leave_one_out(simulate, free, fit),
+        residual=fit.linearisation.residual,
+        held_out=leave_one_out(simulate, free, fit).residual,
         blocks={
             name: _without_block(simulate, at_optimum, rows)
             for name, rows in blocks.items()
@@ -234,11 +219,7 @@ def _without_block(
     unseen = dataclasses.replace(simulate, rows=tuple(simulate.rows[k] for k in block))
     fit = fit_simulator(seen, free, central=False)
     (answer,) = unseen(np.array([fit.values]))
-    return math.nan if answer is None else _rms(answer[0].residual)
-
-
-def _rms(residual: FloatArray) -> float:
-    return math.sqrt(float(np.mean(residual**2)))
+    return math.nan if answer is None else rms(answer[0].residual)
 
 
 @dataclass(frozen=True)
@@ -267,14 +248,10 @@ class _RowSimulator:
     def _blocks(self, runs: Sequence[Recording]) -> Blocks | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None
-        ends = np.array([run.angle[-1] for run in runs])
-        return [_block(ends - np.array([step.angle for step in self.rows]))]
-
-
-def _block(residual: FloatArray) -> ResidualBlock:
-    return ResidualBlock(
-        trial="printed rows", protocol="static", channel="angle", residual=residual
-    )
+        off = np.array([run.angle[-1] for run in runs]) - [step.angle for step in self.rows]
+        return [
+            ResidualBlock(trial="printed rows", protocol="static", channel="angle", residual=off)
+        ]
 
 
 def _values(terms: Sequence[Term], values: Sequence[float] | FloatArray) -> Mapping[str, float]:

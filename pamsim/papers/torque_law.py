@@ -9,20 +9,19 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import stdtrit
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
-from pamsim.papers.numerics import curve_fit, root
+from pamsim.papers.numerics import least_squares, rms, root
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 
 EXTRA_TERMS = ((), ("c",), ("o",))
 """Terms beside k1, k5 and t of each law that is compared with a model of the muscles."""
 
-_NAMES = ("k1", "k5", "t", "c", "o")
 _START = {"k1": 3.0, "k5": 25.0, "t": 0.0, "c": 0.0, "o": 0.0}
 
 
@@ -54,9 +53,6 @@ def printed_rows_law(*extra: str) -> TorqueLaw:
 
     What it leaves at rows held out in turn is taken as the scatter of the printed rows: three
     coefficients without a muscle behind them describe the rows to that.
-
-    Args:
-        extra: as for `fit_torque_law`.
     """
     return fit_torque_law(distinct_steps(), extra)
 
@@ -68,12 +64,7 @@ def torque_laws() -> tuple[TorqueLaw, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class BestTorqueLaws:
-    """What a model of the muscles must reach: the least held-out errors of `torque_laws`.
-
-    Attributes:
-        left_out_rms_deg: of each angle predicted from all rest [deg].
-        small_steps_rms_deg: of the small steps predicted from the others [deg].
-    """
+    """What a model of the muscles must reach: the least held-out errors of `torque_laws`."""
 
     left_out_rms_deg: float = field(metadata=json_key("leave_one_out_rms_deg"))
     small_steps_rms_deg: float
@@ -82,91 +73,54 @@ class BestTorqueLaws:
 def best_torque_laws() -> BestTorqueLaws:
     """The least errors; each may be that of another law."""
     laws = torque_laws()
-    small = (law.small_steps_rms_deg for law in laws)
-    return BestTorqueLaws(
-        left_out_rms_deg=min(law.left_out_rms_deg for law in laws),
-        small_steps_rms_deg=min(error for error in small if math.isfinite(error)),
-    )
+    small = [law.small_steps_rms_deg for law in laws if math.isfinite(law.small_steps_rms_deg)]
+    least = min(law.left_out_rms_deg for law in laws)
+    return BestTorqueLaws(left_out_rms_deg=least, small_steps_rms_deg=min(small))
 
 
-def fit_torque_law(steps: tuple[PrintedStep, ...], extra: tuple[str, ...] = ()) -> TorqueLaw:
-    """Least squares of the angles.
-
-    Args:
-        steps: printed rows.
-        extra: terms beside k1, k5 and t: ``c``, ``o``.
-
-    Returns:
-        The law.
-    """
+def fit_torque_law(steps: Sequence[PrintedStep], extra: tuple[str, ...] = ()) -> TorqueLaw:
+    """Least squares of the angles of some rows; the extra terms are ``c`` and ``o``."""
     names = ("k1", "k5", "t", *extra)
-    start = np.array([_START[name] for name in names])
-    values, covariance = _fit(steps, names, start)
-    residual = _misfit(steps, names, values)
-    half = float(stdtrit(len(steps) - len(names), 0.975)) * np.sqrt(np.diag(covariance))
-    left_out = [_left_out(steps, (step,), names, values)[0] for step in steps]
-    small = tuple(step for step in steps if step.size == "small")
+
+    def named(values: Iterable[float]) -> dict[str, float]:
+        return dict.fromkeys(_START, 0.0) | dict(zip(names, map(float, values), strict=True))
+
+    def misfit(rows: Sequence[PrintedStep], *values: float) -> FloatArray:
+        law = named(values)
+        return np.array([(_angle(row, law) - row.angle) * DEG_PER_RAD for row in rows])
+
+    def fit(rows: Sequence[PrintedStep], start: FloatArray) -> tuple[FloatArray, FloatArray]:
+        zeros = np.zeros(len(rows))
+        return least_squares(lambda *v: misfit(rows, *v), zeros, start, x_scale="jac")
+
+    def left_out(*unseen: PrintedStep) -> FloatArray:
+        """Errors at rows by the law of the others [deg]; NaN where that law does not rise."""
+        law, _ = fit([row for row in steps if row not in unseen], values)
+        if any(_linear(row, named(law)) <= 0.0 for row in steps):
+            return np.full(len(unseen), math.nan)
+        return misfit(unseen, *law)
+
+    values, half = fit(steps, np.array([_START[name] for name in names]))
+    residual = misfit(steps, *values)
+    small = [step for step in steps if step.size == "small"]
     return TorqueLaw(
         coefficients=dict(zip(names, map(float, values), strict=True)),
         half_interval=dict(zip(names, map(float, half), strict=True)),
-        rms_deg=_rms(residual),
-        left_out_rms_deg=_rms(left_out),
-        small_steps_rms_deg=_rms(_left_out(steps, small, names, values)),
+        rms_deg=rms(residual),
+        left_out_rms_deg=rms([left_out(step)[0] for step in steps]),
+        small_steps_rms_deg=rms(left_out(*small)),
         residual_deg={step.row: float(r) for step, r in zip(steps, residual, strict=True)},
     )
 
 
-def _fit(
-    steps: tuple[PrintedStep, ...], names: tuple[str, ...], start: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Coefficients and their covariance."""
-    return curve_fit(
-        lambda _, *values: _misfit(steps, names, np.array(values)),
-        None,
-        np.zeros(len(steps)),
-        start,
-        method="trf",
-        x_scale="jac",
-    )
-
-
-def _left_out(
-    steps: tuple[PrintedStep, ...],
-    unseen: tuple[PrintedStep, ...],
-    names: tuple[str, ...],
-    start: FloatArray,
-) -> FloatArray:
-    """Errors at rows by the law of the others [deg]; NaN where that law does not rise."""
-    values, _ = _fit(tuple(step for step in steps if step not in unseen), names, start)
-    law = _law(names, values)
-    if any(_linear(step, law) <= 0.0 for step in steps):
-        return np.full(len(unseen), math.nan)
-    return _misfit(unseen, names, values)
-
-
-def _rms(errors: FloatArray | list[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(errors))))
-
-
-def _misfit(
-    steps: tuple[PrintedStep, ...], names: tuple[str, ...], values: FloatArray
-) -> FloatArray:
-    law = _law(names, values)
-    return np.array([(_angle(step, law) - step.angle) * DEG_PER_RAD for step in steps])
-
-
-def _law(names: tuple[str, ...], values: FloatArray) -> dict[str, float]:
-    return dict.fromkeys(_NAMES, 0.0) | dict(zip(names, map(float, values), strict=True))
-
-
-def _linear(step: PrintedStep, law: dict[str, float]) -> float:
+def _linear(step: PrintedStep, law: Mapping[str, float]) -> float:
     """Slope of the pressure difference at zero angle [100 kPa/rad]."""
     return law["k1"] + law["c"] * sum(step.pressure) / PA_PER_BAR
 
 
-def _angle(step: PrintedStep, law: dict[str, float]) -> float:
+def _angle(step: PrintedStep, law: Mapping[str, float]) -> float:
+    """Angle that the law gives a row [rad]."""
     first, second = (pressure / PA_PER_BAR for pressure in step.pressure)
-    push = first - second + law["t"] * step.load - law["o"]
-    linear = _linear(step, law)
+    push, linear = first - second + law["t"] * step.load - law["o"], _linear(step, law)
     # One root wherever the law rises; others only while a fit searches.
     return root(lambda b: linear * b + law["k5"] * b**5 - push, -3.0, 3.0, 1e-11)

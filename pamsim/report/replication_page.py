@@ -12,16 +12,20 @@ from matplotlib.figure import Figure
 from pamsim.papers.replicate import PAPERS, SCHEMA
 from pamsim.report.numbers import NONE, fixed, number_or_none, plain, significant
 from pamsim.report.page import write_page
-from pamsim.report.replication_bench import (
-    alraouf2025_bench,
+from pamsim.report.replication_loops import (
+    exact_shape,
+    force_laws,
+    force_loops,
+    inverse_law,
+    loops_by_order,
+    loops_by_test,
     nguyen2024_bench,
+    plane_and_loop,
     sarosi_bench,
     vandamme2008_bench,
 )
-from pamsim.report.replication_forces import force_laws, inverse_law
-from pamsim.report.replication_loops import loops_by_order, loops_by_test
-from pamsim.report.replication_preisach import exact_shape, force_loops, plane_and_loop
 from pamsim.report.replication_statics import (
+    alraouf2025_bench,
     arctangent_loop,
     bouc_wen_loop,
     joint_stiffness,
@@ -109,11 +113,7 @@ def write_replication(
 
 
 def verdict_sentence(result: Mapping[str, Any]) -> str:
-    """How many statements came out how, and which papers could not be evaluated.
-
-    Args:
-        result: of schema ``pamsim-replicate/2``.
-    """
+    """How many statements came out how, and which papers could not be evaluated."""
     counts = result["counts"]
     listed = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS]
     papers = len(result["papers"])
@@ -132,11 +132,7 @@ def printed_text(value: Any) -> str:
 
 
 def accepted_text(claim: Mapping[str, Any]) -> str:
-    """What the recomputed number of a claim must be: interval, order; empty for several intervals.
-
-    Args:
-        claim: of the result.
-    """
+    """What a claim's recomputed number must be: interval, order; empty for several intervals."""
     parts = [f"must be {claim['order']}"] if claim["order"] else []
     if len(claim["accepted"]) == 1:
         low, high = claim["accepted"][0]
@@ -151,12 +147,7 @@ def accepted_text(claim: Mapping[str, Any]) -> str:
 def recomputed_text(value: Any, printed: Any) -> str:
     """A recomputed value with one digit more than was printed, so that both can be compared.
 
-    Args:
-        value: number, list of numbers, words or None.
-        printed: what stands beside it.
-
-    Returns:
-        For example ``11.547`` beside a printed ``20.13``; a dash for None.
+    For example ``11.547`` beside a printed ``20.13``; a dash for None.
     """
     if isinstance(value, list | tuple):
         # Two lists of one length correspond entry by entry.

@@ -1,14 +1,19 @@
-"""Figures of Matiskova 2021 and Alraouf 2025: an end position or stiffness over pressure."""
+"""Figures of Matiskova 2021 and Alraouf 2025: an end position or stiffness over pressure.
+
+Each draws what `pamsim.papers.replication_figures` returns of its paper.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pamsim.report.style import (
     BLUE,
+    FAINT,
     GREEN,
     INK,
     MUTED,
@@ -20,51 +25,50 @@ from pamsim.report.style import (
     styled,
 )
 
+Curves = Mapping[str, Any]
+
 _BRANCHES = (("up", "rising", BLUE, "^"), ("down", "falling", VERMILION, "v"))
-_DOTTED, _DASHED = (0, (1, 1.6)), (0, (5, 2.5))
+DOTTED, DASHED = (0, (1, 1.6)), (0, (5, 2.5))
+_LENGTH, _PRESSURE = "length [cm]", "gauge pressure [kPa]"
+
+
+def equation_23(ax: Axes, figure6: Curves, bar: str, scaled: str) -> None:
+    """Label the axes of Figure 6 and draw equation (23) in both units of pressure.
+
+    Args:
+        ax: the axes.
+        figure6: what `static_characteristic` of the paper's room returns.
+        bar: label of the curve read in bar.
+        scaled: label of that with the scale that fits best.
+    """
+    finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
+    ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
+    for unit, label, colour, dashes in (
+        ("bar", bar, PURPLE, DOTTED),
+        ("scaled", scaled, GREEN, DASHED),
+    ):
+        text = f"{label}: {figure6[f'rms_{unit}_deg']:.1f} deg RMS"
+        y = figure6[f"eq23_{unit}_deg"]
+        ax.plot(figure6["p_svd_kpa"], y, color=colour, linestyle=dashes, label=text)
 
 
 @styled
-def static_law(curves: Mapping[str, Any]) -> Figure:
-    """Figure 6: equation (23) and the printed tables.
-
-    Args:
-        curves: ``p_svd_kpa`` (n,) [kPa], ``eq23_bar_deg``, ``eq23_scaled_deg`` (n,) [deg],
-            ``scale_kpa``, both RMS [deg], and ``rows``: size, p_svd_kpa, beta_deg.
-
-    Returns:
-        One panel, angle [deg] against p1 - p2 [kPa].
-    """
+def static_law(curves: Curves) -> Figure:
+    """Figure 6: equation (23) and the printed tables, angle [deg] against p1 - p2 [kPa]."""
     figure, (ax,) = new_figure(4.0)
-    finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
-    ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
-    x, scale = curves["p_svd_kpa"], curves["scale_kpa"]
-    bar = f"(23), p in bar: {curves['rms_bar_deg']:.1f} deg RMS"
-    scaled = f"(23), unit {scale:.0f} kPa: {curves['rms_scaled_deg']:.1f} deg RMS"
-    ax.plot(x, curves["eq23_bar_deg"], color=PURPLE, linestyle=_DOTTED, label=bar)
-    ax.plot(x, curves["eq23_scaled_deg"], color=GREEN, linestyle=_DASHED, label=scaled)
+    equation_23(ax, curves, "(23), p in bar", f"(23), unit {curves['scale_kpa']:.0f} kPa")
     for index, size in enumerate(("large", "medium", "small")):
         colour, marker = series_look(index)
         chosen = [row for row in curves["rows"] if row["size"] == size]
-        ax.plot(
-            [row["p_svd_kpa"] for row in chosen],
-            [row["beta_deg"] for row in chosen],
-            marker,
-            color=colour,
-            markersize=5,
-            label=f"tables, {size} steps",
-        )
+        points = ([row[key] for row in chosen] for key in ("p_svd_kpa", "beta_deg"))
+        ax.plot(*points, marker, color=colour, markersize=5, label=f"tables, {size} steps")
     ax.legend(loc="lower right")  # the characteristic rises: the lower right is free
     return figure
 
 
 @styled
-def joint_stiffness(curves: Mapping[str, Any]) -> Figure:
+def joint_stiffness(curves: Curves) -> Figure:
     """Stiffness of the joint at the reference point, of the rig and of the ideal pair.
-
-    Args:
-        curves: under ``stiffness``: ``sum_kpa`` (n,) [kPa]; ``held``, ``shut``, ``ideal_held``,
-            ``ideal_shut`` (n,) [N m/rad].
 
     Returns:
         Two panels, stiffness [N m/rad] against p1 + p2 [kPa].
@@ -74,35 +78,27 @@ def joint_stiffness(curves: Mapping[str, Any]) -> Figure:
     titles = (("", "muscles of the rig"), ("ideal_", "ideal pair, equation (5)"))
     for ax, (kind, title) in zip(panels, titles, strict=True):
         finish_axes(ax, x="sum of pressures $p_1 + p_2$ [kPa]", title=title, zero=False)
-        ax.plot(own["sum_kpa"], own[f"{kind}shut"], color=BLUE, label="chambers shut")
-        ax.plot(
-            own["sum_kpa"],
-            own[f"{kind}held"],
-            color=VERMILION,
-            linestyle=_DASHED,
-            label="pressures held",
-        )
-        ax.set_ylim(0.0, 1.15 * max(own[f"{kind}shut"]))
+        shut, held = own[f"{kind}shut"], own[f"{kind}held"]
+        ax.plot(own["sum_kpa"], shut, color=BLUE, label="chambers shut")
+        look = {"color": VERMILION, "linestyle": DASHED}
+        ax.plot(own["sum_kpa"], held, **look, label="pressures held")
+        ax.set_ylim(0.0, 1.15 * max(shut))
     panels[0].set_ylabel("stiffness at E [N m/rad]")
     panels[1].legend(loc="upper left")
     return figure
 
 
 @styled
-def arctangent_loop(curves: Mapping[str, Any]) -> Figure:
+def arctangent_loop(curves: Curves) -> Figure:
     """Figures 5 to 7: lengths, arctangent branches and their residuals.
-
-    Args:
-        curves: ``pressure_kpa`` (n,), ``fine_kpa`` (m,) [kPa]; under ``up`` and ``down`` the means
-            with half intervals (n,), both curves (m,) and both residuals (n,) [cm].
 
     Returns:
         Length [cm] against pressure [kPa] above, model minus mean [cm] below.
     """
     figure, (loop, published, refitted) = new_figure(6.4, 3, sharex=True, height_ratios=(2, 1, 1))
-    finish_axes(loop, y="length [cm]", zero=False)
+    finish_axes(loop, y=_LENGTH, zero=False)
     finish_axes(published, y="published −\nmean [cm]")
-    finish_axes(refitted, x="gauge pressure [kPa]", y="refitted −\nmean [cm]")
+    finish_axes(refitted, x=_PRESSURE, y="refitted −\nmean [cm]")
     pressure, fine = curves["pressure_kpa"], curves["fine_kpa"]
     for shift, (branch, word, colour, marker) in enumerate(_BRANCHES):
         own = curves[branch]
@@ -116,26 +112,22 @@ def arctangent_loop(curves: Mapping[str, Any]) -> Figure:
             elinewidth=0.8,
             label=f"Table 2, {word}",
         )
-        loop.plot(fine, own["published_cm"], color=colour, linestyle=_DOTTED)
+        loop.plot(fine, own["published_cm"], color=colour, linestyle=DOTTED)
         loop.plot(fine, own["refitted_cm"], color=colour, linewidth=1.2)
         for ax, key in ((published, "published"), (refitted, "refitted")):
             residual = own[f"{key}_residual_cm"]
             ax.plot(pressure, residual, color=colour, marker=marker, markersize=4.5, linewidth=0.9)
             ax.set_ylim(-0.5, 0.5)
-            ax.axhspan(-0.3, 0.3, color="#f1f3f5", zorder=0)
-    loop.plot([], [], color=INK, linestyle=_DOTTED, label="published (3), (4)")
+            ax.axhspan(-0.3, 0.3, color=FAINT, zorder=0)
+    loop.plot([], [], color=INK, linestyle=DOTTED, label="published (3), (4)")
     loop.plot([], [], color=INK, linewidth=1.2, label="refitted to Table 2")
     loop.legend(loc="upper right")
     return figure
 
 
 @styled
-def bouc_wen_loop(curves: Mapping[str, Any]) -> Figure:
+def bouc_wen_loop(curves: Curves) -> Figure:
     """Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive.
-
-    Args:
-        curves: as in `arctangent_loop`, with ``bouc_wen_residual_cm`` and ``passive_residual_cm``
-            (n,) [cm] of both branches, ``width_cm`` and ``sigma`` of both fits.
 
     Returns:
         Two panels, length [cm] against pressure [kPa].
@@ -145,15 +137,40 @@ def bouc_wen_loop(curves: Mapping[str, Any]) -> Figure:
     titles = (("bouc_wen", "best fit"), ("passive", "held passive, σ ≥ 1/2"))
     for ax, (key, title) in zip(panels, titles, strict=True):
         width = curves["width_cm"][key]
-        finish_axes(
-            ax, x="gauge pressure [kPa]", title=f"{title}: width {width:.3f} cm", zero=False
-        )
+        finish_axes(ax, x=_PRESSURE, title=f"{title}: width {width:.3f} cm", zero=False)
         for branch, word, colour, marker in _BRANCHES:
             mean = curves[branch]["mean_cm"]
             fitted = mean + curves[branch][f"{key}_residual_cm"]
             ax.plot(pressure, mean, marker, color=colour, markersize=5, label=f"Table 2, {word}")
-            dashes = "-" if branch == "up" else _DASHED
+            dashes = "-" if branch == "up" else DASHED
             ax.plot(pressure, fitted, color=colour, linestyle=dashes, label=f"model, {word}")
-    panels[0].set_ylabel("length [cm]")
+    panels[0].set_ylabel(_LENGTH)
     panels[0].legend(loc="upper right")
+    return figure
+
+
+@styled
+def alraouf2025_bench(curves: Curves) -> Figure:
+    """The pressure loop of a hung muscle, beside Table 2 and the printed equations.
+
+    Returns:
+        Length [cm] over pressure [kPa] above, distance from the means of Table 2 [cm] below.
+    """
+    figure, (loop, off) = new_figure(5.0, 2, sharex=True, height_ratios=(2, 1))
+    finish_axes(loop, y=_LENGTH, zero=False)
+    finish_axes(off, x=_PRESSURE, y="less Table 2 [cm]")
+    off.axhspan(-0.3, 0.3, color=FAINT, zorder=0)
+    pressure = curves["pressure_kpa"]
+    for branch, word, colour, marker in _BRANCHES:
+        own, printed = curves["bench"][branch], curves[branch]
+        mean = printed["mean_cm"]
+        loop.plot(pressure, mean, marker, color=colour, markersize=5, label=f"Table 2, {word}")
+        loop.plot(curves["fine_kpa"], printed["published_cm"], color=colour, linestyle=DOTTED)
+        loop.plot(own["pressure_kpa"], own["length_cm"], color=colour, linewidth=1.2)
+        look = {"color": colour, "marker": marker, "markersize": 3.5, "linewidth": 1.0}
+        off.plot(pressure, own["mean_off_cm"], **look)
+        off.plot(pressure, printed["published_residual_cm"], linestyle=DOTTED, **look)
+    loop.plot([], [], color=INK, linewidth=1.2, label="engine")
+    loop.plot([], [], color=INK, linestyle=DOTTED, label="printed (3), (4)")
+    loop.legend(loc="upper right")
     return figure

@@ -1,24 +1,33 @@
-"""Figures over rows of the result and models: the paper's Figures 6 and 9, and the errors."""
+"""Figures of the reproduction: the paper's Figures 6 to 9, errors, and static models compared."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+    ScalarFormatter,
+)
 
-from pamsim.core.units import FloatArray
-from pamsim.report.numbers import number_or_none
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
+from pamsim.recordings.recording import Recording
+from pamsim.report.replication_statics import DASHED, DOTTED, equation_23
 from pamsim.report.style import (
     BLUE,
     FAINT,
     GREEN,
     INK,
     MUTED,
-    PURPLE,
     VERMILION,
     finish_axes,
     new_figure,
@@ -30,76 +39,49 @@ from pamsim.report.style import (
 Row = Mapping[str, Any]
 """One of ``result["rows"]`` of schema ``pamsim-reproduce/1``."""
 
-SIZES = ("large", "medium", "small")
-"""Of the pressure steps."""
+# The time axis ends at so many times the longest settling time of the figure.
+SHOWN_SETTLING_TIMES = 2.5
+# Share of the time axis kept right of the responses for the measured end angles.
+_STRIP = 0.2
+_TICKS = (0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 15.0)
+_LABEL = 38  # characters of a model's name that leave the marks two thirds of the width
+_MARKS = (
+    ("rms_deg", "o", BLUE, "in sample"),
+    ("leave_one_out_rms_deg", "D", VERMILION, "rows held out in turn"),
+    ("small steps", "^", GREEN, "small steps held out"),
+)
 
 # key of result["figure9"]: label, colour by model order, line by estimator
+_LINES: dict[str, tuple[str, dict[str, Any]]] = {
+    "output_error": ("output error", {"linewidth": 1.5}),
+    "arx": ("ARX", {"linewidth": 1.0, "linestyle": DASHED}),
+    "paper": ("printed", {"linewidth": 1.5, "linestyle": DOTTED}),
+}
 _MODELS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "g1_output_error": ("$G_1$ output error", BLUE, {"linewidth": 1.5}),
-    "g1_arx": ("$G_1$ ARX", BLUE, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
-    "g1_paper": ("$G_1$ printed", BLUE, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
-    "g2_output_error": ("$G_2$ output error", VERMILION, {"linewidth": 1.5}),
-    "g2_arx": ("$G_2$ ARX", VERMILION, {"linewidth": 1.0, "linestyle": (0, (5, 2.5))}),
-    "g2_paper": ("$G_2$ printed", VERMILION, {"linewidth": 1.5, "linestyle": (0, (1, 1.6))}),
+    f"g{order}_{key}": (f"$G_{order}$ {label}", colour, line)
+    for order, colour in ((1, BLUE), (2, VERMILION))
+    for key, (label, line) in _LINES.items()
 }
 
 
 @styled
 def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Figure:
-    """The paper's Figure 6: end angle against pressure difference.
-
-    Args:
-        rows: distinct rows of the result.
-        figure6: ``p_svd_kpa`` (n,) [kPa], ``eq23_bar_deg`` and ``eq23_scaled_deg`` (n,) [deg],
-            ``scale_kpa`` [kPa per unit of equation (23)], both curves' RMS [deg].
-
-    Returns:
-        One panel, angle [deg] against p1 - p2 [kPa].
-    """
+    """The paper's Figure 6: end angle [deg] against p1 - p2 [kPa], of the distinct rows."""
     figure, (ax,) = new_figure(4.3)
-    finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
-    ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
-    x = _curve(figure6, "p_svd_kpa")
-    scale = number_or_none(figure6.get("scale_kpa"))
-    curves = (
-        ("eq23_bar_deg", "rms_bar_deg", "eq. (23), p in bar", PURPLE, (0, (1, 1.6))),
-        (
-            "eq23_scaled_deg",
-            "rms_scaled_deg",
-            "eq. (23), best scale" + ("" if scale is None else f" {scale:.0f} kPa"),
-            GREEN,
-            (0, (5, 2.5)),
-        ),
-    )
-    for key, rms_key, label, colour, dashes in curves:
-        y = _curve(figure6, key)
-        rms = number_or_none(figure6.get(rms_key))
-        if x is not None and y is not None:
-            text = label if rms is None else f"{label}: {rms:.1f} deg RMS"
-            ax.plot(x, y, color=colour, linestyle=dashes, label=text)
-    for row in rows:
+    scaled = f"eq. (23), best scale {figure6['scale_kpa']:.0f} kPa"
+    equation_23(ax, figure6, "eq. (23), p in bar", scaled)
+    difference = [row["p1_kpa"] - row["p2_kpa"] for row in rows]
+    for x, row in zip(difference, rows, strict=True):
         if row["simulated_deg"] is not None:
             pair = [row["measured_deg"], row["simulated_deg"]]
-            ax.plot(
-                [(row["p1_kpa"] - row["p2_kpa"])] * 2, pair, color=MUTED, linewidth=0.8, zorder=2
-            )
-    difference = [row["p1_kpa"] - row["p2_kpa"] for row in rows]
-    measured = [row["measured_deg"] for row in rows]
+            ax.plot([x] * 2, pair, color=MUTED, linewidth=0.8, zorder=2)
     simulated = [_nan(row["simulated_deg"]) for row in rows]
-    ax.plot(
-        difference,
-        simulated,
-        "D",
-        color=BLUE,
-        markerfacecolor="none",
-        markersize=6.5,
-        label="simulated",
-        zorder=3,
-    )
+    diamond = {"color": BLUE, "markerfacecolor": "none", "markersize": 6.5}
+    ax.plot(difference, simulated, "D", **diamond, label="simulated", zorder=3)
     # On top and smaller, so that a dot inside a diamond means agreement.
-    ax.plot(
-        difference, measured, "o", color=INK, markersize=3.5, label="measured (printed)", zorder=4
-    )
+    measured = [row["measured_deg"] for row in rows]
+    dot = {"color": INK, "markersize": 3.5}
+    ax.plot(difference, measured, "o", **dot, label="measured (printed)", zorder=4)
     # The characteristic rises from lower left to upper right: the lower right is always free.
     ax.legend(loc="lower right")
     return figure
@@ -109,9 +91,7 @@ def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Fi
 def model_responses(figure9: Mapping[str, Any]) -> Figure:
     """The paper's Figure 9: first- and second-order models beside the simulated response.
 
-    Args:
-        figure9: ``time_s`` (n,) [s], ``simulated`` (n,) and up to six model responses (n,), all as
-            shares of the simulated end value; a response that does not exist is null.
+    All are shares of the simulated end value; a response that does not exist is null.
 
     Returns:
         Two panels against time [s]: responses [-], and models minus simulation [-].
@@ -141,9 +121,7 @@ def model_responses(figure9: Mapping[str, Any]) -> Figure:
 def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
     """Error of every distinct row, and below it the measured angle that it belongs to.
 
-    Args:
-        rows: distinct rows of the result.
-        rms_deg: RMS of the errors [deg], drawn as a band; None for no band.
+    The RMS of the errors [deg] is drawn as a band, if there is one.
 
     Returns:
         Two panels against the row number: error [deg] and measured magnitude [deg].
@@ -156,7 +134,7 @@ def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
         band = upper.axhspan(-rms_deg, rms_deg, color=FAINT, zorder=0, linewidth=0)
         band.set_label(f"± RMS {rms_deg:.2f} deg")
         used.append(band)
-    for index, size in enumerate(SIZES):
+    for index, size in enumerate(("large", "medium", "small")):
         colour, marker = series_look(index)
         chosen = [row for row in rows if row["size"] == size]
         numbers = [row["row"] for row in chosen]
@@ -183,3 +161,208 @@ def _curve(data: Mapping[str, Any], key: str) -> FloatArray | None:
 
 def _nan(value: float | None) -> float:
     return np.nan if value is None else value
+
+
+@styled
+def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
+    """The paper's Figure 7: responses of distinct rows to large (1-6) and medium (7-12) steps.
+
+    Returns:
+        Two panels, angle [deg] against time [s].
+    """
+    panels = {
+        f"{size} steps": [row for row in rows if row["size"] == size]
+        for size in ("large", "medium")
+    }
+    return _response_figure(panels, recordings)
+
+
+@styled
+def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
+    """The paper's Figure 8: responses of distinct rows to small pressure steps (rows 13-21).
+
+    Returns:
+        Two panels, without and with load, angle [deg] against time [s].
+    """
+    small = [row for row in rows if row["size"] == "small"]
+    panels = {
+        "small steps, no load": [row for row in small if row["load_kg"] == 0.0],
+        "small steps, loaded": [row for row in small if row["load_kg"] != 0.0],
+    }
+    return _response_figure(panels, recordings)
+
+
+def _response_figure(
+    panels: Mapping[str, Sequence[Row]], recordings: Mapping[int, Recording]
+) -> Figure:
+    """Panels on top of each other that share both axes, so that sizes can be compared."""
+    figure, axes = new_figure(6.3, rows=2, sharex=True, sharey=True)
+    shown = [row for rows in panels.values() for row in rows]
+    loads = sorted({row["load_kg"] for row in shown})
+    end = _last_time_shown(shown, recordings)
+    for ax, (title, rows) in zip(axes, panels.items(), strict=True):
+        finish_axes(ax, y="angle β [deg]", title=title)
+        ax.axvspan(end, end * (1 + _STRIP), color=FAINT, linewidth=0, zorder=0)
+        for row in rows:
+            _draw_response(ax, row, recordings.get(row["row"]), loads.index(row["load_kg"]), end)
+        ax.set_xlim(0.0, end * (1 + _STRIP))
+        ax.margins(y=0.12)
+        ticks = MaxNLocator(nbins=8, steps=[1, 2, 5, 10]).tick_values(0.0, end)
+        ax.set_xticks([tick for tick in ticks if 0.0 <= tick <= end * (1 + 1e-9)])
+        if not any(row["row"] in recordings for row in rows):
+            say_empty(ax, "no recording of these rows")
+    axes[-1].set_xlabel("time after the step [s]")
+    handles = []
+    for index, load in enumerate(loads):
+        colour, marker = series_look(index)
+        look = {"color": colour, "marker": marker, "markersize": 5}
+        handles.append(Line2D([], [], **look, label=_load(load)))
+    look = {"color": MUTED, "marker": "o", "linestyle": "", "markersize": 5}
+    handles.append(Line2D([], [], **look, label="measured end angle and row number"))
+    figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
+    return figure
+
+
+def _load(load: float) -> str:
+    return "no load" if load == 0.0 else f"{load:g} kg"
+
+
+def _last_time_shown(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> float:
+    """End of the time axis [s]: cut only where every response is known to have settled before."""
+    recorded = [row for row in rows if row["row"] in recordings]
+    end = float(max((recordings[row["row"]].time[-1] for row in recorded), default=1.0))
+    settling = [row["settling_s"] for row in recorded if row["settling_s"] is not None]
+    if not settling or len(settling) < len(recorded):
+        return end
+    return min(end, max(1.0, SHOWN_SETTLING_TIMES * max(settling)))
+
+
+def _draw_response(
+    ax: Axes, row: Row, recording: Recording | None, load_index: int, end: float
+) -> None:
+    colour, marker = series_look(load_index)
+    # One column of markers per load: the loads' end angles differ by less than a marker's size.
+    slot = end * (1 + _STRIP * (0.2 + 0.28 * load_index))
+    ax.plot(slot, row["measured_deg"], marker, color=colour, markersize=5, clip_on=False, zorder=4)
+    ax.annotate(
+        str(row["row"]),
+        (slot, row["measured_deg"]),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center_baseline",
+        fontsize=7.5,
+        color=INK,
+        # Links to the markers further right pass here.
+        bbox={"facecolor": FAINT, "edgecolor": "none", "pad": 0.4},
+    )
+    if recording is None:
+        return
+    shown = recording.time <= end
+    time, angle = recording.time[shown], recording.angle[shown] * DEG_PER_RAD
+    ax.plot(time, angle, color=colour, linewidth=1.4, zorder=3)
+    if row["outcome"] == "completed":
+        link = ([time[-1], slot], [angle[-1], row["measured_deg"]])
+        ax.plot(*link, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=2)
+    else:
+        ax.plot(time[-1], angle[-1], "x", color=colour, markersize=7, zorder=4)
+
+
+@styled
+def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
+    """Both muscles' pressures in one large and one small step among distinct rows.
+
+    Returns:
+        Two panels, gauge pressure [kPa] against time [s], with the printed end pressures.
+    """
+    figure, axes = new_figure(3.5, columns=2, sharey=True)
+    for ax, size in zip(axes, ("large", "small"), strict=True):
+        finish_axes(ax, x="time after the step [s]", title=f"{size} step", zero=False)
+        row = next((p for p in rows if p["size"] == size and p["row"] in recordings), None)
+        if row is None:
+            say_empty(ax, f"no recording of a {size} step")
+            continue
+        ax.set_title(f"{size} step: row {row['row']}, {_load(row['load_kg'])}")
+        recording = recordings[row["row"]]
+        pressure = recording.pressure / PA_PER_KPA
+        printed = np.array([row["p1_kpa"], row["p2_kpa"]])
+        end = recording.time[-1]
+        for column, colour in enumerate((BLUE, VERMILION)):
+            ax.plot(recording.time, pressure[:, column], color=colour)
+            # Over the frame: a printed 0 kPa lies on the axis, at the very end.
+            ax.plot(end, printed[column], "o", color=colour, markerfacecolor="white", clip_on=False)
+            ax.annotate(
+                f"$p_{column + 1}$",
+                (end, pressure[-1, column]),
+                xytext=(8, 0),
+                textcoords="offset points",
+                va="center",
+                color=colour,
+                annotation_clip=False,
+            )
+        ax.set_xlim(0.0, end)
+        ax.set_ylim(bottom=0.0)
+        ax.margins(y=0.08)
+    axes[0].set_ylabel("gauge pressure [kPa]")
+    handles = [
+        Line2D([], [], color=MUTED, label="simulated"),
+        Line2D([], [], color=MUTED, marker="o", mfc="white", linestyle="", label="printed end"),
+    ]
+    figure.legend(handles=handles, loc="outside upper right", ncols=2)
+    return figure
+
+
+@styled
+def static_models_figure(
+    models: Sequence[Mapping[str, Any]], calibration: Mapping[str, Any]
+) -> Figure:
+    """Errors of every model in sample, at rows held out in turn and at the small steps held out.
+
+    Args:
+        models: each with ``name``, ``accepted``, ``rms_deg``, ``leave_one_out_rms_deg``,
+            ``left_out_block_rms_deg``.
+        calibration: with ``best_torque_laws`` and ``nested_leave_one_out``.
+
+    Returns:
+        One panel: a line per model against RMS error [deg], logarithmic.
+    """
+    ordered = sorted(models, key=lambda model: not model["accepted"])
+    names = ["\n".join(textwrap.wrap(model["name"], _LABEL)) for model in ordered]
+    lines = sum(name.count("\n") + 1 for name in names)
+    figure, (ax,) = new_figure(0.13 * (len(models) + lines) + 1.7)
+    finish_axes(ax, x="RMS error of the end angle [deg]", zero=False)
+    ax.grid(True, axis="x")
+    for place, model in enumerate(ordered):
+        look = 1.0 if model["accepted"] else 0.45
+        found: dict[str, Any] = {**model, **model["left_out_block_rms_deg"]}
+        shown = [
+            (found[key], marker, colour)
+            for key, marker, colour, _ in _MARKS
+            if found.get(key) is not None
+        ]
+        ends = [error for error, _, _ in shown]
+        ax.plot([min(ends), max(ends)], [place] * 2, color=MUTED, linewidth=1.0, zorder=2)
+        for error, marker, colour in shown:
+            ax.plot(error, place, marker, color=colour, alpha=look, markersize=5, zorder=3)
+    for _, marker, colour, label in _MARKS:
+        ax.plot([], [], marker, color=colour, label=label)
+    nested = calibration["nested_leave_one_out"]["rms_deg"]
+    best = calibration["best_torque_laws"]
+    for error, colour, style, label in (
+        (nested, VERMILION, "solid", "nested: form chosen without the row"),
+        (best["leave_one_out_rms_deg"], VERMILION, (0, (4, 3)), "best torque law, rows"),
+        (best["small_steps_rms_deg"], GREEN, (0, (1, 2)), "best torque law, small steps"),
+    ):
+        text = f"{label}: {error:.2f} deg"
+        ax.axvline(error, color=colour, linewidth=1.0, linestyle=style, zorder=1, label=text)
+    ax.set_xscale("log")
+    ax.xaxis.set_major_locator(FixedLocator(_TICKS))
+    ax.xaxis.set_major_formatter(ScalarFormatter())
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.set_yticks(range(len(ordered)), names, fontsize=8, linespacing=1.0)
+    for label, model in zip(ax.get_yticklabels(), ordered, strict=True):
+        label.set_color(INK if model["accepted"] else MUTED)
+    ax.set_ylim(len(ordered) - 0.4, -0.6)
+    ax.grid(False, axis="y")
+    figure.legend(loc="outside upper right", ncols=2)
+    return figure

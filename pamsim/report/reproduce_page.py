@@ -16,10 +16,9 @@ from matplotlib.figure import Figure
 
 from pamsim.core.files import complete_file
 from pamsim.recordings.recording import Recording
-from pamsim.report import reproduce_figures, reproduce_steps
+from pamsim.report import reproduce_figures as draw
 from pamsim.report.numbers import fixed, significant, words
 from pamsim.report.page import write_page
-from pamsim.report.static_models_figure import static_models_figure
 
 SCHEMA = "pamsim-reproduce/1"
 
@@ -47,11 +46,25 @@ def write_reproduction(
         InputError: if the result has another schema, or ``out`` is a file.
     """
     distinct = [row for row in result.get("rows", ()) if row["repeats"] is None]
+
+    def figures() -> dict[str, Figure]:
+        models = result["static_models"]
+        compared = models and draw.static_models_figure(models, result["calibration"])
+        return {
+            **({"static_models": compared} if compared else {}),
+            "figure_6_static": draw.static_characteristic(distinct, result["figure6"]),
+            "figure_7_large_medium": draw.large_medium_responses(distinct, recordings),
+            "figure_8_small": draw.small_responses(distinct, recordings),
+            "figure_9_models": draw.model_responses(result["figure9"] or {}),
+            "errors": draw.errors_by_row(distinct, result["rms_deg"]),
+            "pressures": draw.pressure_courses(distinct, recordings),
+        }
+
     written = write_page(
         out,
         "reproduce.html",
         result,
-        lambda: _figures(result, distinct, recordings),
+        figures,
         schema=SCHEMA,
         distinct=distinct,
         sentence=verdict_sentence,
@@ -62,7 +75,7 @@ def write_reproduction(
         source_tag=source_tag,
         tags=lambda: Counter(source_tag(entry["source"]) for entry in result["parameters"] or ()),
         tint_steps=_TINT_STEPS_DEG,
-        shown_settling_times=reproduce_steps.SHOWN_SETTLING_TIMES,
+        shown_settling_times=draw.SHOWN_SETTLING_TIMES,
     )
     table = out / "rows.csv"
     with complete_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
@@ -74,32 +87,8 @@ def write_reproduction(
     return [*written, table]
 
 
-def _figures(
-    result: Mapping[str, Any],
-    distinct: list[Mapping[str, Any]],
-    recordings: Mapping[int, Recording],
-) -> dict[str, Figure]:
-    models = result["static_models"]
-    compared = (
-        {"static_models": static_models_figure(models, result["calibration"])} if models else {}
-    )
-    return {
-        **compared,
-        "figure_6_static": reproduce_figures.static_characteristic(distinct, result["figure6"]),
-        "figure_7_large_medium": reproduce_steps.large_medium_responses(distinct, recordings),
-        "figure_8_small": reproduce_steps.small_responses(distinct, recordings),
-        "figure_9_models": reproduce_figures.model_responses(result["figure9"] or {}),
-        "errors": reproduce_figures.errors_by_row(distinct, result["rms_deg"]),
-        "pressures": reproduce_steps.pressure_courses(distinct, recordings),
-    }
-
-
 def verdict_sentence(result: Mapping[str, Any]) -> str:
-    """How close the simulation comes, in one sentence of numbers without judging words.
-
-    Args:
-        result: of schema ``pamsim-reproduce/1``.
-    """
+    """How close the simulation comes, in one sentence of numbers without judging words."""
     distinct = [row for row in result["rows"] if row["repeats"] is None]
     done = sum(row["outcome"] == "completed" for row in distinct)
     count = str(done) if done == len(distinct) else f"{done} of {len(distinct)}"
@@ -133,8 +122,7 @@ def verdict_sentence(result: Mapping[str, Any]) -> str:
 def better_models(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """Models that were not accepted although they predict rows held out better than the one used.
 
-    Args:
-        result: of schema ``pamsim-reproduce/1``; the last model accepted is the one used.
+    The last model accepted is the one used.
     """
     models = result["static_models"] or ()
     used = [model["leave_one_out_rms_deg"] for model in models if model["accepted"]][-1:]
@@ -148,9 +136,7 @@ def better_models(result: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 def not_lowered(result: Mapping[str, Any], *keys: str) -> list[str]:
     """Names of accepted models whose error is not below that of the one accepted before them.
 
-    Args:
-        result: of schema ``pamsim-reproduce/1``.
-        keys: of the error in a model, such as ``left_out_block_rms_deg`` and ``small steps``.
+    The keys lead to the error in a model, such as ``left_out_block_rms_deg`` and ``small steps``.
     """
     accepted = [model for model in result["static_models"] or () if model["accepted"]]
     errors = [functools.reduce(operator.getitem, keys, model) for model in accepted]
@@ -163,18 +149,13 @@ def not_lowered(result: Mapping[str, Any], *keys: str) -> list[str]:
 
 
 def source_tag(source: str) -> str:
-    """Name the kind of a parameter's source.
+    """Kind of a source as a rig file writes it, such as ``Matiskova 2021, Table 1``.
 
-    Args:
-        source: as a rig file writes it, such as ``Matiskova 2021, Table 1`` or ``identified``.
-
-    Returns:
-        ``identified``, ``assumed``, ``datasheet``, ``paper``, or ``other``.
+    It is ``identified``, ``assumed``, ``datasheet``, ``paper`` or ``other``.
     """
     text = source.lower()
-    for tag in _SOURCES:
-        if text.startswith(tag):
-            return tag
+    if begun := [tag for tag in _SOURCES if text.startswith(tag)]:
+        return begun[0]
     if "datasheet" in text:
         return "datasheet"
     return "paper" if any(word in text for word in _CITING) else "other"

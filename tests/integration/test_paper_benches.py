@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pamsim.papers.alraouf2025 import on_bench as alraouf
-from pamsim.papers.alraouf2025.hung_muscle import fit_hung_muscle
+from pamsim.papers.alraouf2025 import figures as alraouf
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
-from pamsim.papers.nguyen2024 import on_bench as nguyen
+from pamsim.papers.nguyen2024 import figures as nguyen
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
-from pamsim.papers.nguyen2024.numbers import element, muscle, omega
-from pamsim.papers.sarosi import on_bench as sarosi
-from pamsim.papers.vandamme2008 import on_bench as vandamme
-from pamsim.papers.vandamme2008.numbers import value
+from pamsim.papers.nguyen2024.geometry import element, muscle, omega
+from pamsim.papers.sarosi import figures as sarosi
+from pamsim.papers.vandamme2008 import figures as vandamme
+from pamsim.papers.vandamme2008.shape import value
 from pamsim.physics.force_laws.pleated import SLENDERNESS_6
 from pamsim.physics.force_laws.published import PUBLISHED
 
@@ -56,7 +55,7 @@ def test_slow_pressure_moves_a_weight_along_the_inverse_law(curves):
 
 def test_hung_muscle_of_alraouf_is_the_fit_to_table_2():
     rig = bench("alraouf2025")
-    fitted, rms = fit_hung_muscle(hanging_weight(rig, 0.0))
+    fitted, rms = alraouf.fit_hung_muscle(hanging_weight(rig, 0.0))
     stated = alraouf.hung_muscle(rig)
     assert vars(stated) == pytest.approx(vars(fitted), rel=1e-3)
     hysteresis = rig.muscles["muscle"].hysteresis

@@ -13,16 +13,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
-from pamsim.papers.numerics import curve_fit, jacobian
+from pamsim.papers.numerics import jacobian, least_squares
 from pamsim.recordings.printed import (
     Printed,
     arctangent_law,
@@ -57,31 +56,17 @@ _SIZE = -np.expm1(-_CELL * np.arange(6401))  # from 0 to 1 - 1e-14
 _LOG = np.log(np.maximum(_SIZE, 1e-300))
 
 
-@dataclass(frozen=True, kw_only=True)
-class BoucWenLoop:
-    """A fitted static loop.
+class BoucWenLoop(NamedTuple):
+    """A fitted static loop."""
 
-    Attributes:
-        linear: c0 [cm], c1 [cm/kPa], c2 [cm].
-        travel: D [kPa].
-        sigma: shape [-].
-        sharpness: n [-].
-        start: z0 [-].
-        residual: branch -> fitted minus mean length, by rising pressure [cm].
-        width: largest distance between the branches at one pressure [cm].
-    """
-
-    linear: tuple[float, float, float]
-    travel: float
-    sigma: float
-    sharpness: float
-    start: float
-    residual: dict[str, FloatArray]
-    width: float
+    travel: float  # D [kPa]
+    sigma: float  # shape [-]
+    sharpness: float  # n [-]
+    residual: dict[str, FloatArray]  # branch -> fitted minus mean length, by rising pressure [cm]
+    width: float  # largest distance between the branches at one pressure [cm]
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoopCoefficient:
+class LoopCoefficient(NamedTuple):
     """One coefficient with its 95 % interval (Table 1)."""
 
     symbol: str
@@ -93,27 +78,14 @@ class LoopCoefficient:
 def loop_coefficients(branch: str) -> tuple[LoopCoefficient, ...]:
     """The four coefficients of one branch as Table 1 prints them."""
     return tuple(
-        LoopCoefficient(
-            symbol=row["symbol"],
-            estimate=Printed.read(row["estimate"]),
-            low=Printed.read(row["low"]),
-            high=Printed.read(row["high"]),
-        )
+        LoopCoefficient(row["symbol"], *(Printed.read(row[n]) for n in ("estimate", "low", "high")))
         for row in printed_table("alraouf2025_table1.csv")
         if row["branch"] == branch
     )
 
 
 def loop_scores(branch: str, model: str) -> Mapping[str, Printed]:
-    """Printed scores of one branch (Tables 3 and 4).
-
-    Args:
-        branch: ``up`` or ``down``.
-        model: ``arctangent`` or ``bouc_wen``.
-
-    Returns:
-        Score -> number; MSE in cm^2, RMSE and MAE in cm.
-    """
+    """Printed `scores` of a branch (Tables 3 and 4), model ``arctangent`` or ``bouc_wen``."""
     rows = printed_table("alraouf2025_scores.csv")
     return {row["score"]: Printed.read(row[model]) for row in rows if row["branch"] == branch}
 
@@ -130,18 +102,24 @@ def branch_data(branch: str) -> tuple[FloatArray, FloatArray]:
     return np.array([row.pressure_kpa for row in rows]), np.array([row.mean.value for row in rows])
 
 
-def measured_width() -> float:
-    """Largest distance between the branches of Table 2 at one pressure [cm]."""
-    return measured_gap()[0].value
+def differences() -> list[tuple[Printed, float]]:
+    """Up less down mean at each pressure with its rounding, and half its interval [cm].
+
+    The interval is that of the printed ones.
+    """
+    return [
+        (
+            Printed(up.mean.value - down.mean.value, up.mean.half_unit + down.mean.half_unit),
+            math.hypot(up.half_interval.value, down.half_interval.value),
+        )
+        for up, down in zip(loop_rows("up"), loop_rows("down"), strict=True)
+    ]
 
 
 def measured_gap() -> tuple[Printed, float]:
-    """As `measured_width` with its rounding, and half its interval by the printed ones [cm]."""
-    pairs = list(zip(loop_rows("up"), loop_rows("down"), strict=True))
-    up, down = max(pairs, key=lambda pair: abs(pair[0].mean.value - pair[1].mean.value))
-    gap = abs(up.mean.value - down.mean.value)
-    half = math.hypot(up.half_interval.value, down.half_interval.value)
-    return Printed(gap, up.mean.half_unit + down.mean.half_unit), half
+    """Largest distance between the branches of Table 2, as in `differences` [cm]."""
+    gap, half = max(differences(), key=lambda pair: abs(pair[0].value))
+    return Printed(abs(gap.value), gap.half_unit), half
 
 
 def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:
@@ -155,30 +133,30 @@ def scores(residual: FloatArray, length: FloatArray) -> dict[str, float]:
     }
 
 
+def arctangent_residual(branch: str, coefficients: Sequence[float] | FloatArray) -> FloatArray:
+    """Arctangent of a0..a3 less the means of Table 2 [cm]."""
+    pressure, length = branch_data(branch)
+    return arctangent_law(pressure, *coefficients) - length
+
+
+def arctangent_scores(branch: str, coefficients: Sequence[float]) -> dict[str, float]:
+    """`scores` of `arctangent_residual`."""
+    return scores(arctangent_residual(branch, coefficients), branch_data(branch)[1])
+
+
 @functools.cache
 def fit_arctangent(branch: str) -> tuple[float, float, float, float]:
     """Least squares of one branch on Table 2's means, the best of several fixed starts."""
     pressure, length = branch_data(branch)
+    options: dict[str, Any] = dict.fromkeys(("xtol", "ftol", "gtol"), 1e-14)
+    options["jac"] = lambda _, *a: _arctangent_jacobian(pressure, a)
+    options["x_scale"] = _ARCTANGENT_SCALE
     fits = [
-        curve_fit(
-            arctangent_law,
-            pressure,
-            length,
-            start,
-            jac=lambda p, *a: _arctangent_jacobian(p, a),
-            method="trf",
-            x_scale=_ARCTANGENT_SCALE,
-            xtol=1e-14,
-            ftol=1e-14,
-            gtol=1e-14,
-        )[0]
+        least_squares(lambda *a: arctangent_law(pressure, *a), length, start, **options)[0]
         for start in _ARCTANGENT_STARTS
     ]
-
-    def cost(a: FloatArray) -> float:
-        return float(np.sum((arctangent_law(pressure, *a) - length) ** 2))
-
-    a0, a1, a2, a3 = (float(a) for a in min(fits, key=cost))
+    best = min(fits, key=lambda a: float(np.sum(arctangent_residual(branch, a) ** 2)))
+    a0, a1, a2, a3 = (float(a) for a in best)
     # (a0, a1, a2) and (-a0, -a1, -a2) are one curve; the paper's has a0 > 0.
     sign = math.copysign(1.0, a0)
     return sign * a0, sign * a1, sign * a2, a3
@@ -191,15 +169,10 @@ def _arctangent_jacobian(pressure: FloatArray, a: tuple[float, ...]) -> FloatArr
 def arctangent_half_intervals(
     pressure: FloatArray, coefficients: tuple[float, ...], mse: float
 ) -> FloatArray:
-    """Half the linearised 95 % intervals of a least-squares fit, as MATLAB's ``nlparci`` has them.
+    """Half the linearised 95 % intervals (4,) of a0..a3, as MATLAB's ``nlparci`` has them.
 
-    Args:
-        pressure: (n,) [kPa].
-        coefficients: a0..a3 at the optimum.
-        mse: mean square of the residuals there [cm^2].
-
-    Returns:
-        (4,) half widths.
+    They are those at the optimum of a fit at pressures (n,) [kPa], where the mean square of the
+    residuals is ``mse`` [cm^2].
     """
     columns = _arctangent_jacobian(pressure, coefficients)
     freedom = len(pressure) - ARCTANGENT_PARAMETERS
@@ -210,8 +183,7 @@ def arctangent_half_intervals(
 def fit_bouc_wen(lowest_sigma: float = 0.0) -> BoucWenLoop:
     """Least squares of the static Bouc-Wen loop on both branches of Table 2.
 
-    Args:
-        lowest_sigma: lower bound of sigma; 0 lets the memory vanish, 1/2 keeps it passive.
+    The lower bound of sigma at 0 lets the memory vanish, at 1/2 it keeps the loop passive.
     """
     tries = [_fit_at(sigma) for sigma in _SIGMAS if sigma >= lowest_sigma]
     return min(tries, key=lambda loop: sum(float(r @ r) for r in loop.residual.values()))
@@ -222,33 +194,30 @@ def _fit_at(sigma: float) -> BoucWenLoop:
     """Least squares with sigma held."""
     pressure, up = branch_data("up")
     length = np.concatenate([up, branch_data("down")[1]])
-    ones, twice = np.ones(len(length)), np.concatenate([pressure, pressure])
+    line = np.stack([np.ones(len(length)), np.tile(pressure, 2)], axis=1)
 
-    def fitted(x: FloatArray) -> tuple[FloatArray, Any]:
+    def residual_at(x: FloatArray) -> FloatArray:
         travel, sharpness, start = _natural(x)
         path = _path(travel, sigma, sharpness, start, pressure)
         # The three linear coefficients are solved for, so only D, n and z0 are searched.
-        basis = np.stack([ones, twice, path], axis=1)
-        linear = np.linalg.lstsq(basis, length, rcond=None)[0]
-        return basis @ linear - length, linear
+        basis = np.column_stack([line, path])
+        return basis @ np.linalg.lstsq(basis, length, rcond=None)[0] - length
 
     best = bounded_least_squares(
-        one_by_one(lambda x: fitted(x)[0]),
+        one_by_one(residual_at),
         [np.log(start) for start in _BOUC_WEN_STARTS],
         lower=_BOUNDS[0],
         upper=_BOUNDS[1],
         jacobian="3-point",
         tolerance=1e-9,
     ).x
-    residual, linear = fitted(best)
-    curve, half = residual + length, len(pressure)
-    travel, sharpness, start = _natural(best)
+    residual, half = residual_at(best), len(pressure)
+    curve = residual + length
+    travel, sharpness, _ = _natural(best)
     return BoucWenLoop(
-        linear=(float(linear[0]), float(linear[1]), float(linear[2])),
         travel=travel,
         sigma=sigma,
         sharpness=sharpness,
-        start=start,
         residual={"up": residual[:half], "down": residual[half:]},
         width=float(np.max(np.abs(curve[:half] - curve[half:]))),
     )

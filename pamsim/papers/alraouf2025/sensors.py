@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.papers.alraouf2025.loop import measured_width
+from pamsim.papers.alraouf2025.loop import measured_gap
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.rounding import half_unit, propagated
+from pamsim.papers.numerics import half_unit, propagated
 from pamsim.recordings.printed import Printed, printed_document
 
 _LABORATORY = (20.0, 30.0)  # deg C, printed
@@ -34,10 +34,10 @@ def _printed(instrument: str, name: str) -> float:
 
 def transducer_pressure(voltage: float) -> float:
     """Equation (5): gauge pressure [kPa] of a voltage [V]."""
-    share = (voltage - _printed("transducer", "zero_voltage")) / _printed(
-        "transducer", "span_voltage"
+    zero, span, scale = (
+        _printed("transducer", name) for name in ("zero_voltage", "span_voltage", "full_scale")
     )
-    return share * _printed("transducer", "full_scale")
+    return (voltage - zero) / span * scale
 
 
 def _resolution(bits: float) -> float:
@@ -99,18 +99,13 @@ def _expanded() -> Recomputed:
 
 @recomputes("alraouf2025-58")
 def _echo() -> Recomputed:
-    low, high = _LABORATORY
+    low, high = (Printed(end, half_unit(0)) for end in _LABORATORY)
     celsius = propagated(
         lambda time: _ICE_POINT * (ranger_speed(time) / _SOUND_AT_ICE_POINT) ** 2 - _ICE_POINT,
         _echo_time(),
     )
-    return Recomputed(
-        celsius,
-        printed=(low, high),
-        low=Printed(low, half_unit(0)),
-        high=Printed(high, half_unit(0)),
-        speed=ranger_speed(_echo_time().value),
-    )
+    speed = ranger_speed(_echo_time().value)
+    return Recomputed(celsius, printed=_LABORATORY, low=low, high=high, speed=speed)
 
 
 @recomputes("alraouf2025-59")
@@ -132,7 +127,7 @@ def _laboratory() -> Recomputed:
     # A reading is too short by the share by which sound is faster than (6) assumes.
     speed = ranger_speed(_echo_time().value)
     cold, warm = (30.0 * speed / speed_of_sound(celsius) for celsius in _LABORATORY)
-    return Recomputed(cold - warm, width=measured_width())
+    return Recomputed(cold - warm, width=measured_gap()[0].value)
 
 
 @recomputes("alraouf2025-62")

@@ -8,9 +8,16 @@ import numpy as np
 from scipy.special import stdtrit
 
 from pamsim.core.units import FloatArray
-from pamsim.papers.alraouf2025.loop import SCORES, branch_data, loop_scores, published
+from pamsim.papers.alraouf2025.loop import (
+    SCORES,
+    arctangent_residual,
+    branch_data,
+    differences,
+    loop_scores,
+    published,
+)
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.rounding import half_unit, propagated
+from pamsim.papers.numerics import half_unit, propagated
 from pamsim.recordings.printed import (
     BRANCHES,
     LoopRow,
@@ -32,14 +39,11 @@ def _ranger() -> Printed:
     return Printed(0.1 * document["ranger"]["accuracy"]["value"], half_unit(1))
 
 
-def _student() -> float:
-    return float(stdtrit(_RUNS - 1, 0.975))
-
-
 @recomputes("alraouf2025-41", "up")
 @recomputes("alraouf2025-42", "down")
 def _intervals(branch: str) -> Recomputed:
-    factor = _student() / math.sqrt(_RUNS)
+    student = float(stdtrit(_RUNS - 1, 0.975))
+    factor = student / math.sqrt(_RUNS)
 
     def off(row: LoopRow) -> float:
         return abs(row.half_interval.value - factor * row.deviation.value)
@@ -49,33 +53,27 @@ def _intervals(branch: str) -> Recomputed:
         Printed(off(worst), _ROUNDING * (1.0 + factor)),
         low=0.0,
         high=0.0,
-        student=_student(),
+        student=student,
         pressure=worst.pressure_kpa,
         printed_half=worst.half_interval.value,
         half=factor * worst.deviation.value,
     )
 
 
-def _residual(branch: str) -> FloatArray:
-    pressure, length = branch_data(branch)
-    return length - arctangent_law(pressure, *published(branch))
-
-
 @recomputes("alraouf2025-43", "up")
 @recomputes("alraouf2025-44", "down")
 def _residual_size(branch: str) -> Recomputed:
-    residual = np.abs(_residual(branch))
-    pressure, length = branch_data(branch)
+    residual = np.abs(arctangent_residual(branch, published(branch)))
     limit = Printed(0.3, half_unit(1))
+    largest = limit.value + limit.half_unit
     return Recomputed(
         propagated(
-            lambda *a: float(np.max(np.abs(length - arctangent_law(pressure, *a)))),
-            *loop_equation(branch),
+            lambda *a: float(np.max(np.abs(arctangent_residual(branch, a)))), *loop_equation(branch)
         ),
         high=limit,
-        pressure=pressure[int(residual.argmax())],
-        limit=limit.value + limit.half_unit,
-        beyond=int(np.sum(residual > limit.value + limit.half_unit)),
+        pressure=branch_data(branch)[0][int(residual.argmax())],
+        limit=largest,
+        beyond=int(np.sum(residual > largest)),
         rows=len(residual),
     )
 
@@ -83,7 +81,7 @@ def _residual_size(branch: str) -> Recomputed:
 @recomputes("alraouf2025-45", "up")
 @recomputes("alraouf2025-46", "down")
 def _residual_order(branch: str) -> Recomputed:
-    residual = _residual(branch)
+    residual = -arctangent_residual(branch, published(branch))
     centred = residual - residual.mean()
     lag = float(centred[1:] @ centred[:-1] / (centred @ centred))
     limit = 1.96 / math.sqrt(len(residual))
@@ -91,11 +89,8 @@ def _residual_order(branch: str) -> Recomputed:
 
 
 def _differences() -> tuple[FloatArray, FloatArray]:
-    """Up minus down length at each pressure, and half its interval by the printed ones [cm]."""
-    pairs = list(zip(loop_rows("up"), loop_rows("down"), strict=True))
-    difference = [a.mean.value - b.mean.value for a, b in pairs]
-    half = [math.hypot(a.half_interval.value, b.half_interval.value) for a, b in pairs]
-    return np.array(difference), np.array(half)
+    difference, half = zip(*differences(), strict=True)
+    return np.array([number.value for number in difference]), np.array(half)
 
 
 @recomputes("alraouf2025-47")

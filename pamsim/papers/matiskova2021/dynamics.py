@@ -1,35 +1,63 @@
-"""The transfer functions (30) and (31): their arithmetic, and whether they agree."""
+"""The transfer functions (30) and (31): their arithmetic, whether they agree, and their steps."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.linear.first_second_order import second_order_step
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
+from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
 from pamsim.linear.step_identification import StepIdentification, identify_step
+from pamsim.linear.transfer_function import continuous, step_response
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.numerics import root
-from pamsim.papers.rounding import propagated
+from pamsim.papers.numerics import propagated, root
 from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document
+from pamsim.recordings.recording import Recording
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""
 
 _LENGTHS = (2.0, 6.0, 10.0)  # s; the second is the length of our own simulated responses
+_CURVE_POINTS = 301
+
+
+def model_responses(
+    recording: Recording, identified: StepIdentification
+) -> Mapping[str, list[float] | None]:
+    """Unit steps of every model beside the simulated large step that was identified (Figure 9).
+
+    The identified models answer through python-control, the paper's through the closed form.
+
+    Returns:
+        JSON-safe curves on a common grid; None where an ARX fit has no real time constants.
+    """
+    keep = slice(None, None, max(1, len(recording.time) // _CURVE_POINTS))
+    time = recording.time[keep]
+    travelled = recording.angle - recording.angle[0]
+    printed = mas20_models()
+    return {
+        "time_s": time.tolist(),
+        "simulated": (travelled[keep] / identified.final_value).tolist(),
+        "g1_output_error": step_response(continuous(identified.g1.output_error), time).tolist(),
+        "g2_output_error": step_response(continuous(identified.g2.output_error), time).tolist(),
+        "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
+        "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
+        "g1_paper": first_order_step(time, printed["g1"]["T_s"]).tolist(),
+        "g2_paper": second_order_step(time, printed["g2"]["T1_s"], printed["g2"]["T2_s"]).tolist(),
+    }
+
+
+def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
+    return unit_step(time, constants).tolist() if constants else None
 
 
 def _constants() -> tuple[Printed, Printed]:
     """T1 and T2 of (31) [s]."""
     printed = printed_document("matiskova2021.toml", digits=True)["g2"]
     return printed["T1_s"], printed["T2_s"]
-
-
-def _single() -> float:
-    return float(mas20_models()["g1"]["T_s"])
 
 
 @functools.cache
@@ -39,14 +67,15 @@ def _identified(samples: int) -> StepIdentification:
     return identify_step(time, second_order_step(time, *(number.value for number in _constants())))
 
 
-@recomputes("matiskova2021-29")
-def _product() -> Recomputed:
-    return Recomputed(propagated(lambda first, second: first * second, *_constants()))
+def _first_order(samples: int) -> float:
+    """T of G1 by output error from as many samples [s]."""
+    return _identified(samples).g1.output_error.time_constants[0]
 
 
-@recomputes("matiskova2021-30")
-def _sum() -> Recomputed:
-    return Recomputed(propagated(lambda first, second: first + second, *_constants()))
+@recomputes("matiskova2021-29", lambda first, second: first * second)
+@recomputes("matiskova2021-30", lambda first, second: first + second)
+def _of_both_constants(function: Callable[[float, float], float]) -> Recomputed:
+    return Recomputed(propagated(function, *_constants()))
 
 
 @recomputes("matiskova2021-31", lambda models: models.g1.output_error)
@@ -65,10 +94,10 @@ def _as_first_order(estimate: Callable[[StepIdentification], Any]) -> Recomputed
 
 def _cut_samples() -> int:
     """Length of record at which output error gives T nearest to (30) [samples]."""
+    single = float(mas20_models()["g1"]["T_s"])
 
     def excess(length: float) -> float:
-        result = _identified(round(length * SAMPLE_RATE))
-        return result.g1.output_error.time_constants[0] - _single()
+        return _first_order(round(length * SAMPLE_RATE)) - single
 
     return round(root(excess, 2.0, 3.0, 0.5 / SAMPLE_RATE) * SAMPLE_RATE)
 
@@ -76,19 +105,12 @@ def _cut_samples() -> int:
 @recomputes("matiskova2021-34")
 def _cut_record() -> Recomputed:
     samples = _cut_samples()
-    cut = _identified(samples)
-    spread = [
-        abs(
-            _identified(samples + more).g1.output_error.time_constants[0]
-            - cut.g1.output_error.time_constants[0]
-        )
-        for more in (-1, 1)
-    ]
+    cut, constant = _identified(samples), _first_order(samples)
     return Recomputed(
-        cut.g1.output_error.time_constants[0],
+        constant,
         duration=cut.duration,
         reached=100.0 * cut.final_value,
-        spread=max(spread),
+        spread=max(abs(_first_order(samples + more) - constant) for more in (-1, 1)),
     )
 
 

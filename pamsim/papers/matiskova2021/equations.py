@@ -15,7 +15,7 @@ from pamsim.papers.antagonistic_pair import (
     stroke,
 )
 from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
-from pamsim.papers.numerics import root
+from pamsim.papers.numerics import rms, root
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import static_force
@@ -37,47 +37,36 @@ def _rest_length() -> Recomputed:
 
 
 def mounted(length: float) -> tuple[float, float]:
-    """How well published muscles mounted at a length describe the printed rows.
+    """RMS miss [rad] of the distinct rows by published muscles mounted at a length [m].
 
-    Travel does not depend on the radius of the sprocket, so the best radius is one least squares.
-
-    Args:
-        length: of both at the reference point [m].
-
-    Returns:
-        RMS miss of the distinct rows with the radius that makes it least [rad], and that radius
-        [m].
+    Travel does not depend on the radius of the sprocket, so the best radius, which is the second
+    number [m], is one least squares.
     """
     muscle, steps = published_muscle(length), distinct_steps()
     travel = np.array([rest_travel(muscle, step.pressure) for step in steps])
     angle = np.array([step.angle for step in steps])
     per_travel = float(travel @ angle / (travel @ travel))
-    miss = per_travel * travel - angle
-    return float(np.sqrt(np.mean(miss**2))), 1.0 / per_travel
+    return rms(per_travel * travel - angle), 1.0 / per_travel
 
 
 @recomputes("matiskova2021-44")
 def _half_stroke() -> Recomputed:
     longest = ideal_muscle().braided.nominal_length
     middle = longest - stroke(ideal_muscle()) / 2.0
-    rms, radius = mounted(middle)
-    nominal, nominal_radius = mounted(longest)
-    lengths = [float(length) for length in np.linspace(middle, longest, 12)]
-    tried = [(*mounted(length), length) for length in lengths]
-    least, least_radius, best = min(tried)
+    miss, radius = mounted(middle)
+    nominal, _ = mounted(longest)
+    lengths = np.linspace(middle, longest, 12).tolist()
+    least, _, best = min((*mounted(length), length) for length in lengths)
     return Recomputed(
-        rms * DEG_PER_RAD,
+        miss * DEG_PER_RAD,
         high=printed_rows_law().left_out_rms_deg,
         middle=middle / MILLIMETRE,
         radius=radius / MILLIMETRE,
         longest=longest / MILLIMETRE,
         nominal=nominal * DEG_PER_RAD,
-        nominal_radius=nominal_radius / MILLIMETRE,
         least=least * DEG_PER_RAD,
-        least_radius=least_radius / MILLIMETRE,
         best=best / MILLIMETRE,
         slack=(longest - middle) / sprocket_radius() * DEG_PER_RAD,
-        rig_radius=sprocket_radius() / MILLIMETRE,
         rows_deg=printed_rows_law().left_out_rms_deg,
     )
 

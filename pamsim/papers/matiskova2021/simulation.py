@@ -10,7 +10,6 @@ from pamsim.core.errors import PamsimError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.linear.step_identification import StepIdentification
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.printed_rows import Row, rms_error
 from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.printed import mas20_models
@@ -25,11 +24,7 @@ def _simulated() -> Reproduction:
 
 
 def _models() -> StepIdentification:
-    """G1 and G2 of the simulated large step without load.
-
-    Raises:
-        PamsimError: if the step did not run to its end.
-    """
+    """G1 and G2 of the simulated large step without load."""
     models = _simulated().identified
     if models is None:
         raise PamsimError("the simulated large step did not run to its end")
@@ -39,67 +34,50 @@ def _models() -> StepIdentification:
 @recomputes("matiskova2021-37")
 def _end_positions() -> Recomputed:
     done, scatter = _simulated(), printed_rows_law().left_out_rms_deg
-    return Recomputed(
-        rms_error(done.distinct) * DEG_PER_RAD,
-        high=scatter,
-        rig=done.rig.name,
-        rows=len(done.distinct),
-        scatter_deg=scatter,
-    )
+    evidence = {"rig": done.rig.name, "rows": len(done.distinct), "scatter_deg": scatter}
+    return Recomputed(done.rms_deg, high=scatter, **evidence)
 
 
 @recomputes("matiskova2021-38")
 def _first_order() -> Recomputed:
-    models = _models()
-    return Recomputed(
-        models.g1.output_error.time_constants[0],
-        arx=models.g1.arx_unit_gain.time_constants[0],
-    )
+    g1 = _models().g1
+    (arx,) = g1.arx_unit_gain.time_constants
+    return Recomputed(g1.output_error.time_constants[0], arx=arx)
 
 
 @recomputes("matiskova2021-39")
 def _second_order() -> Recomputed:
     found = _models().g2.output_error
     printed = [mas20_models()["g2"][key] for key in ("T1_s", "T2_s")]
-    off = [
+    first, second = (
         100.0 * abs(ours / paper - 1.0)
         for ours, paper in zip(found.time_constants, printed, strict=True)
-    ]
-    return Recomputed(found.time_constants, fit=found.fit_percent, first=off[0], second=off[1])
+    )
+    return Recomputed(found.time_constants, fit=found.fit_percent, first=first, second=second)
 
 
 @recomputes("matiskova2021-40")
 def _monotonic() -> Recomputed:
-    done = _simulated()
-    rows = [row for row in done.distinct if row.step.size != "small"]
-    turning = [row.step.row for row in rows if not row.monotonic]
-    return Recomputed(float(len(rows) - len(turning)), increment=rows[0].increment * DEG_PER_RAD)
+    rows = [row for row in _simulated().distinct if row.step.size != "small"]
+    still = [row for row in rows if row.monotonic]
+    return Recomputed(float(len(still)), increment=rows[0].increment * DEG_PER_RAD)
 
 
 @recomputes("matiskova2021-41")
 def _oscillating() -> Recomputed:
-    done = _simulated()
-    rows = [row for row in done.distinct if row.step.size == "small" and row.step.load > 0.0]
-    swinging = [row for row in rows if not row.monotonic]
-    still = [
-        row.step.row
-        for row in done.distinct
-        if row.step.size == "small" and row.step.load == 0.0 and row.monotonic
-    ]
-    return Recomputed(
-        float(len(swinging)),
-        overshoots=_overshoots(swinging),
-        still=", ".join(map(str, still)) or "none",
-    )
+    rows = [row for row in _simulated().distinct if row.step.size == "small"]
+    swinging = [row for row in rows if row.step.load > 0.0 and not row.monotonic]
+    still = [str(row.step.row) for row in rows if row.step.load == 0.0 and row.monotonic]
+    shares = [100.0 * row.metrics.overshoot for row in swinging if row.metrics]
+    over = f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "none"
+    return Recomputed(float(len(swinging)), overshoots=over, still=", ".join(still) or "none")
 
 
 @recomputes("matiskova2021-42")
 def _active_and_passive() -> Recomputed:
-    done = _simulated()
     right, stray = 0, 0.0
-    for row in done.rows:
-        start, end = np.array(row.start), np.array(row.step.pressure)
-        passive = int(np.argmin(np.abs(end - start)))
+    for row in _simulated().rows:
+        passive = int(np.argmin(np.abs(np.subtract(row.step.pressure, row.start))))
         towards = 1.0 if passive == 0 else -1.0
         right += row.metrics is not None and row.metrics.final * towards > 0.0
         stray = max(stray, float(np.ptp(row.recording.pressure[:, passive])))
@@ -108,12 +86,7 @@ def _active_and_passive() -> Recomputed:
 
 @recomputes("matiskova2021-43")
 def _stronger_than_load() -> Recomputed:
-    done = _simulated()
-    load = max(row.step.load for row in done.rows) * _GRAVITY
-    ends = [float(row.recording.tension[-1].max()) for row in done.rows]
+    rows = _simulated().rows
+    load = max(row.step.load for row in rows) * _GRAVITY
+    ends = [float(row.recording.tension[-1].max()) for row in rows]
     return Recomputed((min(ends), max(ends)), low=load, load=load)
-
-
-def _overshoots(rows: list[Row]) -> str:
-    shares = [100.0 * row.metrics.overshoot for row in rows if row.metrics]
-    return f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "none"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -15,8 +16,7 @@ from pamsim.papers.antagonistic_pair import (
     sprocket_radius,
 )
 from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
-from pamsim.papers.numerics import derivative
-from pamsim.papers.rounding import half_unit
+from pamsim.papers.numerics import derivative, half_unit
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.physics.antagonist import (
     Stiffness,
@@ -42,13 +42,8 @@ _POINTS = 40
 def ideal_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:
     """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
 
-    Args:
-        m: parameters of a muscle with the ideal law, so that its volume is the braid's.
-        tendon_length: [m].
-        pressure: gauge [Pa].
-
-    Returns:
-        -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m].
+    Its parts are -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m], at a tendon length [m] and a gauge
+    pressure [Pa]. The muscle has the ideal law, so that its volume is the braid's.
     """
     length = muscle_length(m, tendon_length)
     braid = m.braid.nominal_length, m.braid.diameter, m.braid.fibre_angle
@@ -59,27 +54,23 @@ def ideal_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Sti
     )
 
 
+def _pair(each: Stiffness) -> Stiffness:
+    """Stiffness of a joint with two such muscles [N m/rad]."""
+    return joint_stiffness([each, each], [sprocket_radius()] * 2)
+
+
 def _parts(pressure: float) -> Stiffness:
     """Parts of (5) at the reference point with both muscles at one pressure [N m/rad]."""
-    muscle = parameters(ideal_muscle())
-    each = ideal_stiffness(muscle, 0.0, pressure)
-    return joint_stiffness([each, each], [sprocket_radius()] * 2)
+    return _pair(ideal_stiffness(parameters(ideal_muscle()), 0.0, pressure))
 
 
 def rig_stiffness(pressure: float) -> Stiffness:
-    """Stiffness of the rig's joint at the reference point, both muscles at one pressure.
+    """Stiffness of the rig's joint at the reference point, both muscles at one pressure [N m/rad].
 
     Its geometric part is what is left where valves hold the pressures, the total that of shut
     chambers.
-
-    Args:
-        pressure: gauge [Pa].
-
-    Returns:
-        [N m/rad].
     """
-    each = muscle_stiffness(parameters(rig_muscle()), 0.0, pressure)
-    return joint_stiffness([each, each], [sprocket_radius()] * 2)
+    return _pair(muscle_stiffness(parameters(rig_muscle()), 0.0, pressure))
 
 
 def stiffness_over_pressure() -> dict[str, list[float]]:
@@ -144,8 +135,9 @@ def _both_parts() -> Recomputed:
 @recomputes("matiskova2021-24")
 def _sum_in_theory() -> Recomputed:
     low, high = 200.0 * PA_PER_KPA, 400.0 * PA_PER_KPA
-    exponent = math.log(_parts(high).total / _parts(low).total) / math.log(high / low)
-    geometric = math.log(_parts(high).geometric / _parts(low).geometric) / math.log(high / low)
+    parts, span = (_parts(high), _parts(low)), math.log(high / low)
+    exponent = math.log(parts[0].total / parts[1].total) / span
+    geometric = math.log(parts[0].geometric / parts[1].geometric) / span
     return Recomputed(exponent, **agreeing(1.0), geometric=geometric)
 
 
@@ -175,14 +167,12 @@ def _sum_in_tables() -> Recomputed:
 
 @recomputes("matiskova2021-26")
 def _same_difference() -> Recomputed:
-    steps = distinct_steps()
     pairs: list[tuple[PrintedStep, PrintedStep]] = []
-    for i, first in enumerate(steps):
-        for second in steps[i + 1 :]:
-            near = abs(_difference(first) - _difference(second)) <= 1.0 * PA_PER_KPA
-            ratio = sum(second.pressure) / sum(first.pressure)
-            if near and max(ratio, 1.0 / ratio) > 1.5:
-                pairs.append((first, second))
+    for first, second in itertools.combinations(distinct_steps(), 2):
+        near = abs(_difference(first) - _difference(second)) <= 1.0 * PA_PER_KPA
+        ratio = sum(second.pressure) / sum(first.pressure)
+        if near and max(ratio, 1.0 / ratio) > 1.5:
+            pairs.append((first, second))
     apart = [Printed(abs(a.angle - b.angle) * DEG_PER_RAD, 2.0 * half_unit(2)) for a, b in pairs]
     named = "; ".join(
         f"rows {a.row} and {b.row}: sums {sum(a.pressure) / PA_PER_KPA:.0f} and"
@@ -199,23 +189,24 @@ def _stiffness_ratio(
     muscle: Muscle, stiffness: Callable[[Parameters, float, float], Stiffness]
 ) -> float:
     """Joint stiffness with muscle 2 vented to 0.6 of muscle 1's pressure, over that at E [-]."""
-    radius, found = sprocket_radius(), list[float]()
-    for share in (0.6, 1.0):
+    radius = sprocket_radius()
+
+    def total(share: float) -> float:
         pressures = _FULL, share * _FULL
         way = radius * rest_angle(muscle, pressures)
         pair = [
             stiffness(parameters(muscle), sign * way, pressure)
             for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
         ]
-        found.append(joint_stiffness(pair, [radius] * 2).total)
-    return found[0] / found[1]
+        return joint_stiffness(pair, [radius] * 2).total
+
+    return total(0.6) / total(1.0)
 
 
 @recomputes("matiskova2021-27")
 def _stiffest() -> Recomputed:
-    steps = distinct_steps()
-    near = next(step for step in steps if step.row == 19)
-    far = next(step for step in steps if step.row == 1)
+    rows = {step.row: step for step in distinct_steps()}
+    near, far = rows[19], rows[1]
     scale = PA_PER_KPA * DEG_PER_RAD
     ratios = [
         _stiffness_ratio(ideal_muscle(), ideal_stiffness),

@@ -1,8 +1,11 @@
 """References for the fractional Maxwell element: its stiffness, its derivative, its printed loop.
 
 `simulate_fractional` solves Nguyen 2024, (8), with the derivative (7) itself and its whole history;
-slow, and of a known order. `loop_distance` and the two points after it are the printed loop (13) to
-(15), with which Nguyen 2024 identifies the element.
+slow, and of a known order. `loop_distance` is the printed loop (13), with which Nguyen 2024
+identifies the element.
+
+The element's order is alpha [-], its time constant beta [s] and its stiffness K_e [N/m]; omega is
+the angular frequency w [rad/s], positive, and amplitude F_0 [N].
 """
 
 from __future__ import annotations
@@ -20,17 +23,7 @@ Array = FloatArray
 def complex_stiffness(
     omega: float, order: float, time_constant: float, stiffness: float
 ) -> complex:
-    """K*(w) = K_e (jw beta)^alpha / (1 + (jw beta)^alpha) (Nguyen 2024, (9)).
-
-    Args:
-        omega: angular frequency w [rad/s], positive.
-        order: alpha [-].
-        time_constant: beta [s].
-        stiffness: K_e [N/m].
-
-    Returns:
-        Force over displacement [N/m].
-    """
+    """K*(w) = K_e (jw beta)^alpha / (1 + (jw beta)^alpha) [N/m] (Nguyen 2024, (9))."""
     z = (omega * time_constant) ** order * cmath.exp(0.5j * math.pi * order)
     return stiffness * z / (1.0 + z)
 
@@ -45,37 +38,13 @@ def fractional_derivative_weights(order: float, count: int) -> Array:
     return np.diff(j ** (1.0 - order))
 
 
-def fractional_derivative(y: Array, step: float, order: float) -> Array:
-    """D^alpha y [unit of y per s^alpha] of samples that start at rest, y_0 = 0 (Nguyen 2024, (7)).
-
-    Args:
-        y: (n,) samples.
-        step: between them [s].
-        order: alpha in (0, 1).
-    """
-    weights = fractional_derivative_weights(order, len(y))
-    increments = np.diff(y, prepend=0.0)
-    scale = step**order * math.gamma(2.0 - order)
-    return np.convolve(increments, weights)[: len(y)] / scale
-
-
 def simulate_fractional(
     x: Array, step: float, order: float, time_constant: float, stiffness: float
 ) -> Array:
-    """Force of the element by Nguyen 2024, (8), with its whole history.
+    """Force (n,) [N] of the element by Nguyen 2024, (8), with its whole history.
 
     With q = x - F/K_e the equation reads beta^alpha D^alpha q = F/K_e, which the L1 scheme solves
-    step by step for the newest q.
-
-    Args:
-        x: (n,) displacement from rest, x_0 = 0 [m].
-        step: between the samples [s].
-        order: alpha [-].
-        time_constant: beta [s].
-        stiffness: K_e [N/m].
-
-    Returns:
-        (n,) force [N].
+    step by step [s] for the newest q. The displacement x (n,) [m] is from rest, x_0 = 0.
     """
     weights = fractional_derivative_weights(order, len(x))
     scale = (time_constant / step) ** order / math.gamma(2.0 - order)
@@ -97,40 +66,12 @@ def loop_distance(
     time_constant: float,
     stiffness: float,
 ) -> Array:
-    """How far points lie from the loop (13) of Nguyen 2024 under F = F_0 sin(w t).
+    """How far points (n,) [m], [N] lie from the loop (13) of Nguyen 2024 under F = F_0 sin(w t).
 
     The two squares in (13) are cos^2 and sin^2 of w t, so their root less 1 is the radial distance
-    in units of F_0.
-
-    Args:
-        x: (n,) displacements [m].
-        force: (n,) forces [N].
-        amplitude: F_0 [N].
-        omega: w [rad/s].
-        order: alpha [-].
-        time_constant: beta [s].
-        stiffness: K_e [N/m].
-
-    Returns:
-        (n,) distances over F_0 [-], 0 on the loop.
+    in units of F_0 [-], 0 on the loop.
     """
     u = (omega * time_constant) ** order
     turn = 0.5 * math.pi * order
     along = (stiffness * u * x - (u + math.cos(turn)) * force) / (amplitude * math.sin(turn))
     return np.hypot(along, force / amplitude) - 1.0
-
-
-def displacement_at_peak_force(
-    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
-) -> float:
-    """x_1 [m] where F = F_0 on the loop (Nguyen 2024, (14)); arguments as in `loop_distance`."""
-    u = (omega * time_constant) ** order
-    return (u + math.cos(0.5 * math.pi * order)) * amplitude / (stiffness * u)
-
-
-def displacement_at_zero_force(
-    amplitude: float, omega: float, order: float, time_constant: float, stiffness: float
-) -> float:
-    """x_2 < 0 [m] where F = 0 rising (Nguyen 2024, (15)); arguments as in `loop_distance`."""
-    u = (omega * time_constant) ** order
-    return -amplitude * math.sin(0.5 * math.pi * order) / (stiffness * u)

@@ -8,17 +8,18 @@ import math
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.fitting.loop_cost import MAXWELL, maxwell_residual
+from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, maxwell_loop, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.nguyen2024.numbers import (
+from pamsim.papers.nguyen2024.geometry import (
     element,
-    identification_loops,
+    omega,
     printed_element,
     value,
+    values,
 )
-from pamsim.papers.rounding import half_unit, propagated
+from pamsim.papers.numerics import half_unit, propagated
 from pamsim.recordings.printed import Printed
 
 _BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
@@ -28,10 +29,18 @@ _NOISE = 0.01
 
 
 @functools.cache
+def _loops() -> tuple[LoopPoints, ...]:
+    """What the ten test loops would be if the identified element were the muscle."""
+    return tuple(
+        maxwell_loop(*element(), omega(f), value("test_amplitude"))
+        for f in values("test_frequencies")
+    )
+
+
+@functools.cache
 def _searches() -> dict[str, SearchRun]:
-    loops = identification_loops()
     runs = compare_searches(
-        lambda values: maxwell_residual(values, loops),
+        lambda place: maxwell_residual(place, _loops()),
         [c.low for c in MAXWELL],
         [c.high for c in MAXWELL],
         tolerance=1e-3,
@@ -45,25 +54,27 @@ def _searches() -> dict[str, SearchRun]:
 @recomputes("nguyen2024-30", "water_cycle")
 def _recovered(method: str) -> Recomputed:
     run = _searches()[method]
+    limits = {
+        f"{name}_{end}": 10.0 ** getattr(coordinate, end)
+        for name, coordinate in zip(("beta", "stiffness"), MAXWELL[1:], strict=True)
+        for end in ("low", "high")
+    }
     result = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
-    return Recomputed(
-        result,
-        cost=run.value,
-        evaluations=run.evaluations,
-        beta_low=10.0 ** MAXWELL[1].low,
-        beta_high=10.0 ** MAXWELL[1].high,
-        stiffness_low=10.0 ** MAXWELL[2].low,
-        stiffness_high=10.0 ** MAXWELL[2].high,
-    )
+    return Recomputed(result, cost=run.value, evaluations=run.evaluations, **limits)
+
+
+def _residual(element: FloatArray) -> FloatArray:
+    """Residual of the cost (16) at alpha [-], beta [s], Ke [N/m]."""
+    alpha, beta, stiffness = element
+    return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), _loops())
 
 
 @recomputes("nguyen2024-31")
 def _converged() -> Recomputed:
-    loops, count = identification_loops(), int(value("converged_after"))
+    count = int(value("converged_after"))
 
-    def cost(values: FloatArray) -> float:
-        exponents = np.array([values[0], math.log10(values[1]), math.log10(values[2])])
-        miss = maxwell_residual(exponents, loops)
+    def cost(place: FloatArray) -> float:
+        miss = _residual(place)
         return float(miss @ miss)
 
     low, high = zip(*_BOX, strict=True)
@@ -74,7 +85,7 @@ def _converged() -> Recomputed:
         for seed in _SEEDS
     ]
     runs.sort(key=lambda run: run.value)
-    rounded = propagated(lambda *values: cost(np.array(values)), *printed_element())
+    rounded = propagated(lambda *place: cost(np.array(place)), *printed_element())
     return Recomputed(
         runs[len(runs) // 2].x.tolist(),
         seeds=len(runs),
@@ -88,23 +99,19 @@ def _converged() -> Recomputed:
 
 @recomputes("nguyen2024-32")
 def _digits() -> Recomputed:
-    loops, identified = identification_loops(), np.array(element())
+    loops, (alpha, beta, stiffness), step = _loops(), element(), 1e-6
 
     def residual(logs: FloatArray) -> FloatArray:
-        alpha, beta, stiffness = identified * np.exp(logs)
-        return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), loops)
+        return _residual(np.array([alpha, beta, stiffness]) * np.exp(logs))
 
-    step = 1e-6
     columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]
     inverse = np.linalg.pinv(np.stack(columns, axis=1))
     # The cost is linear in the measured x1, x2: Ke (w beta)^alpha each.
-    alpha, beta, stiffness = element()
     gain = np.repeat([(loop.frequency * beta) ** alpha * stiffness for loop in loops], 2)
     size = np.array([abs(x) for loop in loops for x in (loop.at_force, loop.at_zero)])
-    spread = np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
-    half = 1.96 * spread
+    half = 1.96 * np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
     digits = tuple(number.half_unit / number.value for number in printed_element())
-    return Recomputed(tuple(float(number) for number in half), printed=digits, high=digits)
+    return Recomputed(tuple(half.tolist()), printed=digits, high=digits)
 
 
 @recomputes("nguyen2024-33")

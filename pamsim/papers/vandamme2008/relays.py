@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from pamsim.core.units import FloatArray
-
-Array = FloatArray
 
 
 def printed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) -> float:
@@ -38,17 +35,13 @@ def triangle_integral(c: float = -0.1, d: float = -1.0) -> float:
     return float(np.sum(weights * outer * np.array(inner)))
 
 
-def levels_of(count: int) -> Array:
+def levels_of(count: int) -> FloatArray:
     """Middles of ``count`` equal cells of [-1, 1]: (2 i + 1)/n - 1."""
     return (2.0 * np.arange(count) + 1.0) / count - 1.0
 
 
-def relay_weights(count: int, weight: Callable[[float, float], float]) -> Array:
-    """Weights of the relays of a grid, from any weight function of (alpha, beta).
-
-    Args:
-        count: number n of levels.
-        weight: not negative.
+def relay_weights(count: int, weight: Callable[[float, float], float]) -> FloatArray:
+    """Weights of the relays of a grid of n levels, from any weight function of (alpha, beta).
 
     Returns:
         (n, n) weights, row alpha, column beta, zero above the diagonal, sum 1. Relays of the
@@ -62,23 +55,17 @@ def relay_weights(count: int, weight: Callable[[float, float], float]) -> Array:
     return table / table.sum()
 
 
-@dataclass
 class RelaySum:
     """The definition: a sum over relays (Van Damme 2008, section III.C), of order n^2 per step.
 
-    Attributes:
-        weights: (n, n) from `relay_weights`.
-        relays: (n, n) outputs of the relays, from -1 to 1.
+    ``weights`` (n, n) are those of `relay_weights`, ``relays`` (n, n) the outputs from -1 to 1.
     """
 
-    weights: Array
-    relays: Array = field(init=False)
-
-    def __post_init__(self) -> None:
-        """Demagnetise."""
-        order = np.arange(len(self.weights))
+    def __init__(self, weights: FloatArray) -> None:
+        order = np.arange(len(weights))
         middle = order[:, None] + order[None, :] - (len(order) - 1)
-        self.relays = -np.sign(middle).astype(np.float64)
+        self.weights = weights
+        self.relays: FloatArray = -np.sign(middle).astype(np.float64)
 
     def step(self, u: float) -> float:
         """Switch every relay by input u and return the output W."""
@@ -89,13 +76,11 @@ class RelaySum:
         return float(np.sum(self.weights * self.relays))
 
 
-def major_loop(weights: Array) -> tuple[Array, Array]:
+def major_loop(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Output on both branches at the levels [-]; inputs between levels see no other output."""
     levels = levels_of(len(weights))
     half_cell = 1.0 / len(weights)  # in the middle between two levels no rounding decides
     up, down = RelaySum(weights), RelaySum(weights)
-    up.step(-1.1)
-    down.step(1.1)
     low = [up.step(-1.1), *(up.step(float(u) + half_cell) for u in levels)]
     high = [down.step(1.1), *(down.step(float(u) - half_cell) for u in levels[::-1])]
     # At a level itself the output jumps: the mean of both sides is the curve's value there.
@@ -104,7 +89,7 @@ def major_loop(weights: Array) -> tuple[Array, Array]:
     return rising, falling[::-1]
 
 
-def line_slope(weights: Array) -> float:
+def line_slope(weights: FloatArray) -> float:
     """Slope [-] of W_fit: least squares on both branches of the major loop, through its middle."""
     levels, branches = levels_of(len(weights)), sum(major_loop(weights))
     return float(levels @ branches) / (2.0 * float(levels @ levels))

@@ -1,25 +1,111 @@
-"""Section II: force function (1), (2) of a pleated muscle, and the imposed force."""
+"""Van Damme 2008: the printed muscle, and section II, its force function (1), (2) and the force.
+
+The paper says that f0..f4 of (2) "are determined by fitting (2) to the theoretical f_t0 or to
+measured data" and prints none. Here they are fitted to the theoretical one, for many fibres.
+"""
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
-from pamsim.papers.claim import AGREES, Order, Recomputed, printed_number, recomputes
-from pamsim.papers.numerics import root
-from pamsim.papers.rounding import propagated, propagated_each
-from pamsim.papers.vandamme2008.force_function_fit import fit_pleated, worst_relative_error
-from pamsim.papers.vandamme2008.numbers import (
-    PERCENT,
-    largest,
-    length,
-    pressures,
-    value,
+from pamsim.core.errors import ParameterError
+from pamsim.core.units import PA_PER_BAR, FloatArray
+from pamsim.papers.claim import (
+    AGREES,
+    Order,
+    Recomputed,
+    printed_number,
+    printed_values,
+    recomputes,
 )
+from pamsim.papers.numerics import propagated_each, root
+from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.pleated import (
+    FIT_RANGE,
+    SLENDERNESS_6,
+    Pleated,
     pleated_function,
     pleated_max_contraction,
     pleated_shape_function,
 )
+
+PERCENT = 1e-2
+
+digits = functools.partial(printed_number, "vandamme2008")
+"""A printed number by its name, with its digits, in its printed unit."""
+
+
+def value(name: str) -> float:
+    """As `digits`, without them."""
+    return digits(name).value
+
+
+def length() -> float:
+    """Uncontracted length l0 [m]."""
+    return value("length") * 1e-2
+
+
+def pressures() -> tuple[float, ...]:
+    """Gauge pressures of the experiments [Pa]."""
+    return tuple(p * PA_PER_BAR for p in printed_values("vandamme2008", "pressures"))
+
+
+def largest() -> float:
+    """eps_max, the contraction mapped to +1 [-]."""
+    return value("max_contraction") * PERCENT
+
+
+def polynomial(contraction: FloatArray, law: Pleated = SLENDERNESS_6) -> FloatArray:
+    """Force function (2) [-] at contractions [-]."""
+    coefficients = coefficients_of(law)[1:]
+    return np.array([pleated_function(eps, *coefficients) for eps in contraction.tolist()])
+
+
+def exact(contraction: FloatArray, slenderness: float) -> FloatArray:
+    """f_t0 [-] of the exact shape at contractions [-]."""
+    return np.array([pleated_shape_function(eps, slenderness) for eps in contraction.tolist()])
+
+
+def fit_pleated(
+    slenderness: float, contractions: tuple[float, float] = FIT_RANGE, points: int = 400
+) -> Pleated:
+    """Fit (2) to the exact f_t0 with the least squares of the relative error.
+
+    The points are Chebyshev nodes, which keep the error at the ends of the range as small as
+    inside it.
+
+    Args:
+        slenderness: l0/R [-].
+        contractions: range of the fit, inside the range in which the muscle pulls [-].
+        points: number of nodes.
+
+    Raises:
+        ParameterError: if the muscle does not pull in the whole range.
+    """
+    low, high = contractions
+    angles = (np.arange(points) + 0.5) * np.pi / points
+    nodes = low + 0.5 * (high - low) * (1.0 - np.cos(angles))
+    wanted = exact(nodes, slenderness)
+    if not np.all(wanted > 0.0):  # also where it is NaN
+        raise ParameterError(
+            f"a pleated muscle of slenderness {slenderness:g} does not pull between contractions"
+            f" {low:g} and {high:g}; give a range inside"
+            f" (0, {pleated_max_contraction(slenderness):.4g})"
+        )
+    terms = np.stack([1.0 / nodes, nodes**0, nodes, nodes**2, nodes**3], axis=1)
+    solution = np.linalg.lstsq(terms / wanted[:, None], np.ones(points), rcond=None)[0]
+    f0, f1, f2, f3, f4 = (float(each) for each in solution)
+    return Pleated(f0=f0, f1=f1, f2=f2, f3=f3, f4=f4)
+
+
+def worst_relative_error(
+    law: Pleated, slenderness: float, contractions: tuple[float, float] = FIT_RANGE
+) -> float:
+    """Largest |approximate / exact - 1| of f_t0 [-] over a range of contractions [-]."""
+    eps = np.linspace(*contractions, 301)
+    return float(np.max(np.abs(polynomial(eps, law) / exact(eps, slenderness) - 1.0)))
 
 
 def _span() -> tuple[float, float]:
@@ -29,9 +115,8 @@ def _span() -> tuple[float, float]:
 
 @recomputes("vandamme2008-01")
 def _possible() -> Recomputed:
-    slenderness = value("slenderness")
     return Recomputed(
-        pleated_max_contraction(slenderness) / PERCENT,
+        pleated_max_contraction(value("slenderness")) / PERCENT,
         low=value("possible_contraction"),
         slender=pleated_max_contraction(1000.0) / PERCENT,
         stout=pleated_max_contraction(2.0) / PERCENT,
@@ -40,73 +125,66 @@ def _possible() -> Recomputed:
 
 @recomputes("vandamme2008-02")
 def _pressure_scaling() -> Recomputed:
-    slenderness = value("slenderness")
-    spread = 0.0
-    for eps in np.linspace(*_span(), 13).tolist():
-        force = [p * length() ** 2 * pleated_shape_function(eps, slenderness) for p in pressures()]
-        scaled = [f / (p * length() ** 2) for f, p in zip(force, pressures(), strict=True)]
-        spread = max(spread, max(scaled) / min(scaled) - 1.0)
-    return Recomputed(spread, high=AGREES)
+    shape = exact(np.linspace(*_span(), 13), value("slenderness"))
+    per_pressure = [p * length() ** 2 * shape / (p * length() ** 2) for p in pressures()]
+    spread = np.max(per_pressure, axis=0) / np.min(per_pressure, axis=0) - 1.0
+    return Recomputed(float(np.max(spread)), high=AGREES)
 
 
 @recomputes("vandamme2008-03")
 def _polynomial() -> Recomputed:
-    slenderness = printed_number("vandamme2008", "slenderness")
+    slenderness = digits("slenderness")
     law = fit_pleated(slenderness.value, _span())
     # What half a unit of the printed slenderness moves the shape, where it moves it least.
-    rounding = min(
-        propagated(lambda s, eps=eps: pleated_shape_function(eps, s), slenderness).half_unit
-        / pleated_shape_function(eps, slenderness.value)
-        for eps in np.linspace(*_span(), 13).tolist()
-    )
+    shape = propagated_each(lambda s: exact(np.linspace(*_span(), 13), s).tolist(), slenderness)
     return Recomputed(
-        worst_relative_error(law, slenderness.value, _span()) / PERCENT, high=rounding / PERCENT
+        worst_relative_error(law, slenderness.value, _span()) / PERCENT,
+        high=min(each.half_unit / each.value for each in shape) / PERCENT,
     )
 
 
 @recomputes("vandamme2008-04")
 def _coefficients() -> Recomputed:
-    law = fit_pleated(value("slenderness"), _span())
-    return Recomputed((law.f0, law.f1, law.f2, law.f3, law.f4))
+    return Recomputed(coefficients_of(fit_pleated(value("slenderness"), _span()))[1:])
 
 
 @recomputes("vandamme2008-05")
 def _muscle_like() -> Recomputed:
-    slenderness = value("slenderness")
-    ends = [pleated_shape_function(eps, slenderness) for eps in _span()]
+    ends = exact(np.array(_span()), value("slenderness")).tolist()
     return Recomputed(tuple(ends), low=0.0, order=Order.FALLING, factor=ends[0] / ends[1])
 
 
 @recomputes("vandamme2008-06")
 def _below_five_percent() -> Recomputed:
-    slenderness, eps = value("slenderness"), 0.2 * value("valid_from") * PERCENT
-    law = fit_pleated(slenderness, _span())
-    polynomial = pleated_function(eps, law.f0, law.f1, law.f2, law.f3, law.f4)
-    return Recomputed((polynomial / pleated_shape_function(eps, slenderness) - 1.0) / PERCENT)
+    slenderness, eps = value("slenderness"), np.array([0.2 * value("valid_from") * PERCENT])
+    fitted = polynomial(eps, fit_pleated(slenderness, _span()))
+    return Recomputed(float((fitted / exact(eps, slenderness))[0] - 1.0) / PERCENT)
 
 
 @recomputes("vandamme2008-07")
 def _imposed_force() -> Recomputed:
-    names = ("force_amplitude", "force_offset")
-    amplitude, offset = (printed_number("vandamme2008", name) for name in names)
-    ends = propagated_each(lambda a, b: (b - a, b + a), amplitude, offset)
+    amplitude, offset = digits("force_amplitude"), digits("force_offset")
     return Recomputed(
-        ends,
+        propagated_each(lambda a, b: (b - a, b + a), amplitude, offset),
         low=0.0,
         low_half=offset.value - amplitude.value / 2.0,
         high_half=offset.value + amplitude.value / 2.0,
     )
 
 
-def _contraction_at(scaled: float) -> float:
-    slenderness = value("slenderness")
-    return root(lambda eps: pleated_shape_function(eps, slenderness) - scaled, 1e-5, 0.45, 1e-12)
-
-
 @recomputes("vandamme2008-08")
 def _contractions_reached() -> Recomputed:
-    lowest = value("force_offset") - value("force_amplitude") / 2.0
-    result = [_contraction_at(lowest / (p * length() ** 2)) / PERCENT for p in pressures()]
-    exchanged = value("force_amplitude") - value("force_offset")
-    at_most = _contraction_at(exchanged / (max(pressures()) * length() ** 2)) / PERCENT
-    return Recomputed(tuple(result), lowest=lowest, at_most=at_most)
+    slenderness, amplitude, offset = map(value, ("slenderness", "force_amplitude", "force_offset"))
+
+    def reached(force: float, pressure: float) -> float:
+        wanted = force / (pressure * length() ** 2)
+        return root(
+            lambda eps: pleated_shape_function(eps, slenderness) - wanted, 1e-5, 0.45, 1e-12
+        )
+
+    lowest = offset - amplitude / 2.0
+    return Recomputed(
+        tuple(reached(lowest, p) / PERCENT for p in pressures()),
+        lowest=lowest,
+        at_most=reached(amplitude - offset, max(pressures())) / PERCENT,
+    )

@@ -1,20 +1,12 @@
-"""A paper's claims, recomputed once, and what every one of them must stand up to."""
+"""A paper's claims, recomputed once for all tests."""
 
 from __future__ import annotations
 
-import copy
 import functools
-import re
-import sys
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from pamsim.papers import claim as room
-from pamsim.papers.claim import Claim, Note, Order, Verdict, judge, note
-from pamsim.papers.replicate import Replication
-from pamsim.recordings.printed import Printed
-
-ROOT = Path(__file__).resolve().parents[3]
+from pamsim.papers.claim import Claim, Note, judge, note
 
 
 @dataclass
@@ -41,143 +33,3 @@ def judged(paper) -> Judged:
 
 def with_verdict(paper, *verdicts) -> set[str]:
     return {id for id, claim in judged(paper).claims.items() if claim.verdict in verdicts}
-
-
-def verdict_of(id, values, printed=None) -> Verdict:
-    """Verdict of a claim if these numbers had come out, or had been printed."""
-    row, result = judged(id.rpartition("-")[0]).sources[id]
-    changed = copy.copy(result)
-    old = room._several(result.value)
-    new = [Printed(v, room._digits(o).half_unit) for v, o in zip(values, old, strict=True)]
-    changed.value = new if isinstance(result.value, list | tuple) else new[0]
-    changed.printed = result.printed if printed is None else printed
-    return judge(id, row, changed).verdict
-
-
-def beyond(edge, half):
-    return abs(edge) + 1e-9 + 2.0 * half
-
-
-def right_numbers(claim):
-    """Numbers that make a claim hold as clearly as its intervals allow."""
-    numbers = room._several(claim.recomputed)
-    if claim.order:
-        rising = [float(k + 1) for k in range(len(numbers))]
-        return rising if claim.order is Order.RISING else rising[::-1]
-    scatter = claim.scatter or (0.0,) * len(numbers)
-    return [
-        0.5 * (low + high)
-        if None not in (low, high)
-        else low + beyond(low, half)
-        if high is None
-        else high - beyond(high, half)
-        for (low, high), half in zip(claim.accepted, scatter, strict=True)
-    ]
-
-
-def wrong_numbers(claim):
-    """The right numbers, falsified in turn; each must make the claim fail."""
-    right = right_numbers(claim)
-    if claim.order:
-        yield right[::-1]
-    scatter = claim.scatter or (0.0,) * len(right)
-    for index, ((low, high), half) in enumerate(zip(claim.accepted, scatter, strict=True)):
-        if (low, high) != (None, None):
-            wrong = list(right)
-            wrong[index] = low - beyond(low, half) if high is None else high + beyond(high, half)
-            yield wrong
-
-
-def holding(claim):
-    """The verdict of the right numbers: scatter wider than an interval leaves it open."""
-    closed = [(i, half) for i, half in zip(claim.accepted, claim.scatter, strict=False)]
-    open_ended = any(None not in i and i[1] - i[0] < 2.0 * half for i, half in closed)
-    return Verdict.NOT_SIGNIFICANT if open_ended else claim.kind
-
-
-def assert_every_claim_can_fail(paper):
-    """Put wrong numbers in: the recomputed ones in turn, then the printed ones."""
-    for id, claim in judged(paper).claims.items():
-        assert all([claim.because, claim.place, claim.statement]), id
-        assert "{" not in claim.reason + claim.because, id
-        row, result = judged(paper).sources[id]
-        failing = room._OTHERWISE[row.get("otherwise")]
-        assert verdict_of(id, right_numbers(claim)) is holding(claim), id
-        wrong = list(wrong_numbers(claim))
-        assert wrong, f"{id} accepts any number"
-        for value, edges in zip(room._several(claim.recomputed), claim.accepted, strict=True):
-            # A number that is wrong by no more than a hundred of its sizes must be out.
-            assert all(abs(edge or 0.0) <= 100.0 * max(1.0, abs(value)) for edge in edges), id
-        for numbers in wrong:
-            assert verdict_of(id, numbers) is failing, (id, numbers)
-        if result.low is None and result.high is None and result.order is None:
-            values = room._several(claim.recomputed)
-            assert verdict_of(id, values, printed=values) is holding(claim), id
-            scatter = claim.scatter or (0.0,) * len(values)
-            far = [
-                value + beyond(value, half) + high - low
-                for value, half, (low, high) in zip(values, scatter, claim.accepted, strict=True)
-            ]
-            assert verdict_of(id, values, printed=far) is failing, id
-
-
-def assert_repeats_name_a_claim_with_their_verdict(paper):
-    claims = judged(paper).claims
-    for id, claim in claims.items():
-        if claim.same_as:
-            fact = claims[claim.same_as]
-            assert fact.same_as is None, id
-            assert fact.verdict is claim.verdict, (id, fact.id)
-
-
-def assert_identities_hold_whatever_is_printed(paper, monkeypatch):
-    """Falsify every printed number: what is true by construction stays true."""
-    right = room.printed_numbers
-    modules = [m for name, m in sys.modules.items() if name.startswith(f"pamsim.papers.{paper}")]
-    caches = [value for m in modules for value in vars(m).values() if hasattr(value, "cache_clear")]
-
-    def falsified(paper, name):
-        return tuple(Printed(0.8 * n.value, n.half_unit) for n in right(paper, name))
-
-    identities = sorted(with_verdict(paper, Verdict.IDENTITY))
-    assert identities
-    try:
-        for module in (room, *modules):
-            if hasattr(module, "printed_numbers"):
-                monkeypatch.setattr(module, "printed_numbers", falsified)
-        for cache in caches:
-            cache.cache_clear()
-        found = {id: room.evaluate(id).verdict for id in identities}
-    finally:
-        monkeypatch.undo()
-        for cache in caches:
-            cache.cache_clear()
-    assert found == dict.fromkeys(identities, Verdict.IDENTITY)
-
-
-def assert_documented(paper):
-    """Its line in docs/papers.md holds the counts of its facts; the last line and README sum."""
-    found = judged(paper)
-    done = Replication(
-        papers={paper: ""},
-        claims=tuple(found.claims.values()),
-        notes=tuple(found.notes.values()),
-        failures=(),
-        wall_s=0.0,
-    )
-    lines = {
-        cells[0]: [int(cell) for cell in cells[1:]]
-        for line in (ROOT / "docs" / "papers.md").read_text(encoding="utf-8").splitlines()
-        if re.fullmatch(r"\| `?\w+`? (\| \d+ )+\|", line)
-        for cells in [[cell.strip("` ") for cell in line.strip("|").split("|")]]
-    }
-    counts = done.counts
-    assert lines[paper] == [
-        len(found.claims), sum(counts.values()), *counts.values(), len(found.notes)
-    ]  # fmt: skip
-    every = lines.pop("all")
-    assert every == [sum(column) for column in zip(*lines.values(), strict=True)]
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    sentence = re.search(r"`pamsim replicate` recomputes (.*?) not reproducible", readme, re.DOTALL)
-    assert sentence
-    assert list(map(int, re.findall(r"\d+", sentence.group(1)))) == every[:-1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 import tomllib
 from types import SimpleNamespace
@@ -55,6 +54,20 @@ WHOLE = {
         model("tried", False, 0, 1),
     ],
 }
+
+
+def changed(entry, change):
+    """A copy with other values; `...` leaves one out."""
+    return {name: value for name, value in {**entry, **change}.items() if value is not ...}
+
+
+def whole(**change):
+    return changed(WHOLE, change)
+
+
+def used(**change):
+    first, second, *rest = WHOLE["static_models"]
+    return whole(static_models=[first, changed(second, change), *rest])
 
 
 @pytest.fixture
@@ -124,26 +137,8 @@ def test_a_record_of_one_model_has_no_choice(rig):
 
 
 def test_small_steps_are_those_of_the_model_used(rig):
-    content = copy.deepcopy(WHOLE)
-    content["static_models"][1]["left_out_block_rms_deg"]["small steps"] = 0.7
-    write(rig, content)
+    write(rig, used(left_out_block_rms_deg={"small steps": 0.7}))
     assert calibration_record(rig).small_steps_rms_deg == 0.7
-
-
-def without(key):
-    return {name: value for name, value in WHOLE.items() if name != key}
-
-
-def used(**change):
-    content = copy.deepcopy(WHOLE)
-    content["static_models"][1].update(change)
-    return content
-
-
-def used_without(key):
-    content = copy.deepcopy(WHOLE)
-    del content["static_models"][1][key]
-    return content
 
 
 @pytest.mark.parametrize(
@@ -151,27 +146,27 @@ def used_without(key):
     cases(
         {
             "cut off": json.dumps(WHOLE)[:-20],
-            "of another schema": {**WHOLE, "schema": "pamsim-calibrate/1"},
-            "of a later version": {**WHOLE, "schema": "pamsim-rig-calibration/2"},
-            "without models": without("static_models"),
-            "without command": without("command"),
-            "models null": {**WHOLE, "static_models": None},
-            "models empty": {**WHOLE, "static_models": []},
-            "models as names": {**WHOLE, "static_models": ["first", "used"]},
-            "models a mapping": {**WHOLE, "static_models": {"first": 1}},
-            "nothing accepted": {**WHOLE, "static_models": [model("tried", False)]},
+            "of another schema": whole(schema="pamsim-calibrate/1"),
+            "of a later version": whole(schema="pamsim-rig-calibration/2"),
+            "without models": whole(static_models=...),
+            "without command": whole(command=...),
+            "models null": whole(static_models=None),
+            "models empty": whole(static_models=[]),
+            "models as names": whole(static_models=["first", "used"]),
+            "models a mapping": whole(static_models={"first": 1}),
+            "nothing accepted": whole(static_models=[model("tried", False)]),
             "error null": used(rms_deg=None),
             "error a word": used(leave_one_out_rms_deg="small"),
             "error a list": used(leave_one_out_rms_deg=[1.0]),
-            "without error": used_without("rms_deg"),
-            "without unseen error": used_without("leave_one_out_rms_deg"),
-            "without accepted": used_without("accepted"),
-            "without blocks": used_without("left_out_block_rms_deg"),
+            "without error": used(rms_deg=...),
+            "without unseen error": used(leave_one_out_rms_deg=...),
+            "without accepted": used(accepted=...),
+            "without blocks": used(left_out_block_rms_deg=...),
             "without small steps": used(left_out_block_rms_deg={"large steps": 1.0}),
             "small steps not predicted": used(left_out_block_rms_deg={"small steps": None}),
-            "without residual": used_without("residual_deg"),
-            "without held-out rows": used_without("leave_one_out_residual_deg"),
-            "without jacobian": used_without("jacobian_deg"),
+            "without residual": used(residual_deg=...),
+            "without held-out rows": used(leave_one_out_residual_deg=...),
+            "without jacobian": used(jacobian_deg=...),
             "errors of other rows": used(leave_one_out_residual_deg=[1.0] * 12),
             "errors of another fit": used(rms_deg=0.5),
             "one held-out row": used(leave_one_out_residual_deg=[1.0], leave_one_out_rms_deg=1.0),

@@ -10,8 +10,8 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.papers import claim as room
 from pamsim.papers.claim import Order, Recomputed, Verdict, evaluate, judge, recomputes
+from pamsim.papers.numerics import propagated
 from pamsim.papers.replicate import PAPERS, Replication, citation, replicate
-from pamsim.papers.rounding import propagated
 from pamsim.recordings.printed import Printed
 
 ROW = {

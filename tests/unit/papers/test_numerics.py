@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pamsim.papers.matiskova2021.statics import odd_exponential_basis
 from pamsim.papers.numerics import derivative, jacobian, root
-from pamsim.papers.paper_models import odd_exponential_basis
 from pamsim.recordings.printed import arctangent_law
 
 A = (35.135, -34.4443, 5.470)  # Matiskova 2021, equation (23)

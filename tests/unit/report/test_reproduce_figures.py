@@ -11,7 +11,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.image import imread
 
-from pamsim.report import reproduce_figures, reproduce_steps
+from pamsim.report import reproduce_figures
 from pamsim.report.style import CSS_PER_PIXEL, new_figure, save_png
 
 
@@ -28,11 +28,11 @@ def rows(result):
 def figures(result, recordings, rows):
     return {
         "6": reproduce_figures.static_characteristic(rows, result["figure6"]),
-        "7": reproduce_steps.large_medium_responses(rows, recordings),
-        "8": reproduce_steps.small_responses(rows, recordings),
+        "7": reproduce_figures.large_medium_responses(rows, recordings),
+        "8": reproduce_figures.small_responses(rows, recordings),
         "9": reproduce_figures.model_responses(result["figure9"]),
         "errors": reproduce_figures.errors_by_row(rows, result["rms_deg"]),
-        "pressures": reproduce_steps.pressure_courses(rows, recordings),
+        "pressures": reproduce_figures.pressure_courses(rows, recordings),
     }
 
 
@@ -73,10 +73,10 @@ def test_measured_angles_are_marked_with_their_rows(figures, rows):
 def test_time_axis_is_cut_only_after_everything_settled(result, recordings):
     for row in result["rows"]:
         row["settling_s"] = 0.8
-    cut = reproduce_steps.small_responses(distinct(result), recordings)
+    cut = reproduce_figures.small_responses(distinct(result), recordings)
     assert 2.0 < cut.axes[0].get_xlim()[1] < 3.0
     result["rows"][13]["settling_s"] = None
-    whole = reproduce_steps.small_responses(distinct(result), recordings)
+    whole = reproduce_figures.small_responses(distinct(result), recordings)
     assert whole.axes[0].get_xlim()[1] > 5.0
 
 
@@ -90,17 +90,17 @@ def test_model_differences_are_to_the_simulation(figures, result):
 def test_absent_curves_and_recordings_are_said(rows):
     figure = reproduce_figures.model_responses({"time_s": None, "simulated": None})
     assert any("no simulated response" in text.get_text() for text in figure.axes[0].texts)
-    figure = reproduce_steps.pressure_courses(rows, {})
+    figure = reproduce_figures.pressure_courses(rows, {})
     assert all(ax.texts[0].get_text().startswith("no recording") for ax in figure.axes)
-    figure = reproduce_steps.small_responses(rows, {})
+    figure = reproduce_figures.small_responses(rows, {})
     assert any(text.get_text().startswith("no recording") for text in figure.axes[0].texts)
 
 
 def test_global_settings_stay_and_do_not_matter(result, recordings, rows, tmp_path):
-    save_png(reproduce_steps.small_responses(rows, recordings), tmp_path / "a.png")
+    save_png(reproduce_figures.small_responses(rows, recordings), tmp_path / "a.png")
     with matplotlib.rc_context({"font.size": 30, "axes.facecolor": "red", "xtick.color": "red"}):
         before = dict(matplotlib.rcParams)
-        save_png(reproduce_steps.small_responses(rows, recordings), tmp_path / "b.png")
+        save_png(reproduce_figures.small_responses(rows, recordings), tmp_path / "b.png")
         assert dict(matplotlib.rcParams) == before
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 

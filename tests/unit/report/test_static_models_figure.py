@@ -6,8 +6,8 @@ import itertools
 
 import pytest
 
+from pamsim.report.reproduce_figures import static_models_figure
 from pamsim.report.reproduce_page import better_models, not_lowered, write_reproduction
-from pamsim.report.static_models_figure import static_models_figure
 from pamsim.report.style import BLUE, GREEN, VERMILION
 
 

@@ -1,4 +1,4 @@
-"""Nguyen 2024 on the bench: the slow stroke on shut-in air, and cycles from 0.05 to 50 Hz."""
+"""Curves of Nguyen 2024: loops of its element; on the bench the slow stroke and cycles."""
 
 from __future__ import annotations
 
@@ -11,12 +11,20 @@ import numpy as np
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, stretched
-from pamsim.papers.claim import printed_values
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
-from pamsim.papers.nguyen2024.numbers import MILLIMETRE, PERCENT, element, muscle, omega, value
-from pamsim.physics.air import ATMOSPHERE
-from pamsim.physics.braid import volume, volume_slope
+from pamsim.papers.nguyen2024.geometry import (
+    MILLIMETRE,
+    element,
+    isothermal,
+    muscle,
+    omega,
+    slope_at,
+    slow_start,
+    value,
+    values,
+)
 
+_LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed
 _AMPLITUDE = 2.0 * MILLIMETRE
 """Of the cycles, about nominal length, where the element starts relaxed; it is linear."""
 _PERIODS, _STEPS = 12, 400
@@ -26,6 +34,49 @@ _SLOW_STEP = 5e-3  # time step of the slow stroke [s]
 _WIDE = (0.05, 0.16, 0.5, 1.6, 5.0, 16.0, 50.0)
 """Frequencies over three decades [Hz]."""
 _SHOWN = (0.05, 1.6, 50.0)
+
+
+def _fractional_loop(
+    amplitude: float, w: float, law: tuple[float, float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """Displacement [mm] and force [N] of one period under F = F0 sin(w t)."""
+    compliance = 1.0 / complex_stiffness(w, *law)
+    x = amplitude * abs(compliance) * np.sin(_LOOP + math.atan2(compliance.imag, compliance.real))
+    return x / MILLIMETRE, amplitude * np.sin(_LOOP)
+
+
+def curves() -> Mapping[str, Any]:
+    """Loops of Figures 3, 11 and 12, and what their claims come down to.
+
+    Returns:
+        ``by_order``, ``by_amplitude``, ``by_frequency``: label -> displacement [mm] and force [N],
+        (n,) each; over ``frequency_hz`` (m,) ``stiffness_n_per_m`` and ``loss_percent``, half the
+        width of the loop at zero force over its amplitude.
+    """
+    stiffness, w = value("figure_stiffness"), value("figure_frequency")
+    ratio = value("figure_damping") / stiffness
+    frequency = np.linspace(1.0, 10.0, 91)
+    complex_values = np.array([complex_stiffness(omega(float(f)), *element()) for f in frequency])
+    first, second = omega(value("first_case_frequency")), value("second_case_amplitude")
+    return {
+        "by_order": {
+            f"{alpha:g}": _fractional_loop(
+                value("figure_amplitude"), w, (alpha, ratio ** (1.0 / alpha), stiffness)
+            )
+            for alpha in values("figure_orders")
+        },
+        "by_amplitude": {
+            f"{force:g} N": _fractional_loop(force, first, element())
+            for force in values("first_case_amplitudes")
+        },
+        "by_frequency": {
+            f"{f:g} Hz": _fractional_loop(second, omega(f), element())
+            for f in values("second_case_frequencies")
+        },
+        "frequency_hz": frequency,
+        "stiffness_n_per_m": np.abs(complex_values),
+        "loss_percent": 100.0 * np.sin(np.angle(complex_values)),
+    }
 
 
 def bench_curves() -> Mapping[str, Any]:
@@ -38,8 +89,8 @@ def bench_curves() -> Mapping[str, Any]:
         by (9) [N], (m,) each; ``width_mm``: frequency of the second study case -> width at zero
         force and 125 N, engine and (15).
     """
-    rig = bench("nguyen2024")
-    cycles = {f: cycle(rig, f) for f in (*_WIDE, *_printed_frequencies())}
+    rig, printed = bench("nguyen2024"), values("second_case_frequencies")
+    cycles = {f: cycle(rig, f) for f in (*_WIDE, *printed)}
     exact = {f: complex_stiffness(omega(f), *element()) for f in cycles}
     square = math.pi * _AMPLITUDE**2
     area = np.array([[cycles[f]["area"], square * exact[f].imag] for f in _WIDE]).T
@@ -57,17 +108,13 @@ def bench_curves() -> Mapping[str, Any]:
                 -2.0 * force * (1.0 / found).imag / MILLIMETRE
                 for found in (cycles[f]["stiffness"], exact[f])
             ]
-            for f in _printed_frequencies()
+            for f in printed
         },
     }
 
 
 def cycle(rig: Rig, frequency: float) -> Mapping[str, Any]:
-    """Last of several imposed cycles at the printed pressure.
-
-    Args:
-        rig: the bench.
-        frequency: [Hz].
+    """Last of several imposed cycles on the bench at the printed pressure and a frequency [Hz].
 
     Returns:
         ``displacement`` (n,) [m] and ``rubber`` (n,) [N], the tension less that of the air by (3);
@@ -76,13 +123,13 @@ def cycle(rig: Rig, frequency: float) -> Mapping[str, Any]:
     """
     count = _PERIODS * _SAMPLES
     time = np.arange(count + 1) / (frequency * _SAMPLES)
-    braid, pressure = muscle(), value("test_pressure") * PA_PER_BAR
-    nominal = braid.nominal_length
+    nominal, pressure = muscle().nominal_length, value("test_pressure") * PA_PER_BAR
     x = _AMPLITUDE * np.sin(omega(frequency) * time)
     run = stretched(rig, time, -x / nominal, pressure, timestep=1.0 / (frequency * _STEPS))
     last = slice(count - _SAMPLES, None)
     found, tension = -nominal * run.contraction[last], run.tension[last]
-    rubber = tension - np.array([_air_force(pressure, nominal + shift) for shift in found])
+    # (3): -p dV/dl.
+    rubber = tension - np.array([-pressure * slope_at(nominal + shift) for shift in found])
     turn = np.exp(-2j * np.pi * np.arange(_SAMPLES) / _SAMPLES)
     return {
         "displacement": found,
@@ -95,46 +142,27 @@ def cycle(rig: Rig, frequency: float) -> Mapping[str, Any]:
 def slow_stroke(rig: Rig) -> Mapping[str, Any]:
     """The 60 mm at 0.6 mm/s with the air shut in at 3.7 bar, without the rubber.
 
-    Args:
-        rig: the bench; its operator is switched off.
-
     Returns:
         ``length_mm`` (n,); ``pressure_bar`` and ``force_n`` (n,) each of the engine and by (2)
         with (4) and by (5); ``pressure_off_bar``, ``force_off_n``: largest distances.
     """
-    braid = muscle()
-    nominal, shape = braid.nominal_length, (braid.diameter, braid.fibre_angle)
-    start = value("slow_contraction") * PERCENT
+    pressure, start = slow_start()
     lasts = value("slow_shortening") / value("slow_speed")
     time = np.linspace(0.0, lasts, 201)
-    pressure = value("slow_pressure") * PA_PER_BAR
     air = rig.with_parameters({"hysteresis.force": 0.0})
     contraction = start * (1.0 - time / lasts)
     run = stretched(air, time, contraction, pressure, sealed=True, timestep=_SLOW_STEP)
-    length = (1.0 - run.contraction) * nominal
-    inside = np.array([volume(float(each), nominal, *shape) for each in length])
-    isothermal = (pressure + ATMOSPHERE) * inside[0] / inside - ATMOSPHERE
-    pairs = zip(isothermal.tolist(), length.tolist(), strict=True)
-    tension = np.array([_air_force(*pair) for pair in pairs])
-    exact = tension - tension[0]
-    force = run.tension - run.tension[0]
+    length = (1.0 - run.contraction) * muscle().nominal_length
+    by_law = np.array([isothermal(float(each)) for each in length])
+    tension = np.array([-p * slope_at(at) for p, at in zip(by_law, length.tolist(), strict=True)])
+    exact, force = tension - tension[0], run.tension - run.tension[0]
     return {
         "length_mm": length / MILLIMETRE,
-        "pressure_bar": {"engine": run.pressure / PA_PER_BAR, "law": isothermal / PA_PER_BAR},
+        "pressure_bar": {"engine": run.pressure / PA_PER_BAR, "law": by_law / PA_PER_BAR},
         "force_n": {"engine": force, "law": exact},
-        "pressure_off_bar": float(np.max(np.abs(run.pressure - isothermal))) / PA_PER_BAR,
+        "pressure_off_bar": float(np.max(np.abs(run.pressure - by_law))) / PA_PER_BAR,
         "force_off_n": float(np.max(np.abs(force - exact))),
     }
-
-
-def _printed_frequencies() -> tuple[float, ...]:
-    return printed_values("nguyen2024", "second_case_frequencies")
-
-
-def _air_force(pressure: float, length: float) -> float:
-    """(3): -p dV/dl [N], gauge pressure [Pa] and length [m]."""
-    braid = muscle()
-    return -pressure * volume_slope(length, braid.nominal_length, braid.diameter, braid.fibre_angle)
 
 
 def _beside(found: Mapping[str, Any], exact: complex) -> Mapping[str, FloatArray]:
