@@ -23,6 +23,7 @@ import scipy.special
 from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
+from pamsim.linear.optimum import Optimum
 from pamsim.linear.separable_fit import (
     Separable,
     Solution,
@@ -66,17 +67,14 @@ class NoiseWeightedFit:
     disagreement: float | None
     quantile: float
 
+    @property
+    def optimum(self) -> Optimum:
+        """Of x and theta."""
+        return Optimum(self.solution.coordinates, self.covariance, self.quantile)
+
 
 def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> NoiseWeightedFit:
-    """Fit plainly, model the residuals, refit whitened, keep the better supported estimates.
-
-    Args:
-        problem: what to fit.
-        starts: of the search.
-
-    Returns:
-        The fit.
-    """
+    """Fit plainly, model the residuals, refit whitened, keep the better supported estimates."""
     plain = minimise(problem, starts)
     line = linearise(problem, plain.x, plain.theta, WHITE)
     sizes = [output.size for output in problem.outputs]

@@ -12,7 +12,6 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.optimum import Optimum
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +86,7 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
     value = structure.frequency_response(fit.coordinates, w)
     magnitude, phase = np.abs(value), np.unwrap(np.angle(value))
     # Log and phase are real and imaginary part of ln G, whose derivative is dG / G.
-    half = _optimum(fit).half_widths(lambda x: structure.frequency_response(x, w) / value)
+    half = fit.half_widths(lambda x: structure.frequency_response(x, w) / value)
     if half is None:
         return FrequencyResponse(w, magnitude, phase, None, None)
     with np.errstate(over="ignore"):
@@ -129,10 +128,6 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
 
     structure = fit.structure
     output = structure.step_response(fit.coordinates, t.size, interval)
-    half = _optimum(fit).half_widths(lambda x: structure.step_response(x, t.size, interval))
+    half = fit.half_widths(lambda x: structure.step_response(x, t.size, interval))
     band = None if half is None else np.stack([output - half, output + half])
     return StepResponse(t, output, band)
-
-
-def _optimum(fit: IdentifiedModel) -> Optimum:
-    return Optimum(fit.coordinates, fit.covariance, fit.quantile)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
+from pamsim.linear.arx import ArxModel
+from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.signal_record import SignalRecord
 
 
@@ -63,3 +65,12 @@ def record(
     y = sampled(above, below, u, interval, delay, fine)
     y = offset + y + noise * coloured(rng, n, phi)
     return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")
+
+
+def arx(a, b, interval, delay=1):
+    structure = DiscreteStructure("arx", len(a), len(b), delay, interval)
+    return ArxModel(structure, np.array([*a, *b]))
+
+
+def simulated(model, given):
+    return model.structure.forced(model.coordinates, given)

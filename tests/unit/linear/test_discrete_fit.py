@@ -10,8 +10,9 @@ from scipy.signal import lfilter
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.linear.arx import UnderdeterminedError, regression
+from pamsim.linear.arx import UnderdeterminedError
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
+from pamsim.linear.discrete_structure import regression
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord
 from tests.unit.linear.planted import record, steps

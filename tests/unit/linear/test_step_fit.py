@@ -14,7 +14,7 @@ from pamsim.linear.first_second_order import first_order_step, second_order_step
 from pamsim.linear.fit_percent import fit_percent
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.response_bands import step_response_band
-from pamsim.linear.step_fit import fit_step
+from pamsim.linear.step_identification import fit_step
 
 TIME = np.arange(1001) / 200.0
 

@@ -14,12 +14,12 @@ from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.first_second_order import first_order_step, second_order_step
 from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_fit import fit_step
 from pamsim.linear.step_identification import (
     ARX_FREE,
     ARX_UNIT,
     OUTPUT_ERROR,
     StepIdentification,
+    fit_step,
     identify_step,
 )
 

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.linear.arx import ArxModel, simulate_arx
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_fit import fit_oe
 from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.step_fit import fit_step
+from pamsim.linear.step_identification import fit_step
 from pamsim.linear.transfer_function import (
     continuous,
     discrete,
@@ -23,7 +22,7 @@ from pamsim.linear.transfer_function import (
     step_response,
     with_held_input,
 )
-from tests.unit.linear.planted import record
+from tests.unit.linear.planted import arx, record, simulated
 
 TIME = np.linspace(0.0, 5.0, 501)
 
@@ -47,19 +46,19 @@ def test_first_order_closed_form_is_the_step_of_control() -> None:
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_discrete_step_is_the_simulated_arx(delay: int) -> None:
     interval = 1.0 / 300.0  # its times, written with six decimals, are not its multiples
-    model = ArxModel((-1.2, 0.5), (0.3, -0.1), delay, interval, 0.0, 0)
+    model = arx((-1.2, 0.5), (0.3, -0.1), interval, delay)
     transfer = discrete(model)
     assert transfer.dt == interval
     np.testing.assert_allclose(
         step_response(transfer, np.round(np.arange(501) * interval, 6)),
-        simulate_arx(model, np.ones(501)),
+        simulated(model, np.ones(501)),
         atol=1e-9,
     )
 
 
 def test_arx_of_a_sampled_lag_becomes_that_lag() -> None:
     pole = np.exp(-0.01 / 0.4)
-    model = ArxModel((-pole,), (2.0 * (1.0 - pole),), 1, 0.01, 0.0, 0)
+    model = arx((-pole,), (2.0 * (1.0 - pole),), 0.01)
     expected = first_order_step(TIME, 0.4, 2.0)
     np.testing.assert_allclose(step_response(continuous(model), TIME), expected, atol=1e-9)
     np.testing.assert_allclose(step_response(discrete(model), TIME), expected, atol=1e-9)
@@ -79,7 +78,7 @@ def test_dead_time_needs_a_pade_order() -> None:
 
 
 def test_refusals() -> None:
-    ringing = ArxModel((-1.8, 0.9), (0.1,), 1, 0.01, 0.0, 0)
+    ringing = arx((-1.8, 0.9), (0.1,), 0.01)
     with pytest.raises(InputError, match="oscillates"):
         continuous(ringing)
     with pytest.raises(InputError, match="sampled at"):
