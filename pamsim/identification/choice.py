@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
+from pamsim.identification.structure_choice import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_nonlinearity import what_is_missing
+from pamsim.linear.residual_tests import what_is_missing
 from pamsim.linear.signal_record import SignalRecord
 
 _LEVEL = 0.05  # probability of accepting a parameter that does not help, per comparison

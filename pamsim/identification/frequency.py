@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.files import complete_file
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
+from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
@@ -97,20 +97,14 @@ class FrequencyIdentification:
         Raises:
             InputError: if the place cannot be written.
         """
-        result, curves = Path(folder) / "identify.json", Path(folder) / "curves.csv"
+        result, fit = Path(folder) / "identify.json", self.shown
         write_json(result, self.to_dict())
-        fit = self.shown
         run = fit.structure.frequency_response(fit.coordinates, self.frequency)
-        with complete_file(curves) as part, part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            names = ("magnitude", "phase_deg", "model_magnitude", "model_phase_deg")
-            writer.writerow(["omega_rad_s", *names])
-            columns = [self.frequency]
-            for response in (self.response, run):
-                columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
-            for row in np.column_stack(columns).tolist():
-                writer.writerow([f"{value:.9g}" for value in row])
-        return [result, curves]
+        names = ["omega_rad_s", "magnitude", "phase_deg", "model_magnitude", "model_phase_deg"]
+        columns = [self.frequency]
+        for response in (self.response, run):
+            columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
+        return [result, write_curves(folder, names, np.column_stack(columns).tolist())]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe."""
@@ -134,20 +128,8 @@ class FrequencyIdentification:
 
     def _model(self, name: str, fit: IdentifiedModel) -> dict[str, Any]:
         return {
-            "name": name,
-            "kind": fit.structure.kind,
-            "model": fit.structure.sentence,
-            "status": fit.status,
-            "sentence": fit.sentence,
-            "parameters": {
-                one.name: {"value": one.value, "unit": one.unit, "interval95": one.interval95}
-                for one in fit.estimates
-            },
-            "fit_percent": fit.fit_percent,
-            "fit_percent_held_out": None,
-            "fit_percent_one_step": None,
-            "aicc_above_best": self.aicc[name],
-            "poles_rad_per_s": fit.continuous_poles,
+            **model_entry(name, fit, self.aicc[name]),
+            "parameters": {one.name: parameter_entry(one, 1.0, one.unit) for one in fit.estimates},
             "zeros_rad_per_s": [fit.zeros],
             "independence": None,
         }
@@ -193,8 +175,10 @@ def identify_frequency_response(
     for done, n in enumerate(orders):
         if progress is not None:
             progress(done, len(orders), f"order {n}")
-        for m, late in _variants(chosen, n):
-            name = _name(n, m, late)
+        # Every number of zeros, where no order is given; without and with dead time.
+        each = range(n) if order is None else (zeros,)
+        for m, late in product(each, chosen.delays):
+            name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
                 fits[name] = _fitted(frequency, response, n, m, late, poles)
             except InputError as error:
@@ -225,23 +209,12 @@ def identify_frequency_response(
     )
 
 
-def _variants(chosen: ModelSet, order: int) -> Iterable[tuple[int, bool]]:
-    """Zeros and dead time of the models of an order."""
-    zeros = range(order) if chosen.order is None else (chosen.zeros,)
-    return [(m, late) for m in zeros for late in chosen.delays]
-
-
 def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, order: int) -> bool:
     """Whether neither this order nor the one before has the smallest AICc."""
     if not fits:
         return False
     scores = _aicc(fits, frequencies)
     return fits[min(scores, key=lambda name: scores[name])].structure.order < order - 1
-
-
-def _name(order: int, zeros: int, late: bool) -> str:
-    name = f"order_{order}" + (f"_zeros_{zeros}" if zeros else "")
-    return name + ("_dead_time" if late else "")
 
 
 def _fitted(

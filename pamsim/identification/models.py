@@ -17,12 +17,11 @@ from pamsim.identification.structure_choice import (
     choice_by_free_run,
     choice_by_likelihood,
 )
-from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_fit import fit_structure
 from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_independence import Independence, residual_independence
-from pamsim.linear.residual_nonlinearity import residual_nonlinearity
+from pamsim.linear.residual_tests import Independence, residual_independence, residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import RoughFit, scan_structures
 
@@ -156,7 +155,10 @@ class _Fitting:
             self.refusals.append(error)
             self.skipped[name] = str(error)
             return None
-        independence = _independence(fit, self.records)
+        try:
+            independence = residual_independence(fit, self.records)
+        except InputError:
+            independence = None
         self.fitted[name] = Candidate(name=name, fit=fit, independence=independence)
         return fit
 
@@ -168,20 +170,7 @@ class _Fitting:
         if name in self.fitted:
             return self.fitted[name].fit
         return self.attempt(
-            name,
-            lambda: fit_continuous(
-                self.records,
-                order=structure.order,
-                zeros=structure.zeros_each or structure.zeros,
-                dead_time=structure.dead_time,
-                undelayed=structure.undelayed,
-                real_lags=structure.real_lags,
-                start=structure.start,
-                integrators=structure.integrators,
-                drift=structure.drift,
-                starts=starts,
-                held_out=self.held_out,
-            ),
+            name, lambda: fit_structure(self.records, structure, starts, self.held_out)
         )
 
 
@@ -191,16 +180,7 @@ def fit_models(
     models: ModelSet,
     progress: Progress | None = None,
 ) -> FittedModels:
-    """Fit every model of a set.
-
-    Args:
-        records: to fit.
-        held_out: to simulate only.
-        models: which models.
-        progress: called before each fit.
-
-    Returns:
-        The models, and how their structure was chosen.
+    """Fit every model of a set to the records; held-out ones are simulated only.
 
     Raises:
         InputError: that of the first continuous model, if none can be fitted.
@@ -217,7 +197,11 @@ def fit_models(
     total = len(structures) + len(arx_orders) + len(oe_orders)
     total += _SCANNED if models.order is None else 0
     fitting = _Fitting(records, held_out, total, progress)
-    fits = _scanned(fitting, models) if models.order is None else []
+    fits: list[RoughFit] = []
+    if models.order is None:
+        fits = scan_structures(
+            records, start=models.start, report=lambda each: fitting.steps.begin(each.sentence)
+        )
     for order, delay in structures:
         structure = ContinuousStructure(
             order=order,
@@ -253,13 +237,6 @@ def fit_models(
         chosen=chosen,
         why=why,
     )
-
-
-def _scanned(fitting: _Fitting, models: ModelSet) -> list[RoughFit]:
-    def report(structure: ContinuousStructure) -> None:
-        fitting.steps.begin(structure.sentence)
-
-    return scan_structures(fitting.records, start=models.start, report=report)
 
 
 def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[FloatArray]:
@@ -344,15 +321,10 @@ def _best_determined(
             names += [] if fit is None else [_name(structure)]
             if fit is not None and fit.status is FitStatus.CONVERGED:
                 return names[-1], why
-        larger = {
-            i for i, fit in enumerate(choice.fits) if i == place or _larger(fit.structure, rough)
-        }
+        others = list(enumerate(fit.structure for fit in choice.fits))
+        larger = {i for i, other in others if i == place or _larger(other, rough)}
         if rough.integrators:  # the data do not show them: what they gain is a drift's
-            larger |= {
-                i
-                for i, fit in enumerate(choice.fits)
-                if fit.structure.integrators >= rough.integrators
-            }
+            larger |= {i for i, other in others if other.integrators >= rough.integrators}
             refuted |= larger
         elif names and not first[0]:
             first = names[0], why
@@ -402,10 +374,3 @@ def _name(structure: ContinuousStructure) -> str:
         parts.append(f"of_{'_'.join(str(i + 1) for i in structure.delayed)}")
     parts += ["drift"] if structure.drift else []
     return "_".join(part for part in parts if part)
-
-
-def _independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence | None:
-    try:
-        return residual_independence(fit, records)
-    except InputError:
-        return None

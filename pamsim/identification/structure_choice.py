@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE
 from pamsim.inference.trial_noise import WHITE, fit_trial_noise
@@ -267,3 +266,27 @@ def _aicc(
         effective,
     )
     return tuple(scores), effective
+
+
+def p_value_of_improvement(
+    simple: Sequence[FloatArray], rich: Sequence[FloatArray], sample_times: Sequence[float]
+) -> float:
+    """Probability of so much smaller squared errors if both models were equally good.
+
+    Of errors on the same trials, (n_i,) each; one-sided, 1 where they are the same. The variance of
+    the mean difference is that of correlated samples, by an autoregressive model of the
+    differences.
+
+    Source: Diebold and Mariano (J. Business & Economic Statistics 1995).
+    """
+    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
+    samples = sum(gain.size for gain in gains)
+    mean = sum(float(np.sum(gain)) for gain in gains) / samples
+    noise = fit_trial_noise([gain - mean for gain in gains], sample_times)
+    variance = sum(
+        gain.size * own.variance / (1.0 - sum(own.coefficients)) ** 2
+        for gain, own in zip(gains, noise.models, strict=True)
+    )
+    if variance <= 0.0:
+        return 1.0 if mean <= 0.0 else 0.0
+    return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))

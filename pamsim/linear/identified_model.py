@@ -63,7 +63,7 @@ class IdentifiedModel(Optimum):
     """A linear model fitted to one or several trials.
 
     The intervals hold if the structure is right: test that with
-    :func:`pamsim.linear.residual_independence.residual_independence`. Those of a fit to general
+    :func:`pamsim.linear.residual_tests.residual_independence`. Those of a fit to general
     inputs allow for stationary noise that is independent of the input, coloured or white; those
     of ARX and of a single step take the residuals as white.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -84,15 +85,10 @@ class SignalRecord:
             )
         return self.inputs[:, 0]
 
-    def part(self, rows: slice, *, held_out: bool = False) -> SignalRecord:
-        """Return some of its samples, which follow each other, as a record of the same name."""
-        return replace(
-            self,
-            time=self.time[rows],
-            inputs=self.inputs[rows],
-            output=self.output[rows],
-            held_out=held_out,
-        )
+    def part(self, rows: slice, **changes: Any) -> SignalRecord:
+        """Return some of its samples, which follow each other, as a record with other changes."""
+        time, inputs, output = self.time[rows], self.inputs[rows], self.output[rows]
+        return replace(self, time=time, inputs=inputs, output=output, **changes)
 
     @cached_property
     def sample_time(self) -> float:
@@ -119,12 +115,6 @@ def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tup
 
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:
     """Return the records of one identification: at least one, names distinct, units equal.
-
-    Args:
-        records: the trials.
-
-    Returns:
-        The same as a tuple.
 
     Raises:
         InputError: none given, a name twice, or inputs or units that differ.

@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.identification.choice import recommend
-from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
+from pamsim.identification.structure_choice import p_value_of_improvement
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord

@@ -10,8 +10,7 @@ import pytest
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
-from pamsim.linear.operating_regression import dependence
+from pamsim.linear.local_models import LocalModel, OperatingPoint, dependence, local_model_map
 from tests.unit.linear.planted import record
 
 PRESSURES = (1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5)

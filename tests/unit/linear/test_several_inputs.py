@@ -9,8 +9,7 @@ import pytest
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.residual_independence import residual_independence
-from pamsim.linear.residual_nonlinearity import residual_nonlinearity
+from pamsim.linear.residual_tests import residual_independence, residual_nonlinearity
 from pamsim.linear.response_bands import step_response_band
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import StructureScan
@@ -86,7 +85,8 @@ def test_the_sum_of_the_channels_is_the_model(fit):
 
 def test_the_scan_finds_which_input_has_the_zero_and_which_the_dead_time():
     scan = StructureScan(records=[record()], start="rest", report=lambda structure: None)
-    scan.fit(2, 1, [np.array([0.0, 0.0, 0.1, 0.1])], dead_time=1)
+    two = ContinuousStructure(2, 1, True, False, inputs=2)
+    scan.fit(two, [np.array([0.0, 0.0, 0.1, 0.1])])
     scan.near_the_best()
     best = min(scan.fits.values(), key=lambda one: one.criterion).structure
     assert (best.order, best.integrators) == (2, 0)

@@ -11,7 +11,7 @@ from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_independence import residual_independence
+from pamsim.linear.residual_tests import residual_independence
 from tests.unit.linear.planted import record
 
 

@@ -1,9 +1,14 @@
-"""Test whether past inputs explain part of the residuals: one p-value for all lags together.
+"""Test whether past inputs, or a nonlinearity, explain part of a linear model's residuals.
 
 Tests lag by lag almost always give a false alarm in one of many lags. Here the residuals are
 regressed on all lagged inputs at once, after whitening (residuals may be coloured) and after
 projecting out the directions that the fit has already used, so that the statistic has its nominal
 distribution.
+
+A weak static nonlinearity before, behind or within the dynamics adds the squares and cubes of the
+input and of the model's output, unfiltered and through the model, to the output.
+Source: Ramsey's test of specification (Journal of the Royal Statistical Society B 31, 1969), with
+the filtered powers of a second- and third-order Volterra series.
 """
 
 # scipy carries no types: what it returns is Any at this file's boundary.
@@ -13,7 +18,8 @@ distribution.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,6 +28,7 @@ import scipy.special
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
@@ -31,6 +38,8 @@ _LEVEL = 0.05
 _EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, is ignored
 _DEPENDENT = 1e-10
 _ROUNDING = 1e-5  # percent points below 100
+_NONLINEAR = 0.01  # p-value below which powers of input and output explain part of them
+_POWERS = (2, 3)
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 
 
@@ -136,12 +145,7 @@ class RegressorTest:
 def added_regressors(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
 ) -> RegressorTest:
-    """Test whether regressors explain part of the residuals.
-
-    Args:
-        fit: a model fitted to general inputs.
-        records: the trials it was fitted to.
-        added: regressors of each trial, shape ``(N_i, k)``.
+    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals.
 
     Raises:
         InputError: too few samples for so many regressors.
@@ -183,3 +187,73 @@ def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     tall, triangle = np.linalg.qr(columns)
     left, sizes, _ = np.linalg.svd(triangle)
     return tall @ left[:, sizes > weakest * sizes[0]]
+
+
+def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
+    """Test whether powers of inputs and output, or products of inputs, explain the residuals.
+
+    The model is a continuous one, the records the trials it was fitted to.
+
+    Raises:
+        InputError: too few samples.
+    """
+    return added_regressors(fit, records, [_powers(fit, record) for record in records])
+
+
+def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
+    """Powers of a trial's inputs and output, and products of inputs: ``(N, 6)`` of one input.
+
+    Each unfiltered and through the model, powers of the output through the model alone.
+    """
+    structure = fit.structure
+    assert isinstance(structure, ContinuousStructure)
+    channels = fit.channels
+
+    def through_model(values: FloatArray, given: int) -> FloatArray:
+        alone, x = channels[given].structure, channels[given].coordinates
+        assert isinstance(alone, ContinuousStructure)
+        numerator = x[alone.coefficients()]
+        units, hold = (record.units_input[given],), (record.holds[given],)
+        filtered = replace(record, inputs=values, units_input=units, holds=hold, held_out=True)
+        return alone.responses(x, filtered)[:, : numerator.size] @ numerator
+
+    run = _standardised(fit.simulate(record))
+    moving = [i for i in range(structure.inputs) if np.ptp(record.inputs[:, i]) > 0.0]
+    inputs = {i: _standardised(record.inputs[:, i]) for i in moving}
+    columns: list[FloatArray] = []
+    for power in _POWERS:
+        columns += [*(through_model(run**power, i) for i in moving), run**power]
+    for i, given in inputs.items():
+        for power in _POWERS:
+            columns.append(through_model(given**power, i))
+    for i, j in combinations(inputs, 2):
+        product = inputs[i] * inputs[j]
+        columns += [product, through_model(product, i), through_model(product, j)]
+    return np.column_stack(columns)
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    return (values - np.mean(values)) / np.std(values)
+
+
+def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:
+    """Describe what a continuous model is missing; empty if nothing is.
+
+    That is a nonlinearity where the fitted records show it, else linear dynamics if the model is
+    not adequate: past inputs explain part of its residuals.
+    """
+    try:
+        test = residual_nonlinearity(fit, records)
+    except InputError:
+        return "" if adequate else "past inputs explain part of the residuals"
+    if test.p_value < _NONLINEAR:
+        return (
+            "the plant is not linear: powers of input and output explain part of the residuals"
+            f" ({test.shown}); no linear model describes these records completely"
+        )
+    if adequate:
+        return ""
+    return (
+        "past inputs explain part of the residuals, powers of input and output do not"
+        f" ({test.shown}): dynamics are missing that no fitted structure has, or another input acts"
+    )
