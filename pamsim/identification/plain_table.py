@@ -57,14 +57,7 @@ _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": 
 def plain_trials(
     table: Columns, *, time: str | None = None, dt: float | None = None, hold: str | None = None
 ) -> tuple[tuple[SignalTable, ...], tuple[str, ...]]:
-    """Trials of a table of any columns.
-
-    Args:
-        table: as read.
-        time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
-        dt: time between two rows, of a table without a clock [s].
-        hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those
-            of few distinct values are held.
+    """Trials of a table of any columns; ``time``, ``dt`` and ``hold`` as in `identify`.
 
     Returns:
         One trial, or one for each part between gaps of the clock; and what a reader should know.
@@ -114,15 +107,12 @@ def plain_trials(
         unreadable=unreadable,
     )
     if hold is None:
-        notes.append(f"{path.name}: assumed to be held from row to row: {_listed(held)}")
+        names = ", ".join(sorted(held)) or "no column"
+        notes.append(f"{path.name}: assumed to be held from row to row: {names}")
     trials = _between_gaps(whole)
     if len(trials) > 1:
         notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")
     return trials, tuple(notes)
-
-
-def _listed(names: frozenset[str]) -> str:
-    return ", ".join(sorted(names)) or "no column"
 
 
 def _clocks(table: Columns) -> list[str]:
@@ -276,12 +266,12 @@ def _unit(name: str, stated: str) -> Unit:
     written = unit_in_name(name, stated)
     if not written:
         shown = _OTHER_UNITS.get(name.rpartition("_")[2].lower(), "1") if "_" in name else "1"
-        return Unit(shown=shown, si=shown)
+        return Unit(unit=shown, si_unit=shown)
     shown, _ = unit_of(written)
     si = _SI_UNITS.get(kind_of_unit(written))
     if si is None:
-        return Unit(shown=shown, si=shown)
-    return Unit(shown=shown, si=si, factor=to_si(1.0, shown, si, where=name))
+        return Unit(unit=shown, si_unit=shown)
+    return Unit(unit=shown, si_unit=si, factor=to_si(1.0, shown, si, where=name))
 
 
 def _is_held(values: FloatArray) -> bool:

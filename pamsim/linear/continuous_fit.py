@@ -22,7 +22,7 @@ from pamsim.linear.identified_model import (
 )
 from pamsim.linear.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
 from pamsim.linear.optimum import Optimum
-from pamsim.linear.signal_record import SignalRecord, checked_records
+from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
 
 # Counts of start values per pole coordinate: fewer where the combinations multiply.
 _LAGS = {0: 1, 1: 12, 2: 8, 3: 7, 4: 6, 5: 6, 6: 6}
@@ -89,8 +89,7 @@ def fit_structure(
     """
     trials = checked_records(records)
     held_out = checked_records([*trials, *held_out])[len(trials) :]
-    shortest = min(record.sample_time for record in trials)
-    longest = max(record.duration for record in trials)
+    shortest, longest = time_range(trials)
     unknowns = structure.unknowns + structure.per_trial * len(trials)
     samples = sum(record.output.size for record in trials)
     if samples < 3 * unknowns:
@@ -153,8 +152,7 @@ def _with_dead_times_of_zero(
 
 
 def _starts(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:
-    shortest = min(record.sample_time for record in records)
-    longest = max(record.duration for record in records)
+    shortest, longest = time_range(records)
     logs = np.linspace(np.log(2.0 * shortest), np.log(0.5 * longest), _LAGS[structure.order])
     poles: list[tuple[float, ...]]
     if structure.pairs == 0:

@@ -15,7 +15,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.separable_fit import Linearised, Separable, linearise
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.signal_record import SignalRecord, time_range
 
 HIGHEST_ORDER = 6
 MOST_INTEGRATORS = 2
@@ -330,8 +330,7 @@ class ContinuousStructure:
         Time constants lie between a tenth of the shortest sample and a hundred times the longest
         record, a dead time below half the shortest record.
         """
-        shortest = min(record.sample_time for record in records)
-        longest = max(record.duration for record in records)
+        shortest, longest = time_range(records)
         low, high = np.log(0.1 * shortest), np.log(100.0 * longest)
         lower, upper = [low] * self.order, [high] * self.order
         for pair in range(self.pairs):

@@ -33,7 +33,8 @@ from pamsim.linear.identified_model import (
 )
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
 from pamsim.linear.optimum import Optimum
-from pamsim.linear.signal_record import SignalRecord, checked_records
+from pamsim.linear.separable_fit import column_scale
+from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
 
 _lfilter: Any = scipy.signal.lfilter
 _student_quantile: Any = scipy.special.stdtrit
@@ -221,8 +222,7 @@ def _stacked_least_squares(
     blocks = [centred_regression(y, u, na=na, nb=nb, delay=nk) for y, u in pairs]
     design = np.concatenate([phi for phi, _ in blocks])
     target = np.concatenate([y for _, y in blocks])
-    norms = np.linalg.norm(design, axis=0)
-    scale = np.where(norms > 0.0, norms, 1.0)
+    scale = column_scale(design)
     orthogonal, triangle = np.linalg.qr(design / scale)
     left, sizes, vt = np.linalg.svd(triangle)
     if sizes[-1] <= design.shape[0] * np.finfo(float).eps * sizes[0]:
@@ -251,7 +251,7 @@ def _search_starts(
         pairs = [
             tuple(_lfilter([1.0], np.append(1.0, f), signal) for signal in pair) for pair in raw
         ]
-    longest = max(record.duration for record in trials)
+    _, longest = time_range(trials)
     lags = np.geomspace(3.0 * interval, max(0.3 * longest, 30.0 * interval), max(_LAGS, nf + 1))
     for constants in combinations(lags, nf):
         grid: Any = np.poly(np.exp(-interval / np.array(constants)))

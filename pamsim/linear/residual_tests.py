@@ -30,6 +30,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.separable_fit import column_scale
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 _f_tail: Any = scipy.special.fdtrc
@@ -43,22 +44,36 @@ _POWERS = (2, 3)
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 
 
-@dataclass(frozen=True)
-class Independence:
-    """Portmanteau test that past inputs explain nothing of the residuals.
+@dataclass(frozen=True, kw_only=True)
+class RegressorTest:
+    """F test that added regressors explain nothing of the residuals.
 
     Attributes:
-        statistic: F: mean square explained by past inputs over the residual's own [-].
-        degrees_of_freedom: independent directions among the lagged inputs, residual freedom.
+        statistic: mean square explained over the residual's own [-].
+        degrees_of_freedom: independent directions among the regressors, residual freedom.
         p_value: probability of a larger statistic if the model is right.
-        longest_lag: of the lagged inputs [s].
-        independent: whether the p-value is at least 5 %.
-        sentence: the same for a person.
     """
 
     statistic: float
     degrees_of_freedom: tuple[int, int]
     p_value: float
+
+    @property
+    def shown(self) -> str:
+        """The p-value in words."""
+        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Independence(RegressorTest):
+    """Portmanteau test that past inputs explain nothing of the residuals.
+
+    Attributes:
+        longest_lag: of the lagged inputs [s].
+        independent: whether the p-value is at least 5 %.
+        sentence: the same for a person.
+    """
+
     longest_lag: float = field(metadata=json_key("longest_lag_s"))
     independent: bool
     sentence: str
@@ -98,7 +113,10 @@ def residual_independence(
     longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
         sentence = "the model reproduces the records to rounding: nothing is left to explain"
-        return Independence(0.0, (0, 0), 1.0, longest, True, sentence)
+        nothing = RegressorTest(statistic=0.0, degrees_of_freedom=(0, 0), p_value=1.0)
+        return Independence(
+            **vars(nothing), longest_lag=longest, independent=True, sentence=sentence
+        )
     spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
     added: list[FloatArray] = []
     for record in trials:
@@ -118,28 +136,8 @@ def residual_independence(
     )
     sentence = f"{verdict} ({test.shown}, lags to {longest:.2g} s)"
     return Independence(
-        test.statistic, test.degrees_of_freedom, test.p_value, longest, independent, sentence
+        **vars(test), longest_lag=longest, independent=independent, sentence=sentence
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class RegressorTest:
-    """F test that added regressors explain nothing of the residuals.
-
-    Attributes:
-        statistic: mean square explained over the residual's own [-].
-        degrees_of_freedom: independent directions among the regressors, residual freedom.
-        p_value: probability of a larger statistic if the model is right.
-    """
-
-    statistic: float
-    degrees_of_freedom: tuple[int, int]
-    p_value: float
-
-    @property
-    def shown(self) -> str:
-        """The p-value in words."""
-        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
 
 
 def added_regressors(
@@ -159,8 +157,9 @@ def added_regressors(
         ones /= np.linalg.norm(ones)
         blocks.append(used - ones @ (ones.T @ used))
     residual = np.concatenate(line.residuals)
-    known = _directions(_unit_columns(np.concatenate(line.jacobians)), _DEPENDENT)
-    columns = _unit_columns(np.concatenate(blocks))
+    known, columns = np.concatenate(line.jacobians), np.concatenate(blocks)
+    known = _directions(known / column_scale(known), _DEPENDENT)
+    columns = columns / column_scale(columns)
     residual = residual - known @ (known.T @ residual)
     basis = _directions(columns - known @ (known.T @ columns), _EXCITED)
     directions = basis.shape[1]
@@ -174,11 +173,6 @@ def added_regressors(
     return RegressorTest(
         statistic=statistic, degrees_of_freedom=(directions, freedom), p_value=p_value
     )
-
-
-def _unit_columns(columns: FloatArray) -> FloatArray:
-    norms = np.linalg.norm(columns, axis=0)
-    return columns / np.where(norms > 0.0, norms, 1.0)
 
 
 def _directions(columns: FloatArray, weakest: float) -> FloatArray:

@@ -145,10 +145,15 @@ def scaled_solution(design: FloatArray, target: FloatArray) -> tuple[FloatArray,
 
     So the rank does not depend on units.
     """
-    norms = np.linalg.norm(design, axis=0)
-    scale = np.where(norms > 0.0, norms, 1.0)
+    scale = column_scale(design)
     scaled, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=None)
     return scaled / scale, int(rank)
+
+
+def column_scale(columns: FloatArray) -> FloatArray:
+    """Return the length of each column; 1 of a column of zeros."""
+    norms = np.linalg.norm(columns, axis=0)
+    return np.where(norms > 0.0, norms, 1.0)
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:

@@ -140,3 +140,8 @@ def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]
                 f"{first.name} in {first.unit_output} per {first_units}; convert one of them"
             )
     return result
+
+
+def time_range(records: Sequence[SignalRecord]) -> tuple[float, float]:
+    """Return the shortest sample time and the longest duration [s]."""
+    return min(r.sample_time for r in records), max(r.duration for r in records)

@@ -15,7 +15,7 @@ from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, 
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
 from pamsim.linear.separable_fit import Solution, rough_minimum
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.signal_record import SignalRecord, time_range
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried
@@ -107,8 +107,7 @@ class StructureScan:
                 return
 
     def _one_pole_more(self, fit: RoughFit) -> list[FloatArray]:
-        shortest = min(record.sample_time for record in self.records)
-        longest = max(record.duration for record in self.records)
+        shortest, longest = time_range(self.records)
         constants = fit.structure.constants(fit.x)
         return [
             pole_coordinates(np.append(constants, added))
@@ -134,7 +133,7 @@ class StructureScan:
         """The same with a dead time; None for more poles than process models have."""
         if fit.structure.order > _DELAYED_POLES:
             return None
-        shortest = min(record.sample_time for record in self.records)
+        shortest, _ = time_range(self.records)
         most = 0.25 * min(record.duration for record in self.records)
         delays = [0.5 * shortest, *np.geomspace(1.5 * shortest, most, _DELAYS)]
         late = delay_starts(delays, fit.structure.inputs)
@@ -154,7 +153,7 @@ class StructureScan:
         best = {fit.structure.order: fit for fit in falling if not fit.structure.integrators}
         for fit in best.values():
             self._other_drift(fit)
-        longest = max(record.duration for record in self.records)
+        _, longest = time_range(self.records)
         for fit in self._may_be_chosen():
             constants = fit.structure.constants(fit.x)
             slow = np.abs(constants) > longest
