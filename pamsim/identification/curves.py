@@ -67,15 +67,7 @@ def curves_of(
     inputs: Sequence[Signal],
     out: Signal,
 ) -> Curves:
-    """Run a continuous model on every trial, and take its step and frequency responses.
-
-    Args:
-        fit: the model.
-        used: trials it was fitted to.
-        held_out: trials it was not fitted to.
-        inputs: the inputs.
-        out: the output.
-    """
+    """Run a continuous model on every trial, and take its step and frequency responses."""
     rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
     if rates.size == 0:  # a gain, or integrators alone
         rates = np.array([1.0 / max(trial.record.duration for trial in used)])

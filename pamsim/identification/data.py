@@ -15,7 +15,6 @@ from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.experiment import pressure_step
-from pamsim.recordings.recording import Recording
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
@@ -62,16 +61,7 @@ def load_data(
     dt: float | None = None,
     hold: str | None = None,
 ) -> IdentifyData:
-    """Read what is to be identified.
-
-    Args:
-        data: folder of a recording or its ``recording.toml``; a table of any columns, or as it was
-            read; trials; or several paths, whose trials are identified together.
-        time: column of the clock of a table; ``time_s`` or the only one called like a clock if
-            None.
-        dt: time between two rows of a table without a clock [s].
-        hold: of a table's columns from row to row: ``zoh`` (held) or ``foh`` (straight); guessed
-            if None.
+    """Read what is to be identified: arguments as those of `identify`, or a table as it was read.
 
     Raises:
         InputError: as `pamsim.recordings.recording_reader.read_recordings` and
@@ -134,13 +124,7 @@ def select_trials(
     protocols: Sequence[str],
     hold_out: Sequence[str] | float,
 ) -> tuple[list[SignalTable], list[SignalTable]]:
-    """Trials to fit and trials to hold out.
-
-    Args:
-        data: all of them.
-        trials: names to use; all if empty.
-        protocols: protocols to use; all if empty.
-        hold_out: names to exclude from the fit, or the share of each trial's end.
+    """Trials to fit and trials to hold out; names and the share as in `identify`.
 
     Raises:
         InputError: for an unknown name or share, or if nothing is left to fit.
@@ -174,16 +158,9 @@ def select_trials(
 def split_tables(
     tables: Sequence[SignalTable], share: float
 ) -> tuple[list[SignalTable], list[SignalTable]]:
-    """Hold out the last part of every trial.
+    """Hold out the last part, a share of the rows, of every trial: every row is in one of both.
 
     That part is a trial of its own, ``NAME_end``, which begins in whatever state the trial was in.
-
-    Args:
-        tables: the trials.
-        share: of each trial's rows that is held out, between 0 and 1.
-
-    Returns:
-        Trials to fit and trials to hold out: every row is in one of them.
 
     Raises:
         InputError: for another share, or one that leaves nothing on either side.
@@ -226,13 +203,9 @@ def simulated_step(
     start = [max(pressure)] * len(pressure)
     step = pressure_step(start, pressure, duration=duration, load=load, name="simulated step")
     run = simulate(loaded, step).completed()
-    return TrialSet(rig=loaded.name, trials=(_trial_of(run, "simulated_step"),))
-
-
-def _trial_of(run: Recording, name: str) -> Trial:
-    return Trial(
-        name=name,
-        protocol=name,
+    trial = Trial(
+        name="simulated_step",
+        protocol="simulated_step",
         drive=run.drive,
         load=run.load,
         time=run.time,
@@ -240,3 +213,4 @@ def _trial_of(run: Recording, name: str) -> Trial:
         measured=run.signals(),
         muscle_names=run.names.named_muscles,
     )
+    return TrialSet(rig=loaded.name, trials=(trial,))

@@ -62,10 +62,7 @@ class StructureChoice:
 
         Not worse on held-out data: the squared error is not significantly larger (test of Diebold
         and Mariano, 5 %) and the RMS error at most 5 % larger. By a criterion: within 2 of the
-        smallest.
-
-        Args:
-            without: places of fits that do not count; not of all.
+        smallest. Fits at the places ``without`` do not count.
         """
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
@@ -86,12 +83,7 @@ class StructureChoice:
         )
 
     def materially_worse(self, place: int, without: Collection[int] = ()) -> bool:
-        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score.
-
-        Args:
-            place: of the fit.
-            without: places of fits that do not count.
-        """
+        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score."""
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
             return self.scores[place] > min(self.scores[i] for i in open_to) + self.material
@@ -108,13 +100,9 @@ class StructureChoice:
 def choice_by_likelihood(
     fits: Sequence[RoughFit], records: Sequence[SignalRecord]
 ) -> StructureChoice:
-    """Judge the fits of a scan by the criterion of Hannan and Quinn.
+    """Judge the fits of a scan, simplest first, by the criterion of Hannan and Quinn.
 
     That is only right if the residuals of the model that is chosen are noise.
-
-    Args:
-        fits: simplest first.
-        records: the trials that they were fitted to.
     """
     least = min(fit.criterion for fit in fits)
     samples = sum(record.output.size for record in records)
@@ -133,16 +121,11 @@ def choice_by_free_run(
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord],
 ) -> StructureChoice:
-    """Judge the fits of a scan on held-out data where there are any, else by AICc.
+    """Judge the fits of a scan, simplest first, on held-out data where there are any, else by AICc.
 
     Without held-out trials one or two trials are judged by their last third, if the output moves
     there: the structures are fitted again to the rest. Each simulates the whole trial; its state
     where the last third begins is fitted to that third.
-
-    Args:
-        fits: simplest first.
-        records: the trials that they were fitted to.
-        held_out: trials that judge; may be none.
     """
     judges, judged_by = _judges(records, held_out)
     fitted = [one.fitted for one in judges if one.since] or records

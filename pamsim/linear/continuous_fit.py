@@ -205,13 +205,8 @@ def continuous_estimates(
 
     Intervals of positive parameters are symmetric in the logarithm.
 
-    Args:
-        structure: what was fitted.
-        at: the optimum.
-        unit_output: of the output.
-        units_input: of each input.
-        latest_dead_times: of inputs whose dead time was estimated as 0 and held there: upper end
-            of its interval [s].
+    ``latest_dead_times`` are the upper ends of the intervals of dead times that were estimated as 0
+    and held there, by input [s].
     """
     x = at.coordinates
     numbers = [f"[{i + 1}]" for i in range(structure.inputs)] if structure.inputs > 1 else [""]

@@ -262,10 +262,7 @@ class ContinuousStructure:
     def responses(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
         """Return the outputs for b = 1 of each numerator power of each input, from rest.
 
-        With a ``biased`` structure ``t^q / q!`` follows.
-
-        Returns:
-            Shape ``(N, m_1 + 1 + m_2 + 1 + ...)``, with a bias one column more.
+        Columns of length N; with a ``biased`` structure ``t^q / q!`` follows.
         """
         constants, delays = self.constants(coordinates), self.delays(coordinates)
         given = record.inputs if self.biased else record.inputs - record.inputs[0]
@@ -287,11 +284,7 @@ class ContinuousStructure:
         return columns[0] if len(columns) == 1 else np.hstack(columns)
 
     def trial_columns(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
-        """Return what each trial adds of its own: an offset, a drift, the modes of a free start.
-
-        Returns:
-            Shape ``(N, per_trial)``, the offset first.
-        """
+        """Return what each trial adds of its own: an offset, a drift, the modes of a free start."""
         samples = record.output.size
         polynomial = np.vander(np.linspace(0.0, 1.0, samples), 1 + self._degree, increasing=True)
         if self.start == "rest":
@@ -302,16 +295,10 @@ class ContinuousStructure:
     def free_run(
         self, coordinates: FloatArray, record: SignalRecord, since: int = 0
     ) -> tuple[FloatArray, FloatArray]:
-        """Simulate a record, its offset (and initial state) fitted to its output.
+        """Simulate a record from a sample on, its offset (and initial state) fitted to its output.
 
-        Args:
-            coordinates: shape ``(k,)``.
-            record: the trial.
-            since: sample from which its output is wanted. It moves there, so that a state there is
-                fitted whatever the start.
-
-        Returns:
-            Output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
+        It moves at a later sample, so that a state there is fitted whatever the start. Returned are
+        the output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
         """
         forced = (self.responses(coordinates, record) @ coordinates[self.searched :])[since:]
         rest = record.part(slice(since, None), held_out=True) if since else record

@@ -46,26 +46,12 @@ def fit_frequency_response(
     zeros: int = 0,
     dead_time: bool = False,
     real_lags: bool = False,
-    unit_input: str = "-",
-    unit_output: str = "-",
 ) -> IdentifiedModel:
-    """Fit one linear model to a frequency response.
+    """Fit one linear model to a complex frequency response at rising frequencies [rad/s].
 
-    Every frequency has the same weight, by its relative error. Intervals allow for errors that are
-    correlated from one frequency to the next, as those of a structure that is not quite right.
-
-    Args:
-        frequency: rising, above 0, shape ``(n,)`` [rad/s].
-        response: complex, shape ``(n,)`` [output per input].
-        order: number of poles, 1 to 5.
-        zeros: number of zeros, less than ``order``.
-        dead_time: True estimates a dead time.
-        real_lags: True seeks real time constants, False any stable poles.
-        unit_input: of the input.
-        unit_output: of the output.
-
-    Returns:
-        The model; its fit is 100 % less the RMS of the relative error.
+    Every frequency has the same weight, by its relative error: the fit is 100 % less its RMS.
+    Intervals allow for errors that are correlated from one frequency to the next, as those of a
+    structure that is not quite right.
 
     Raises:
         InputError: for a bad order or number of zeros, fewer than 8 frequencies or too few for the
@@ -119,15 +105,13 @@ def fit_frequency_response(
     return IdentifiedModel(
         **vars(at),
         structure=structure,
-        estimates=continuous_estimates(structure, at, unit_output, (unit_input,), {}),
+        estimates=continuous_estimates(structure, at, "-", ("-",), {}),
         trials=(),
         fit_percent=100.0 * (1.0 - float(np.sqrt(np.mean(np.abs(error) ** 2)))),
         noise=noise,
         status=status,
         sentence=sentence,
         evaluations=found.evaluations,
-        units_input=(unit_input,),
-        unit_output=unit_output,
     )
 
 

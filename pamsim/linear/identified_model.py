@@ -139,11 +139,7 @@ class IdentifiedModel(Optimum):
     def channel(self, given: int) -> IdentifiedModel:
         """Return the model from one of several inputs alone, the others at rest.
 
-        Args:
-            given: place of the input, from 0.
-
-        Returns:
-            A model whose scores, noise and status are those of the whole.
+        Its scores, noise and status are those of the whole. Places count from 0.
 
         Raises:
             InputError: if there is no such input.
@@ -204,16 +200,10 @@ class IdentifiedModel(Optimum):
         return self.structure.continuous_poles(self.coordinates)
 
     def simulate(self, record: SignalRecord) -> FloatArray:
-        """Run the model freely on a record's input.
+        """Run the model freely on the input of any record in the units of the fit [output unit].
 
         The offset, and with ``start = "free"`` the initial state, are fitted to the record's
         output: nothing else of it is used.
-
-        Args:
-            record: any trial in the units of the fit.
-
-        Returns:
-            The simulated output, shape ``(n,)`` [output unit].
         """
         return self.structure.free_run(self.coordinates, record)[0]
 

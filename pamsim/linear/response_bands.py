@@ -59,14 +59,9 @@ class StepResponse:
 
 
 def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> FrequencyResponse:
-    """Return magnitude and phase of a fitted model with their 95 % bands.
+    """Return magnitude and phase of a fitted model with their 95 % bands, at frequencies [rad/s].
 
-    Args:
-        fit: a fitted model.
-        frequencies: rising, > 0; of a discrete model up to ``pi / Ts``, shape ``(n,)`` [rad/s].
-
-    Returns:
-        Bode data. The phase of a dead time is exact, not a Pade approximation.
+    The phase of a dead time is exact, not a Pade approximation.
 
     Raises:
         InputError: frequencies are not rising and positive, or beyond the Nyquist frequency.
@@ -101,23 +96,13 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
 
 
 def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
-    """Return the unit-step response of a fitted model with its 95 % band.
-
-    Args:
-        fit: a fitted model.
-        time: uniform, from 0; of a discrete model its own samples, shape ``(n,)`` [s].
-
-    Returns:
-        The response from rest, offset 0.
+    """Return the unit-step response of a fitted model from rest with its 95 % band.
 
     Raises:
         InputError: time does not start at 0, is not uniform, or has another interval than a
             discrete model.
     """
-    t = finite_samples(time, "time")
-    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
-        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
-    interval = uniform_interval(t)
+    t, interval = time_from_0(time)
     if isinstance(fit.structure, DiscreteStructure):
         own = fit.structure.sample_time
         if abs(interval - own) > 1e-3 * own:
@@ -131,3 +116,15 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
     half = fit.half_widths(lambda x: structure.step_response(x, t.size, interval))
     band = None if half is None else np.stack([output - half, output + half])
     return StepResponse(t, output, band)
+
+
+def time_from_0(time: ArrayLike) -> tuple[FloatArray, float]:
+    """Return uniform times and their interval [s].
+
+    Raises:
+        InputError: time does not start at 0, or is not uniform.
+    """
+    t = finite_samples(time, "time")
+    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
+        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
+    return t, uniform_interval(t)

@@ -19,11 +19,11 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.arx import ArxModel, PoleStatus, time_constants_from_arx
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.response_bands import time_from_0
 
 _control: Any = control
 _expm: Any = scipy.linalg.expm
@@ -285,10 +285,7 @@ def step_response(transfer_function: Any, time: ArrayLike) -> FloatArray:
         InputError: time does not start at 0, is not uniform and increasing, or its interval is not
             the sample time of a discrete transfer function.
     """
-    t = finite_samples(time, "time")
-    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
-        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
-    interval = uniform_interval(t)
+    t, interval = time_from_0(time)
     if transfer_function.isdtime(strict=True):
         own = float(transfer_function.dt)
         if abs(interval - own) > 1e-6 * own:
