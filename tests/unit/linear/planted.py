@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
+from pamsim.core.errors import InputError
 from pamsim.linear.arx import ArxModel
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.signal_record import SignalRecord
@@ -74,3 +76,9 @@ def arx(a, b, interval, delay=1):
 
 def simulated(model, given):
     return model.structure.forced(model.coordinates, given)
+
+
+def refuses(match, call, *args, **options):
+    """A call that is refused with a sentence."""
+    with pytest.raises(InputError, match=match):
+        call(*args, **options)

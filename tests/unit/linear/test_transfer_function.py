@@ -22,7 +22,7 @@ from pamsim.linear.transfer_function import (
     step_response,
     with_held_input,
 )
-from tests.unit.linear.planted import arx, record, simulated
+from tests.unit.linear.planted import arx, record, refuses, simulated
 
 TIME = np.linspace(0.0, 5.0, 501)
 
@@ -71,22 +71,17 @@ def test_dead_time_needs_a_pade_order() -> None:
         structure=ContinuousStructure(2, dead_time=True),
         coordinates=np.array([np.log(0.1), np.log(0.6), 0.2, 1.0]),
     )
-    with pytest.raises(InputError, match="pade_order"):
-        continuous(fit)
+    refuses("pade_order", continuous, fit)
     response = step_response(continuous(fit, pade_order=5), TIME)
     np.testing.assert_allclose(response, late, atol=2e-3)
 
 
 def test_refusals() -> None:
     ringing = arx((-1.8, 0.9), (0.1,), 0.01)
-    with pytest.raises(InputError, match="oscillates"):
-        continuous(ringing)
-    with pytest.raises(InputError, match="sampled at"):
-        step_response(discrete(ringing), 2.0 * TIME)
-    with pytest.raises(InputError, match="start at 0"):
-        step_response(discrete(ringing), TIME + 1.0)
-    with pytest.raises(InputError, match="not uniform"):
-        step_response(discrete(ringing), TIME**2)
+    refuses("oscillates", continuous, ringing)
+    refuses("sampled at", step_response, discrete(ringing), 2.0 * TIME)
+    refuses("start at 0", step_response, discrete(ringing), TIME + 1.0)
+    refuses("not uniform", step_response, discrete(ringing), TIME**2)
 
 
 def test_a_held_input_sees_the_plant_with_its_dead_time() -> None:
@@ -99,8 +94,7 @@ def test_a_held_input_sees_the_plant_with_its_dead_time() -> None:
         output = control.forced_response(plant, times, trial.input).outputs
         expected = 2.0 * fit.structure.responses(late.coordinates, trial)[:, 0]
         np.testing.assert_allclose(output, expected, atol=1e-9)
-    with pytest.raises(InputError, match="period = 0 s must be above 0"):
-        with_held_input(fit, 0.0)
+    refuses("period = 0 s must be above 0", with_held_input, fit, 0.0)
 
 
 def test_state_space_answers_as_the_transfer_function() -> None:
