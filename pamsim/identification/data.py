@@ -61,12 +61,7 @@ def load_data(
     dt: float | None = None,
     hold: str | None = None,
 ) -> IdentifyData:
-    """Read what is to be identified: arguments as those of `identify`, or a table as it was read.
-
-    Raises:
-        InputError: as `pamsim.recordings.recording_reader.read_recordings` and
-            `pamsim.identification.plain_table.plain_trials`; for a trial's name twice.
-    """
+    """Read what is to be identified; arguments as those of `identify`, or a table as read."""
     stated = {"time": time, "dt": dt, "hold": hold}
     if isinstance(data, TrialSet):
         _refuse_for_recording(data.rig, stated)
@@ -124,11 +119,7 @@ def select_trials(
     protocols: Sequence[str],
     hold_out: Sequence[str] | float,
 ) -> tuple[list[SignalTable], list[SignalTable]]:
-    """Trials to fit and trials to hold out; names and the share as in `identify`.
-
-    Raises:
-        InputError: for an unknown name or share, or if nothing is left to fit.
-    """
+    """Trials to fit and trials to hold out; names and the share as in `identify`."""
     if isinstance(hold_out, int | float):
         return split_tables(select_trials(data, trials, protocols, ())[0], hold_out)
     names = [table.name for table in data.tables]
@@ -161,9 +152,6 @@ def split_tables(
     """Hold out the last part, a share of the rows, of every trial: every row is in one of both.
 
     That part is a trial of its own, ``NAME_end``, which begins in whatever state the trial was in.
-
-    Raises:
-        InputError: for another share, or one that leaves nothing on either side.
     """
     if not 0.0 < share < 1.0:
         raise InputError(f"`hold_out` = {share:g} is no share of a trial; give one such as 0.3")

@@ -45,9 +45,6 @@ def frequency_response_of(
 
     Returns:
         Frequencies [rad/s], rising; the complex response; and what was assumed.
-
-    Raises:
-        InputError: if columns are missing, or a cell is no number.
     """
     found, notes = _found(table), list[str]()
     if not is_over_frequency(table):

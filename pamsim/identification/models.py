@@ -38,19 +38,9 @@ _TRIED = 10  # structures that are fitted in full until the data determine one
 
 @dataclass(frozen=True, kw_only=True)
 class ModelSet:
-    """Which models to fit.
+    """Which models to fit: attributes as the arguments of `identify`.
 
-    Attributes:
-        order: of the continuous model, integrators not counted; None chooses the structure by a
-            scan and fits first and second order beside it.
-        zeros: of that order.
-        poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
-            merge.
-        dead_time: ``none``, ``free``, or ``auto`` for both.
-        arx: (na, nb, nk); None for two small ones.
-        oe: (nb, nf, nk); None for two small ones.
-        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
-        integrators: poles at 0 of the model of that order.
+    An order of None chooses the structure by a scan and fits first and second order beside it.
 
     Raises:
         InputError: for an unknown word, or zeros or integrators without an order.

@@ -61,10 +61,6 @@ def plain_trials(
 
     Returns:
         One trial, or one for each part between gaps of the clock; and what a reader should know.
-
-    Raises:
-        InputError: for no clock or two, one that does not increase, or an
-            unknown hold.
     """
     if hold not in (None, *HOLDS):
         raise InputError(f"`hold` {hold!r} is not known; {nearest(hold, HOLDS)}")
@@ -170,11 +166,7 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
 
 
 def _seconds(table: Columns, name: str) -> tuple[FloatArray, str]:
-    """Times of the rows [s], and a note if the unit is assumed.
-
-    Raises:
-        InputError: for a unit that is none of time, or a time that does not come after the last.
-    """
+    """Times of the rows [s], and a note if the unit is assumed."""
     written, unit = _numbers_or_dates(table, name), _clock_unit(table, name)
     dated = _is_date(table.cells[name][0])
     if not dated and unit not in ("", *_SPANS):

@@ -307,11 +307,7 @@ class Identification:
 def write_curves(
     folder: str | Path, names: Sequence[str], rows: Iterable[Sequence[str | float]]
 ) -> Path:
-    """Write ``curves.csv`` into a folder.
-
-    Raises:
-        InputError: if the place cannot be written.
-    """
+    """Write ``curves.csv`` into a folder."""
     path = Path(folder) / "curves.csv"
     with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

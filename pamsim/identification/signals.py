@@ -123,11 +123,7 @@ class UsedTrial:
 
 
 def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
-    """Read the name of a column, whatever it looks like, or names joined by ``+`` and ``-``.
-
-    Raises:
-        InputError: for another form, a column that is in no table or not in all, or mixed units.
-    """
+    """Read the name of a column, whatever it looks like, or names joined by ``+`` and ``-``."""
     known = sorted({name for table in tables for name in table.columns})
     if text.strip() in known:
         terms = [(1.0, text.strip())]
@@ -169,9 +165,6 @@ def chosen_signals(
 
     Returns:
         Inputs, output, and a note on what was assumed, or nothing.
-
-    Raises:
-        InputError: if there is no default.
     """
     for text in (*given, explained):
         if text:
@@ -209,9 +202,6 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     """The pressure difference that was set, else the difference of the valves.
 
     Of a recording whose muscles have names, the difference of the two commands, or the only one.
-
-    Raises:
-        InputError: if there is neither for two muscles.
     """
     have = _in_all(tables)
     for shape in ("p{}_set_kpa", "u{}", "p{}_kpa"):
@@ -228,11 +218,7 @@ def default_input(tables: Sequence[SignalTable]) -> str:
 
 
 def default_output(tables: Sequence[SignalTable]) -> str:
-    """``angle_deg``, or the only joint.
-
-    Raises:
-        InputError: if a table is without it.
-    """
+    """``angle_deg``, or the only joint."""
     have = _in_all(tables)
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
     if "angle_deg" in have or len(joints) == 1:
@@ -279,9 +265,6 @@ def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tup
     Where a held input already differs in the first row from where the trial rests, five rows at
     rest are put before it: that is how a step at time 0 becomes visible, to ARX models as well,
     whose first equations need rows of the past. A note says if its clock was not uniform.
-
-    Raises:
-        InputError: as `SignalRecord`, such as for inputs that never change.
     """
     held = [all(name in table.held for _, name in into.terms) for into in inputs]
     time, output = table.time, out.of(table.columns)

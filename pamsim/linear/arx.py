@@ -53,19 +53,8 @@ def fit_arx(
 ) -> ArxModel:
     """Estimate an ARX model by least squares, freely or with its static gain held.
 
-    Args:
-        output: y, uniformly sampled, shape ``(n,)`` [output unit].
-        command: u, shape ``(n,)`` [input unit].
-        sample_time: Ts > 0 [s].
-        na: number of output coefficients, >= 0.
-        nb: number of input coefficients, >= 1.
-        delay: nk >= 0 [samples].
-        static_gain: None estimates all coefficients as (29) does; a number g holds
-            ``sum(b) / (1 + sum(a)) = g`` (the printed G1 and G2 have g = 1) [output per input].
-
-    Raises:
-        InputError: bad orders, samples or sample time, or a constant output.
-        UnderdeterminedError: the record does not determine the coefficients.
+    Without a static gain all coefficients are estimated as (29) does; a number g holds
+    ``sum(b) / (1 + sum(a)) = g`` (the printed G1 and G2 have g = 1) [output per input].
 
     Source: Matiskova 2021, equations (25)-(29); the gain constraint is added here because (30)
     and (31) are printed with unit gain, without the method.
@@ -134,9 +123,6 @@ def time_constants_from_arx(model: ArxModel) -> LagChain:
 
     The discrete zeros are not used: of an ARX with nb = 2 only gain and poles survive. Poles that
     no chain of lags can have give a status and no numbers.
-
-    Raises:
-        InputError: na is neither 1 nor 2.
 
     Source: pole mapping of zero-order-hold sampling; G1, G2 of Matiskova 2021, equation (24).
     """

@@ -46,7 +46,8 @@ def fit_continuous(
     Args:
         records: the trials; sample times may differ.
         zeros: number of zeros, at most that of all poles; of each input, or one number for all.
-        starts: as in `fit_structure`.
+        starts: where to begin the search: poles and dead time as the structure orders them, each
+            of shape ``(searched,)``.
         held_out: trials that are only simulated.
         which: ``order`` and other attributes of `ContinuousStructure`, but for the inputs.
 
@@ -73,19 +74,12 @@ def fit_structure(
     starts: Sequence[FloatArray] = (),
     held_out: Sequence[SignalRecord] = (),
 ) -> IdentifiedModel:
-    """Fit a structure to all trials by its free run.
+    """Fit a structure, of as many inputs as the trials have, to all of them by its free run.
 
     Before a record its input is taken to have been ``input[0]``. Each trial has an offset of its
     own. Time constants are sought between a tenth of the shortest sample and a hundred times the
     longest record, a dead time between 0 and half the shortest record, from a fixed grid of
-    starts or from those given: the result is reproducible.
-
-    Args:
-        records: the trials; sample times may differ.
-        structure: of as many inputs as they have.
-        starts: where to begin the search: poles and dead time as the structure orders them, each
-            of shape ``(searched,)``.
-        held_out: trials that are only simulated.
+    starts or from those given: the result is reproducible. Held-out trials are only simulated.
     """
     trials = checked_records(records)
     held_out = checked_records([*trials, *held_out])[len(trials) :]

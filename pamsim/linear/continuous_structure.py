@@ -66,10 +66,10 @@ class ContinuousStructure:
     zeros_each: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if not 0 <= self.order <= HIGHEST_ORDER:
-            raise InputError(f"order = {self.order}; give 0 to {HIGHEST_ORDER}")
-        if not 0 <= self.integrators <= MOST_INTEGRATORS:
-            raise InputError(f"integrators = {self.integrators}; give 0 to {MOST_INTEGRATORS}")
+        for name, most in (("order", HIGHEST_ORDER), ("integrators", MOST_INTEGRATORS)):
+            count = getattr(self, name)
+            if not 0 <= count <= most:
+                raise InputError(f"{name} = {count}; give 0 to {most}")
         most = self.order + self.integrators
         if not 0 <= self.zeros <= most:
             raise InputError(f"zeros = {self.zeros} of {most} poles; give 0 to {most}")

@@ -177,9 +177,6 @@ def regression(
     Only times whose whole regression vector lies inside the record are used: nothing is assumed
     about what went before it.
 
-    Raises:
-        InputError: orders out of range, lengths differ, non-finite or too few samples.
-
     Source: Matiskova 2021, equations (25), (26).
     """
     if na < 0 or nb < 1 or delay < 0:

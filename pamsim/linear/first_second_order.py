@@ -18,9 +18,6 @@ def _positive(value: float, name: str) -> float:
 def first_order_step(time: ArrayLike, time_constant: float, gain: float = 1.0) -> FloatArray:
     """Response of ``G1 = K / (T s + 1)`` to a unit step at t = 0, from rest; before that 0.
 
-    Raises:
-        InputError: T is not positive and finite.
-
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
     scale = _positive(time_constant, "time constant T")
@@ -37,9 +34,6 @@ def second_order_step(
     ``x = t (Tl - Ts) / (Ts Tl)`` and ``phi(x) = (1 - exp(-x)) / x``, the same response is
     ``K (1 - exp(-t/Tl) (1 + (t/Tl) phi(x)))``: phi is smooth with phi(0) = 1, so nothing cancels
     and T1 = T2 needs no case of its own. Before 0 the response is 0.
-
-    Raises:
-        InputError: T1 or T2 is not positive and finite.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); form with phi derived here.
     """

@@ -52,10 +52,6 @@ def fit_frequency_response(
     Every frequency has the same weight, by its relative error: the fit is 100 % less its RMS.
     Intervals allow for errors that are correlated from one frequency to the next, as those of a
     structure that is not quite right.
-
-    Raises:
-        InputError: for a bad order or number of zeros, fewer than 8 frequencies or too few for the
-            order, a response that is 0 or not finite, frequencies that do not rise.
     """
     structure = ContinuousStructure(order, zeros, dead_time, real_lags)
     w, g = _checked(frequency, response)

@@ -127,9 +127,6 @@ def local_model_map(models: Sequence[LocalModel]) -> LocalModelMap:
     """Regress the parameters of local models on their operating points.
 
     Only fits with the status ``converged`` enter the regressions; all stay in the table.
-
-    Raises:
-        InputError: no models.
     """
     if not models:
         raise InputError("no local models given; give at least one operating point")

@@ -143,11 +143,7 @@ def residual_independence(
 def added_regressors(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
 ) -> RegressorTest:
-    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals.
-
-    Raises:
-        InputError: too few samples for so many regressors.
-    """
+    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
     line = fit.structure.linearised(fit.coordinates, records, fit.noise)
     blocks: list[FloatArray] = []
     for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
@@ -187,9 +183,6 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
     """Test whether powers of inputs and output, or products of inputs, explain the residuals.
 
     The model is a continuous one, the records the trials it was fitted to.
-
-    Raises:
-        InputError: too few samples.
     """
     return added_regressors(fit, records, [_powers(fit, record) for record in records])
 

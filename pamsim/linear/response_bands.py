@@ -62,9 +62,6 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
     """Return magnitude and phase of a fitted model with their 95 % bands, at frequencies [rad/s].
 
     The phase of a dead time is exact, not a Pade approximation.
-
-    Raises:
-        InputError: frequencies are not rising and positive, or beyond the Nyquist frequency.
     """
     w = finite_samples(frequencies, "frequencies")
     if w.size == 0 or w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
@@ -96,12 +93,7 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
 
 
 def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
-    """Return the unit-step response of a fitted model from rest with its 95 % band.
-
-    Raises:
-        InputError: time does not start at 0, is not uniform, or has another interval than a
-            discrete model.
-    """
+    """Return the unit-step response of a fitted model from rest with its 95 % band."""
     t, interval = time_from_0(time)
     if isinstance(fit.structure, DiscreteStructure):
         own = fit.structure.sample_time
@@ -119,11 +111,7 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
 
 
 def time_from_0(time: ArrayLike) -> tuple[FloatArray, float]:
-    """Return uniform times and their interval [s].
-
-    Raises:
-        InputError: time does not start at 0, or is not uniform.
-    """
+    """Return uniform times and their interval [s]."""
     t = finite_samples(time, "time")
     if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
         raise InputError("time must start at 0 and increase over at least 2 samples; shift it")

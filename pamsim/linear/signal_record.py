@@ -73,11 +73,7 @@ class SignalRecord:
 
     @property
     def input(self) -> FloatArray:
-        """The only input, shape ``(n,)``.
-
-        Raises:
-            InputError: if there are several.
-        """
+        """The only input, shape ``(n,)``."""
         if self.inputs.shape[1] > 1:
             raise InputError(
                 f"record {self.name} has {self.inputs.shape[1]} inputs where one is expected; take"
@@ -114,11 +110,7 @@ def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tup
 
 
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:
-    """Return the records of one identification: at least one, names distinct, units equal.
-
-    Raises:
-        InputError: none given, a name twice, or inputs or units that differ.
-    """
+    """Return the records of one identification: at least one, names distinct, units equal."""
     result = tuple(records)
     if not result:
         raise InputError("no records given; give at least one trial")

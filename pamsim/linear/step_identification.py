@@ -261,19 +261,7 @@ def fit_step(time: ArrayLike, response: ArrayLike, *, order: int) -> IdentifiedM
     The 95 % intervals come from the Jacobian at the optimum and Student's t. They assume white
     residuals and the right model order. Residuals of a wrong order or of a sampled mechanism are
     strongly correlated (see ``residual_lag1`` of the trial), and then the intervals are far too
-    narrow. They are None where the data do not determine the parameter.
-
-    Args:
-        time: increasing sample times, not necessarily uniform, shape ``(n,)`` [s].
-        response: output over its final value, shape ``(n,)`` [-].
-        order: 1 for G1, 2 for G2.
-
-    Returns:
-        The model with its status; do not quote the numbers unless that is ``converged``.
-
-    Raises:
-        InputError: bad order; short, constant, non-finite or unordered record; a response that ends
-            where it began.
+    narrow. They are None where the data do not determine the parameter. Times need not be uniform.
 
     Source: model of Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); the paper itself
     names only ARX least squares, (25)-(29).
@@ -359,11 +347,7 @@ def _status(
 
 
 def _final_value(response: FloatArray) -> float:
-    """Return the mean of the last 2 % of the samples (at least one) [output unit].
-
-    Raises:
-        InputError: the final value is zero against the record's largest excursion.
-    """
+    """Return the mean of the last 2 % of the samples (at least one) [output unit]."""
     count = max(1, response.size // 50)
     final = float(np.mean(response[-count:]))
     if abs(final) < 1e-3 * float(np.max(np.abs(response))):
