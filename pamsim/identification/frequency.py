@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -170,7 +171,6 @@ def identify_frequency_response(
     frequency, response, notes = frequency_response_of(table)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
-    refusals: list[InputError] = []
     orders = range(1, HIGHEST_ORDER + 1) if order is None else (order,)
     for done, n in enumerate(orders):
         if progress is not None:
@@ -180,14 +180,13 @@ def identify_frequency_response(
         for m, late in product(each, chosen.delays):
             name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
-                fits[name] = _fitted(frequency, response, n, m, late, poles)
+                fits[name] = _fitted(frequency, response, poles, order=n, zeros=m, dead_time=late)
             except InputError as error:
-                refusals.append(error)
                 skipped[name] = str(error)
         if _no_longer_better(fits, frequency.size, n):
             break
     if not fits:
-        raise refusals[0]
+        raise InputError(next(iter(skipped.values())))
     scores = _aicc(fits, frequency.size)
     # A model that cannot be trusted stands for its order only where there is no other.
     ranked = sorted(fits, key=lambda name: (not _trusted(fits[name]), scores[name]))
@@ -218,26 +217,16 @@ def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, ord
 
 
 def _fitted(
-    frequency: FloatArray,
-    response: NDArray[np.complex128],
-    order: int,
-    zeros: int,
-    late: bool,
-    poles: str,
+    frequency: FloatArray, response: NDArray[np.complex128], poles: str, **which: Any
 ) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
-
-    def fit(real: bool) -> IdentifiedModel:
-        return fit_frequency_response(
-            frequency, response, order=order, zeros=zeros, dead_time=late, real_lags=real
-        )
-
-    if poles == "real" or order == 1:
-        return fit(True)
-    free = fit(False)
+    fit = partial(fit_frequency_response, frequency, response, **which)
+    if poles == "real" or which["order"] == 1:
+        return fit(real_lags=True)
+    free = fit()
     if poles == "any" or any(pole.imag for pole in free.poles):
         return free
-    real = fit(True)
+    real = fit(real_lags=True)
     equal = real.fit_percent > free.fit_percent - 1e-4 * (100.0 - free.fit_percent)
     return real if equal and real.status is FitStatus.CONVERGED else free
 

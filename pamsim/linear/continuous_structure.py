@@ -311,6 +311,16 @@ class ContinuousStructure:
         """The structure of a trial that does not begin at rest."""
         return replace(self, start="free")
 
+    def pole_bounds(
+        self, low: float, high: float, least_damping: float
+    ) -> tuple[list[float], list[float]]:
+        """Return bounds of the pole coordinates, by those of ``ln T``; a damping is at most 100."""
+        lower, upper = [low] * self.order, [high] * self.order
+        for pair in range(self.pairs):
+            lower[2 * pair], upper[2 * pair] = -high, -low
+            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(least_damping), np.log(1e2)
+        return lower, upper
+
     def problem(self, records: Sequence[SignalRecord]) -> Separable:
         """Return the least-squares problem: x is poles and dead times, theta the rest.
 
@@ -318,11 +328,7 @@ class ContinuousStructure:
         record, a dead time below half the shortest record.
         """
         shortest, longest = time_range(records)
-        low, high = np.log(0.1 * shortest), np.log(100.0 * longest)
-        lower, upper = [low] * self.order, [high] * self.order
-        for pair in range(self.pairs):
-            lower[2 * pair], upper[2 * pair] = -high, -low
-            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-3), np.log(1e2)
+        lower, upper = self.pole_bounds(np.log(0.1 * shortest), np.log(100.0 * longest), 1e-3)
         if self.dead_time:
             # One sample below 0, so that a search for a small delay does not crawl along a bound.
             late = len(self.delayed)

@@ -39,28 +39,23 @@ _LEAST_DAMPING = 0.02  # of a start
 
 
 def fit_frequency_response(
-    frequency: ArrayLike,
-    response: ArrayLike,
-    *,
-    order: int,
-    zeros: int = 0,
-    dead_time: bool = False,
-    real_lags: bool = False,
+    frequency: ArrayLike, response: ArrayLike, *, real_lags: bool = False, **which: Any
 ) -> IdentifiedModel:
     """Fit one linear model to a complex frequency response at rising frequencies [rad/s].
 
     Every frequency has the same weight, by its relative error: the fit is 100 % less its RMS.
     Intervals allow for errors that are correlated from one frequency to the next, as those of a
-    structure that is not quite right.
+    structure that is not quite right. Order, zeros and dead time are as in `ContinuousStructure`.
     """
-    structure = ContinuousStructure(order, zeros, dead_time, real_lags)
+    structure = ContinuousStructure(real_lags=real_lags, **which)
+    zeros = structure.zeros
     w, g = _checked(frequency, response)
     unknowns = structure.searched + zeros + 1
     if 2 * w.size < 3 * unknowns:
         raise InputError(
             f"{w.size} frequencies are too few for {unknowns} unknowns; lower the order"
         )
-    delays = _dead_times(w, g, zeros) if dead_time else np.zeros(1)
+    delays = _dead_times(w, g, zeros) if structure.dead_time else np.zeros(1)
     weight = 1.0 / np.abs(g)
     parts = (np.real, np.imag)
 
@@ -73,11 +68,8 @@ def fit_frequency_response(
     none = np.zeros((w.size, 0))
     low, high = np.log(1.0 / (_BEYOND * w[-1])), np.log(_BEYOND / w[0])
     # Somewhat wider than what is believed, so that the search does not end on it.
-    lower, upper = [low - 1.0] * order, [high + 1.0] * order
-    for pair in range(structure.pairs):
-        lower[2 * pair], upper[2 * pair] = -high - 1.0, -low + 1.0
-        lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-4), np.log(1e2)
-    if dead_time:
+    lower, upper = structure.pole_bounds(low - 1.0, high + 1.0, 1e-4)
+    if structure.dead_time:
         lower, upper = [*lower, -0.1 / w[-1]], [*upper, 1.1 * delays[-1]]
     problem = Separable(
         outputs=tuple(part(weight * g) for part in parts),
