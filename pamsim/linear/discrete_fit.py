@@ -1,9 +1,5 @@
 """ARX and output-error models of any orders from general inputs, several trials at once."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
-import scipy.special
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -32,12 +27,11 @@ from pamsim.linear.identified_model import (
     score_trials,
 )
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
-from pamsim.linear.optimum import Optimum
+from pamsim.linear.optimum import Optimum, student_quantile
 from pamsim.linear.separable_fit import column_scale
 from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
 
 _lfilter: Any = scipy.signal.lfilter
-_student_quantile: Any = scipy.special.stdtrit
 
 _SAME_RATE = 1e-3
 _ROUNDS = 8
@@ -74,7 +68,7 @@ def fit_arx_records(
     theta, covariance, residuals = _stacked_least_squares(pairs, na, nb, nk)
     freedom = sum(r.size for r in residuals) - theta.size - len(trials)
     variance = sum(float(r @ r) for r in residuals) / freedom
-    at = Optimum(theta, variance * covariance, float(_student_quantile(freedom, 0.975)))
+    at = Optimum(theta, variance * covariance, student_quantile(freedom))
     ahead = [
         (r.output[r.output.size - e.size :], r.output[r.output.size - e.size :] - e)
         for r, e in zip(trials, residuals, strict=True)

@@ -1,9 +1,5 @@
 """Which discrete model is fitted: ARX or output error, its orders, delay and sample time."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -5,15 +5,11 @@ in which the error is multiplied by the denominator, solved again with that of t
 (Sanathanan and Koerner, IEEE Trans. Automatic Control 8, 1963).
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
@@ -23,11 +19,10 @@ from pamsim.inference.trial_noise import WHITE, fit_trial_noise
 from pamsim.linear.continuous_fit import contains_zero, continuous_estimates, vague_parameter
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import NOT_SETTLED, SINGULAR, FitStatus, IdentifiedModel
-from pamsim.linear.optimum import Optimum
+from pamsim.linear.optimum import Optimum, student_quantile
 from pamsim.linear.separable_fit import Separable, linearise, minimise, sandwich_covariance
 
 ComplexArray = NDArray[np.complex128]
-_student_quantile: Any = scipy.special.stdtrit
 
 FEWEST_FREQUENCIES = 8
 _BEYOND = 10.0  # how far beyond the measured frequencies a pole may lie
@@ -86,7 +81,7 @@ def fit_frequency_response(
     total, free = 2 * w.size, found.coordinates.size
     # The residuals of a fit are smaller than the errors.
     covariance = sandwich_covariance(line, noise.scaled(total / (total - free)))
-    quantile = float(_student_quantile(total - free, 0.975))
+    quantile = student_quantile(total - free)
     at = Optimum(found.coordinates, covariance, quantile)
     status, sentence = _status(structure, at, found.settled, w)
     error = structure.frequency_response(at.coordinates, w) / g - 1.0

@@ -6,10 +6,6 @@ integrators ``x_i' = x_(i-1)`` may follow. Unlike partial fractions it needs no 
 where time constants meet.
 """
 
-# numba carries no types: what it compiles is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUntypedFunctionDecorator=false
-
 from __future__ import annotations
 
 from typing import Any

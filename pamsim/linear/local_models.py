@@ -4,10 +4,6 @@ How their parameters depend on the point is a meta-regression: every estimate is
 variance plus a scatter between the points that the regressors do not explain.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
@@ -20,10 +16,10 @@ import scipy.special
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
+from pamsim.linear.optimum import student_quantile
 
 _chi2_tail: Any = scipy.special.chdtrc
 _student_cdf: Any = scipy.special.stdtr
-_student_quantile: Any = scipy.special.stdtrit
 
 _LEVEL = 0.05
 
@@ -191,7 +187,7 @@ def dependence(
     trends: dict[str, Trend] = {}
     for k, name in enumerate(names, start=1):
         error = float(np.sqrt(covariance[k, k]))
-        half = float(_student_quantile(freedom, 0.975)) * error
+        half = student_quantile(freedom) * error
         p = 2.0 * float(_student_cdf(freedom, -abs(theta[k]) / error))
         ends = (float(theta[k] - half) / spans[name], float(theta[k] + half) / spans[name])
         trends[name] = Trend(float(theta[k]) / spans[name], ends, p, spans[name])

@@ -7,12 +7,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
+
+
+_quantile: Any = scipy.special.stdtrit
+
+
+def student_quantile(freedom: float) -> float:
+    """Return the half width of a 95 % interval in standard errors, of Student's t."""
+    return float(_quantile(freedom, 0.975))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,6 @@ Source: Ramsey's test of specification (Journal of the Royal Statistical Society
 the filtered powers of a second- and third-order Volterra series.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -6,10 +6,6 @@ Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analys
 10, 1973).
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence

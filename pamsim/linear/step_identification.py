@@ -4,10 +4,6 @@ T depends on the estimator: on the same noise-free response, G1 by output error,
 gain and by free ARX differ by more than 10 %. So every estimate names its estimator.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 import math
@@ -15,7 +11,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike
 
 from pamsim.core.encoding import json_key
@@ -37,10 +32,8 @@ from pamsim.linear.identified_model import (
     IdentifiedModel,
     trial_score,
 )
-from pamsim.linear.optimum import Optimum
+from pamsim.linear.optimum import Optimum, student_quantile
 from pamsim.linear.separable_fit import inverse_information
-
-_student_quantile: Any = scipy.special.stdtrit
 
 OUTPUT_ERROR = "output error, unit gain"
 ARX_UNIT = "ARX least squares, unit gain"
@@ -235,11 +228,8 @@ def _arx(
     return ArxStep(
         method=method,
         order=order,
-        status=chain.status.value,
-        sentence=chain.sentence,
+        **vars(chain),
         model=model,
-        gain=chain.gain,
-        time_constants=chain.time_constants,
         fit_percent=fit_percent(y, model.structure.forced(model.coordinates, unit)),
         fit_percent_continuous=smooth,
     )
@@ -290,7 +280,7 @@ def fit_step(time: ArrayLike, response: ArrayLike, *, order: int) -> IdentifiedM
     inverse = inverse_information(found.jacobian, _SINGULAR)
     covariance = None if inverse is None else np.pad(variance * inverse, (0, 1))  # the gain is held
     structure = ContinuousStructure(order)
-    quantile = float(_student_quantile(t.size - order, 0.975))
+    quantile = student_quantile(t.size - order)
     at = Optimum(np.append(found.x, 1.0), covariance, quantile)
     status, sentence = _status(structure, at, found, (low, high), interval)
     if status not in (FitStatus.CONVERGED, FitStatus.DEGENERATE):

@@ -3,9 +3,6 @@
 Like the files that end in ``_design``, it imports python-control, which takes about a second.
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from collections.abc import Iterator

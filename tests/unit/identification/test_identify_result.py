@@ -103,16 +103,6 @@ def test_its_figure_shows_every_trial(result):
     assert len(figure.axes) == 4  # two trials, each with its residual
 
 
-def test_wrong_arguments_are_named():
-    for wrong, match in (
-        ({"dead_time": "fre"}, "`dead_time` 'fre' is not known; did you mean 'free'"),
-        ({"zeros": 1}, "`zeros` needs `order`"),
-        ({"hold_out": ["x"]}, "`hold_out`: 'x' is not in the data"),
-        ({"trials": ["telegraph_3"]}, "`trials`: 'telegraph_3' is not in the data"),
-    ):
-        refuses(match, identify, DATA, **wrong)
-
-
 def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
     draw = np.random.default_rng(5)
     n = 500

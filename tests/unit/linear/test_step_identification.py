@@ -281,12 +281,8 @@ def test_bad_input_of_one_fit_is_refused_in_one_line() -> None:
     y = first_order_step(TIME, 0.5)
     cases: list[tuple[str, dict[str, object]]] = [
         ("order", {"order": 3}),
-        ("too short", {"time": TIME[:7], "response": y[:7]}),
         ("one time per sample", {"response": y[:-1]}),
-        ("constant", {"response": np.full(TIME.size, 2.0)}),
         ("index 3", {"response": np.where(np.arange(TIME.size) == 3, np.inf, y)}),
-        ("does not increase", {"time": np.minimum(TIME, 4.0)}),
-        ("ends where it began", {"response": np.where(TIME < 4.0, y, 0.0)}),
         ("(n,)", {"response": np.stack([y, y])}),
         ("not numbers", {"response": ["a"] * TIME.size}),
     ]
