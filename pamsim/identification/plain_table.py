@@ -82,14 +82,19 @@ def plain_trials(
         notes += [note] if note else []
     # What numbers the rows is no signal.
     unused += [name for name in table.cells if _NUMBERS.fullmatch(name) and _counts(table, name)]
-    columns, unreadable = _signals(table, unused)
+    columns: dict[str, FloatArray] = {}
+    unreadable: dict[str, str] = {}
+    for name in (name for name in table.cells if name not in unused):
+        try:
+            columns[name] = table.numbers(name)
+        except InputError as error:
+            unreadable[name] = str(error)
     units = {name: _unit(name, table.units.get(name, "")) for name in columns}
     columns = {name: values * units[name].factor for name, values in columns.items()}
-    held = frozenset(
-        name
-        for name, values in columns.items()
-        if hold == "zoh" or (hold is None and _is_held(values))
-    )
+    held = frozenset(columns if hold == "zoh" else ())
+    if hold is None:
+        few = (n for n, v in columns.items() if np.unique(v).size <= max(2, _FEW_VALUES * v.size))
+        held = frozenset(few)
     whole = SignalTable(
         name=path.stem,
         protocol=path.stem,
@@ -242,18 +247,6 @@ def _counts(table: Columns, name: str) -> bool:
         return False
 
 
-def _signals(table: Columns, unused: list[str]) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """The columns of numbers, and why others are none."""
-    columns: dict[str, FloatArray] = {}
-    unreadable: dict[str, str] = {}
-    for name in (name for name in table.cells if name not in unused):
-        try:
-            columns[name] = table.numbers(name)
-        except InputError as error:
-            unreadable[name] = str(error)
-    return columns, unreadable
-
-
 def _unit(name: str, stated: str) -> Unit:
     written = unit_in_name(name, stated)
     if not written:
@@ -264,10 +257,6 @@ def _unit(name: str, stated: str) -> Unit:
     if si is None:
         return Unit(unit=shown, si_unit=shown)
     return Unit(unit=shown, si_unit=si, factor=to_si(1.0, shown, si, where=name))
-
-
-def _is_held(values: FloatArray) -> bool:
-    return np.unique(values).size <= max(2, _FEW_VALUES * values.size)
 
 
 def _between_gaps(table: SignalTable) -> tuple[SignalTable, ...]:

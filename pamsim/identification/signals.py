@@ -94,12 +94,7 @@ class SignalTable:
 
 @dataclass(frozen=True, kw_only=True)
 class Signal(Unit):
-    """A sum or difference of columns of one unit.
-
-    Attributes:
-        text: as the user wrote it.
-        terms: sign and column name.
-    """
+    """A sum or difference of columns of one unit: the user's text, signs and column names."""
 
     text: str
     terms: tuple[tuple[float, str], ...]
@@ -111,12 +106,7 @@ class Signal(Unit):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UsedTrial:
-    """A trial and what identification uses of it.
-
-    Attributes:
-        table: all its columns.
-        record: inputs and output, uniformly sampled.
-    """
+    """All columns of a trial, and the inputs and output that are used, uniformly sampled."""
 
     table: SignalTable
     record: SignalRecord

@@ -108,7 +108,7 @@ def choice_by_likelihood(
     samples = sum(record.output.size for record in records)
     return StructureChoice(
         fits=tuple(fits),
-        fit_percent=tuple(_percent(records, _runs(fit, records)) for fit in fits),
+        fit_percent=tuple(_percent(fit, records) for fit in fits),
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
@@ -131,7 +131,7 @@ def choice_by_free_run(
     fitted = [one.fitted for one in judges if one.since] or records
     if fitted is not records:
         fits = [rough_fit(fit.structure, fitted, [fit.x]) for fit in fits]
-    percent = tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits)
+    percent = tuple(_percent(fit, fitted) for fit in fits)
     if not judges:
         scores, effective = _aicc(fits, fitted)
         return StructureChoice(
@@ -224,13 +224,9 @@ def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalR
     return noise.independent([part.size for part in residual])
 
 
-def _runs(fit: RoughFit, records: Sequence[SignalRecord]) -> list[FloatArray]:
-    return [fit.structure.free_run(fit.coordinates, record)[0] for record in records]
-
-
-def _percent(records: Sequence[SignalRecord], runs: Sequence[FloatArray]) -> float:
+def _percent(fit: RoughFit, records: Sequence[SignalRecord]) -> float:
     return pooled_fit_percent(
-        [(record.output, run) for record, run in zip(records, runs, strict=True)]
+        [(r.output, fit.structure.free_run(fit.coordinates, r)[0]) for r in records]
     )
 
 

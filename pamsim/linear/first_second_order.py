@@ -16,7 +16,7 @@ def _positive(value: float, name: str) -> float:
 
 
 def first_order_step(time: ArrayLike, time_constant: float, gain: float = 1.0) -> FloatArray:
-    """Response of ``G1 = K / (T s + 1)`` to a unit step at t = 0, from rest; before that 0.
+    """Response of ``G1 = K / (T s + 1)`` to a unit step at t = 0 [s], from rest; before that 0.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """

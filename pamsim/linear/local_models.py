@@ -43,12 +43,7 @@ class OperatingPoint:
 
 @dataclass(frozen=True, eq=False)
 class LocalModel:
-    """A model and the operating point it is valid at.
-
-    Attributes:
-        point: the operating point.
-        fit: the model there.
-    """
+    """A model and the operating point it is valid at."""
 
     point: OperatingPoint
     fit: IdentifiedModel

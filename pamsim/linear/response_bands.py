@@ -93,7 +93,10 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
 
 
 def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
-    """Return the unit-step response of a fitted model from rest with its 95 % band."""
+    """Return the unit-step response of a fitted model from rest with its 95 % band.
+
+    Times are uniform, from 0; of a discrete model its own samples [s].
+    """
     t, interval = time_from_0(time)
     if isinstance(fit.structure, DiscreteStructure):
         own = fit.structure.sample_time
