@@ -39,7 +39,7 @@ from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_independence import residual_independence
+from pamsim.linear.residual_tests import residual_independence
 from pamsim.linear.signal_record import SignalRecord
 
 RESULTS = Path("scripts/results")

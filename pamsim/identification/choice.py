@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.identification.models import Candidate
+from pamsim.identification.structure_choice import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_nonlinearity import what_is_missing
+from pamsim.linear.residual_tests import what_is_missing
 from pamsim.linear.signal_record import SignalRecord
 
 _LEVEL = 0.05  # probability of accepting a parameter that does not help, per comparison
@@ -52,22 +52,27 @@ def recommend(
     there is significantly smaller (test of Diebold and Mariano, one-sided, 5 %). Without, the
     smallest AICc decides, or the simpler model if it is within 2. AICc uses the effective number of
     independent samples, because the residuals of a mechanism are correlated and would otherwise
-    favour every added parameter.
-
-    Args:
-        candidates: fitted side by side.
-        records: they were fitted to.
-        held_out: they were not fitted to.
-        chosen: name of the candidate that a scan led to; empty without one.
-        why: the reason of that.
+    favour every added parameter. ``chosen`` is the name of the candidate that a scan led to.
 
     Source: Diebold and Mariano (J. Business & Economic Statistics 1995); Hurvich and Tsai
     (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection (2002).
     """
     fits = {c.name: c.fit for c in candidates if c.continuous}
-    effective = _effective_samples(fits, records)
-    scores = _aicc(fits, effective)
-    order = sorted(fits, key=lambda name: _parameters(fits[name]))
+    squares = {
+        name: sum(trial.samples * trial.rms**2 for trial in fit.trials)
+        for name, fit in fits.items()
+    }
+    unknowns = {
+        name: fit.coordinates.size + fit.structure.per_trial * len(fit.trials)
+        for name, fit in fits.items()
+    }
+    # Samples divided by twice the correlation time of the residuals that are left at best.
+    sizes = [record.output.size for record in records]
+    effective = fits[min(squares, key=lambda name: squares[name])].noise.independent(sizes)
+    errors = [square / sum(sizes) for square in squares.values()]
+    above = aicc_above_best(errors, list(unknowns.values()), effective)
+    scores = dict(zip(fits, above, strict=True))
+    order = sorted(fits, key=lambda name: unknowns[name])
     converged = [name for name in order if fits[name].status is FitStatus.CONVERGED]
     best = missing = ""
     if chosen:
@@ -79,16 +84,12 @@ def recommend(
         best, reason = _by_held_out(converged, fits, held_out)
     else:
         best, reason = _by_aicc(converged, scores, effective)
-    for candidate in candidates:
-        if candidate.name != best:
-            continue
-        parts: list[str] = []
-        if candidate.fit.status is not FitStatus.CONVERGED:
-            parts.append(
-                f"the records do not determine all of its numbers: {candidate.fit.sentence}"
-            )
-        parts.append(what_is_missing(candidate.fit, records, candidate.adequate))
-        missing = "; ".join(part for part in parts if part)
+    for one in candidates:
+        if one.name == best:
+            missing = what_is_missing(one.fit, records, one.adequate)
+            if one.fit.status is not FitStatus.CONVERGED:
+                vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
+                missing = f"{vague}; {missing}" if missing else vague
     return Recommendation(
         name="" if missing else best,
         best=best,
@@ -97,26 +98,6 @@ def recommend(
         aicc=scores,
         effective_samples=effective,
     )
-
-
-def _parameters(fit: IdentifiedModel) -> int:
-    return fit.coordinates.size + fit.structure.per_trial * len(fit.trials)
-
-
-def _squares(fit: IdentifiedModel) -> float:
-    return sum(trial.samples * trial.rms**2 for trial in fit.trials)
-
-
-def _effective_samples(fits: dict[str, IdentifiedModel], records: Sequence[SignalRecord]) -> float:
-    """Samples divided by twice the correlation time of the residuals that are left at best."""
-    best = min(fits.values(), key=_squares)
-    return best.noise.independent([record.output.size for record in records])
-
-
-def _aicc(fits: dict[str, IdentifiedModel], effective: float) -> dict[str, float]:
-    squares = [_squares(fit) / sum(trial.samples for trial in fit.trials) for fit in fits.values()]
-    unknowns = [_parameters(fit) for fit in fits.values()]
-    return dict(zip(fits, aicc_above_best(squares, unknowns, effective), strict=True))
 
 
 def _by_aicc(converged: list[str], scores: dict[str, float], effective: float) -> tuple[str, str]:

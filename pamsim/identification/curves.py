@@ -67,22 +67,16 @@ def curves_of(
     inputs: Sequence[Signal],
     out: Signal,
 ) -> Curves:
-    """Run a continuous model on every trial, and take its step and frequency responses.
-
-    Args:
-        fit: the model.
-        used: trials it was fitted to.
-        held_out: trials it was not fitted to.
-        inputs: the inputs.
-        out: the output.
-    """
+    """Run a continuous model on every trial, and take its step and frequency responses."""
     rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
     if rates.size == 0:  # a gain, or integrators alone
         rates = np.array([1.0 / max(trial.record.duration for trial in used)])
     nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
-    channels = fit.channels
-    gains = [into.factor / out.factor for into in inputs]
-    latest = max(channel.dead_time for channel in channels)
+    channels = [
+        (channel, into.factor / out.factor)
+        for channel, into in zip(fit.channels, inputs, strict=True)
+    ]
+    latest = max(channel.dead_time for channel, _ in channels)
     horizon = _STEP_LENGTH / float(np.min(rates)) + latest
     times = np.linspace(0.0, horizon, _POINTS)
     high = max(min(_ABOVE * float(np.max(rates)), nyquist), 10.0 * float(np.min(rates)))
@@ -99,13 +93,9 @@ def curves_of(
             )
             for trial in (*used, *held_out)
         ),
-        steps=tuple(
-            step_response_band(channel, times).scaled(gain)
-            for channel, gain in zip(channels, gains, strict=True)
-        ),
+        steps=tuple(step_response_band(channel, times).scaled(gain) for channel, gain in channels),
         bodes=tuple(
-            frequency_response(channel, frequencies).scaled(gain)
-            for channel, gain in zip(channels, gains, strict=True)
+            frequency_response(channel, frequencies).scaled(gain) for channel, gain in channels
         ),
         nyquist=nyquist,
     )

@@ -15,7 +15,6 @@ from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.experiment import pressure_step
-from pamsim.recordings.recording import Recording
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, TrialSet
@@ -62,21 +61,7 @@ def load_data(
     dt: float | None = None,
     hold: str | None = None,
 ) -> IdentifyData:
-    """Read what is to be identified.
-
-    Args:
-        data: folder of a recording or its ``recording.toml``; a table of any columns, or as it was
-            read; trials; or several paths, whose trials are identified together.
-        time: column of the clock of a table; ``time_s`` or the only one called like a clock if
-            None.
-        dt: time between two rows of a table without a clock [s].
-        hold: of a table's columns from row to row: ``zoh`` (held) or ``foh`` (straight); guessed
-            if None.
-
-    Raises:
-        InputError: as `pamsim.recordings.recording_reader.read_recordings` and
-            `pamsim.identification.plain_table.plain_trials`; for a trial's name twice.
-    """
+    """Read what is to be identified; arguments as those of `identify`, or a table as read."""
     stated = {"time": time, "dt": dt, "hold": hold}
     if isinstance(data, TrialSet):
         _refuse_for_recording(data.rig, stated)
@@ -134,17 +119,7 @@ def select_trials(
     protocols: Sequence[str],
     hold_out: Sequence[str] | float,
 ) -> tuple[list[SignalTable], list[SignalTable]]:
-    """Trials to fit and trials to hold out.
-
-    Args:
-        data: all of them.
-        trials: names to use; all if empty.
-        protocols: protocols to use; all if empty.
-        hold_out: names to exclude from the fit, or the share of each trial's end.
-
-    Raises:
-        InputError: for an unknown name or share, or if nothing is left to fit.
-    """
+    """Trials to fit and trials to hold out; names and the share as in `identify`."""
     if isinstance(hold_out, int | float):
         return split_tables(select_trials(data, trials, protocols, ())[0], hold_out)
     names = [table.name for table in data.tables]
@@ -174,19 +149,9 @@ def select_trials(
 def split_tables(
     tables: Sequence[SignalTable], share: float
 ) -> tuple[list[SignalTable], list[SignalTable]]:
-    """Hold out the last part of every trial.
+    """Hold out the last part, a share of the rows, of every trial: every row is in one of both.
 
     That part is a trial of its own, ``NAME_end``, which begins in whatever state the trial was in.
-
-    Args:
-        tables: the trials.
-        share: of each trial's rows that is held out, between 0 and 1.
-
-    Returns:
-        Trials to fit and trials to hold out: every row is in one of them.
-
-    Raises:
-        InputError: for another share, or one that leaves nothing on either side.
     """
     if not 0.0 < share < 1.0:
         raise InputError(f"`hold_out` = {share:g} is no share of a trial; give one such as 0.3")
@@ -226,13 +191,9 @@ def simulated_step(
     start = [max(pressure)] * len(pressure)
     step = pressure_step(start, pressure, duration=duration, load=load, name="simulated step")
     run = simulate(loaded, step).completed()
-    return TrialSet(rig=loaded.name, trials=(_trial_of(run, "simulated_step"),))
-
-
-def _trial_of(run: Recording, name: str) -> Trial:
-    return Trial(
-        name=name,
-        protocol=name,
+    trial = Trial(
+        name="simulated_step",
+        protocol="simulated_step",
         drive=run.drive,
         load=run.load,
         time=run.time,
@@ -240,3 +201,4 @@ def _trial_of(run: Recording, name: str) -> Trial:
         measured=run.signals(),
         muscle_names=run.names.named_muscles,
     )
+    return TrialSet(rig=loaded.name, trials=(trial,))

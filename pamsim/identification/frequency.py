@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,10 @@ from numpy.typing import NDArray
 from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.files import complete_file
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
+from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
@@ -97,20 +98,14 @@ class FrequencyIdentification:
         Raises:
             InputError: if the place cannot be written.
         """
-        result, curves = Path(folder) / "identify.json", Path(folder) / "curves.csv"
+        result, fit = Path(folder) / "identify.json", self.shown
         write_json(result, self.to_dict())
-        fit = self.shown
         run = fit.structure.frequency_response(fit.coordinates, self.frequency)
-        with complete_file(curves) as part, part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            names = ("magnitude", "phase_deg", "model_magnitude", "model_phase_deg")
-            writer.writerow(["omega_rad_s", *names])
-            columns = [self.frequency]
-            for response in (self.response, run):
-                columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
-            for row in np.column_stack(columns).tolist():
-                writer.writerow([f"{value:.9g}" for value in row])
-        return [result, curves]
+        names = ["omega_rad_s", "magnitude", "phase_deg", "model_magnitude", "model_phase_deg"]
+        columns = [self.frequency]
+        for response in (self.response, run):
+            columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
+        return [result, write_curves(folder, names, np.column_stack(columns).tolist())]
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe."""
@@ -134,20 +129,8 @@ class FrequencyIdentification:
 
     def _model(self, name: str, fit: IdentifiedModel) -> dict[str, Any]:
         return {
-            "name": name,
-            "kind": fit.structure.kind,
-            "model": fit.structure.sentence,
-            "status": fit.status,
-            "sentence": fit.sentence,
-            "parameters": {
-                one.name: {"value": one.value, "unit": one.unit, "interval95": one.interval95}
-                for one in fit.estimates
-            },
-            "fit_percent": fit.fit_percent,
-            "fit_percent_held_out": None,
-            "fit_percent_one_step": None,
-            "aicc_above_best": self.aicc[name],
-            "poles_rad_per_s": fit.continuous_poles,
+            **model_entry(name, fit, self.aicc[name]),
+            "parameters": {one.name: parameter_entry(one, 1.0, one.unit) for one in fit.estimates},
             "zeros_rad_per_s": [fit.zeros],
             "independence": None,
         }
@@ -188,22 +171,22 @@ def identify_frequency_response(
     frequency, response, notes = frequency_response_of(table)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
-    refusals: list[InputError] = []
     orders = range(1, HIGHEST_ORDER + 1) if order is None else (order,)
     for done, n in enumerate(orders):
         if progress is not None:
             progress(done, len(orders), f"order {n}")
-        for m, late in _variants(chosen, n):
-            name = _name(n, m, late)
+        # Every number of zeros, where no order is given; without and with dead time.
+        each = range(n) if order is None else (zeros,)
+        for m, late in product(each, chosen.delays):
+            name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
-                fits[name] = _fitted(frequency, response, n, m, late, poles)
+                fits[name] = _fitted(frequency, response, poles, order=n, zeros=m, dead_time=late)
             except InputError as error:
-                refusals.append(error)
                 skipped[name] = str(error)
         if _no_longer_better(fits, frequency.size, n):
             break
     if not fits:
-        raise refusals[0]
+        raise InputError(next(iter(skipped.values())))
     scores = _aicc(fits, frequency.size)
     # A model that cannot be trusted stands for its order only where there is no other.
     ranked = sorted(fits, key=lambda name: (not _trusted(fits[name]), scores[name]))
@@ -225,12 +208,6 @@ def identify_frequency_response(
     )
 
 
-def _variants(chosen: ModelSet, order: int) -> Iterable[tuple[int, bool]]:
-    """Zeros and dead time of the models of an order."""
-    zeros = range(order) if chosen.order is None else (chosen.zeros,)
-    return [(m, late) for m in zeros for late in chosen.delays]
-
-
 def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, order: int) -> bool:
     """Whether neither this order nor the one before has the smallest AICc."""
     if not fits:
@@ -239,32 +216,17 @@ def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, ord
     return fits[min(scores, key=lambda name: scores[name])].structure.order < order - 1
 
 
-def _name(order: int, zeros: int, late: bool) -> str:
-    name = f"order_{order}" + (f"_zeros_{zeros}" if zeros else "")
-    return name + ("_dead_time" if late else "")
-
-
 def _fitted(
-    frequency: FloatArray,
-    response: NDArray[np.complex128],
-    order: int,
-    zeros: int,
-    late: bool,
-    poles: str,
+    frequency: FloatArray, response: NDArray[np.complex128], poles: str, **which: Any
 ) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
-
-    def fit(real: bool) -> IdentifiedModel:
-        return fit_frequency_response(
-            frequency, response, order=order, zeros=zeros, dead_time=late, real_lags=real
-        )
-
-    if poles == "real" or order == 1:
-        return fit(True)
-    free = fit(False)
+    fit = partial(fit_frequency_response, frequency, response, **which)
+    if poles == "real" or which["order"] == 1:
+        return fit(real_lags=True)
+    free = fit()
     if poles == "any" or any(pole.imag for pole in free.poles):
         return free
-    real = fit(True)
+    real = fit(real_lags=True)
     equal = real.fit_percent > free.fit_percent - 1e-4 * (100.0 - free.fit_percent)
     return real if equal and real.status is FitStatus.CONVERGED else free
 

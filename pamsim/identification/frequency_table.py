@@ -40,15 +40,11 @@ def frequency_response_of(
 ) -> tuple[FloatArray, NDArray[np.complex128], tuple[str, ...]]:
     """Read a frequency response.
 
-    Args:
-        table: with ``frequency_hz`` or ``omega_rad_s``, and ``magnitude`` or ``magnitude_db`` with
-            ``phase_deg`` or ``phase_rad``, or ``real`` and ``imaginary``.
+    Of columns such as ``frequency_hz`` or ``omega_rad_s``, and ``magnitude`` or ``magnitude_db``
+    with ``phase_deg`` or ``phase_rad``, or ``real`` and ``imaginary``.
 
     Returns:
         Frequencies [rad/s], rising; the complex response; and what was assumed.
-
-    Raises:
-        InputError: if columns are missing, or a cell is no number.
     """
     found, notes = _found(table), list[str]()
     if not is_over_frequency(table):

@@ -189,11 +189,7 @@ def _used_trials(
 
 
 def _require_independent(records: Sequence[SignalRecord], inputs: Sequence[Signal]) -> None:
-    """Refuse inputs of which one never changes, or does not change by itself.
-
-    Raises:
-        InputError: for such an input.
-    """
+    """Refuse inputs of which one never changes, or does not change by itself."""
     changes = np.concatenate([record.inputs - np.mean(record.inputs, axis=0) for record in records])
     known = np.empty((changes.shape[0], 0))
     for place, into in enumerate(inputs):

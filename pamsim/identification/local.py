@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray
 from pamsim.identification.signals import SignalTable, UsedTrial
-from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_fit import fit_structure
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel
 from pamsim.linear.local_models import (
     LocalModel,
@@ -41,15 +40,12 @@ def fit_operating_points(
     The same step of trials that repeat each other (same protocol and load) is one point. Of more
     than a hundred points some are drawn.
 
-    Args:
-        trials: to cut.
-        fit: the model whose structure is fitted.
-        progress: called before each fit.
-
     Returns:
         The map, or None for fewer than two points; and notes on steps that were not used.
     """
-    if fit.structure.integrators:
+    structure = fit.structure
+    assert isinstance(structure, ContinuousStructure)
+    if structure.integrators:
         return None, ["no model for each operating point: the output integrates"]
     slowest = max((abs(1.0 / pole) for pole in fit.poles), default=0.0)
     groups: dict[tuple[str, float, int, int], list[Piece]] = {}
@@ -73,15 +69,7 @@ def fit_operating_points(
         if progress is not None:
             progress(done, len(points), "operating points")
         try:
-            local = fit_continuous(
-                [record for record, _ in group],
-                order=fit.structure.order,
-                zeros=fit.structure.zeros,
-                dead_time=fit.structure.dead_time,
-                real_lags=fit.structure.real_lags,
-                start=fit.structure.start,
-                drift=fit.structure.drift,
-            )
+            local = fit_structure([record for record, _ in group], structure)
         except InputError as error:
             notes.append(f"{group[0][0].name}: no model of its own: {error}")
             continue
@@ -94,9 +82,11 @@ def _pieces(trial: UsedTrial, slowest: float) -> tuple[list[tuple[int, Piece]], 
     table, record = trial.table, trial.record
     into = record.input
     changes = np.flatnonzero(np.diff(into) != 0.0) + 1
-    whole = [(0, (record, _point(table, record, 0)))]
     if record.holds != ("zoh",) or changes.size < 2:
-        return [(0, (record, _point(table, record, _direction(into, changes))))], []
+        # Of a single step; 0 for an input that goes both ways.
+        direction = int(np.sign(into[-1] - into[0])) if changes.size == 1 else 0
+        return [(0, (record, _point(table, record, direction)))], []
+    whole = [(0, (record, _point(table, record, 0)))]
     ends = np.append(changes[1:], into.size)
     if np.min(ends - changes) * record.sample_time < _LONG_ENOUGH * slowest:
         return whole, []
@@ -116,26 +106,13 @@ def _pieces(trial: UsedTrial, slowest: float) -> tuple[list[tuple[int, Piece]], 
         if abs(np.mean(halves[1]) - np.mean(halves[0])) > _SETTLED * abs(moved):
             notes.append(f"{table.name}: before step {index + 1} the output had not settled")
         try:
-            cut = SignalRecord(
-                name=f"{table.name} step {index + 1}",
-                time=record.time[part],
-                inputs=into[part],
-                output=record.output[part],
-                units_input=record.units_input,
-                unit_output=record.unit_output,
-                holds=record.holds,
-            )
+            cut = record.part(part, name=f"{table.name} step {index + 1}")
         except InputError as error:
             notes.append(f"{table.name}: step {index + 1} is not used: {error}")
             continue
         direction = int(np.sign(into[change] - into[change - 1]))
         pieces.append((index, (cut, _point(table, cut, direction))))
     return pieces or whole, notes
-
-
-def _direction(into: FloatArray, changes: NDArray[np.intp]) -> int:
-    """Of a single step; 0 for an input that goes both ways."""
-    return int(np.sign(into[-1] - into[0])) if changes.size == 1 else 0
 
 
 def _point(table: SignalTable, record: SignalRecord, direction: int) -> OperatingPoint:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,12 +17,11 @@ from pamsim.identification.structure_choice import (
     choice_by_free_run,
     choice_by_likelihood,
 )
-from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.continuous_fit import fit_structure
 from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_independence import Independence, residual_independence
-from pamsim.linear.residual_nonlinearity import residual_nonlinearity
+from pamsim.linear.residual_tests import Independence, residual_independence, residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import RoughFit, scan_structures
 
@@ -39,19 +38,9 @@ _TRIED = 10  # structures that are fitted in full until the data determine one
 
 @dataclass(frozen=True, kw_only=True)
 class ModelSet:
-    """Which models to fit.
+    """Which models to fit: attributes as the arguments of `identify`.
 
-    Attributes:
-        order: of the continuous model, integrators not counted; None chooses the structure by a
-            scan and fits first and second order beside it.
-        zeros: of that order.
-        poles: ``real`` lags, ``any`` stable poles, or ``auto``: any beside real where two lags
-            merge.
-        dead_time: ``none``, ``free``, or ``auto`` for both.
-        arx: (na, nb, nk); None for two small ones.
-        oe: (nb, nf, nk); None for two small ones.
-        start: of every trial: at ``rest``, or in a ``free`` state that is fitted.
-        integrators: poles at 0 of the model of that order.
+    An order of None chooses the structure by a scan and fits first and second order beside it.
 
     Raises:
         InputError: for an unknown word, or zeros or integrators without an order.
@@ -110,40 +99,34 @@ class Candidate:
         return self.fit.structure.kind == "continuous"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True)
 class FittedModels:
-    """All models of one identification.
+    """All models of one identification: fits one after another and keeps what came of it.
 
     Attributes:
-        candidates: in the order they were fitted: continuous, ARX, output error.
+        records: the trials they are fitted to.
+        held_out: trials that are simulated only.
+        steps: of the progress.
+        fitted: name -> model, in the order they were fitted: continuous, ARX, output error.
         skipped: name -> why that model could not be fitted.
         choice: of the scan over structures; None if the order was given.
         chosen: name of the candidate that the scan led to; empty without a scan.
         why: the reason of that.
     """
 
-    candidates: tuple[Candidate, ...]
-    skipped: Mapping[str, str]
-    choice: StructureChoice | None
-    chosen: str
-    why: str
+    records: Sequence[SignalRecord]
+    held_out: Sequence[SignalRecord]
+    steps: Steps
+    fitted: dict[str, Candidate] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+    choice: StructureChoice | None = None
+    chosen: str = ""
+    why: str = ""
 
-
-class _Fitting:
-    """Fits one model after another and keeps what came of it."""
-
-    def __init__(
-        self,
-        records: Sequence[SignalRecord],
-        held_out: Sequence[SignalRecord],
-        total: int,
-        progress: Progress | None,
-    ) -> None:
-        self.records, self.held_out = records, held_out
-        self.fitted: dict[str, Candidate] = {}
-        self.skipped: dict[str, str] = {}
-        self.refusals: list[InputError] = []
-        self.steps = Steps(progress, total)
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """All that could be fitted."""
+        return tuple(self.fitted.values())
 
     def attempt(
         self, name: str, fit_model: Callable[[], IdentifiedModel]
@@ -153,10 +136,12 @@ class _Fitting:
         try:
             fit = fit_model()
         except InputError as error:
-            self.refusals.append(error)
             self.skipped[name] = str(error)
             return None
-        independence = _independence(fit, self.records)
+        try:
+            independence = residual_independence(fit, self.records)
+        except InputError:
+            independence = None
         self.fitted[name] = Candidate(name=name, fit=fit, independence=independence)
         return fit
 
@@ -168,20 +153,7 @@ class _Fitting:
         if name in self.fitted:
             return self.fitted[name].fit
         return self.attempt(
-            name,
-            lambda: fit_continuous(
-                self.records,
-                order=structure.order,
-                zeros=structure.zeros_each or structure.zeros,
-                dead_time=structure.dead_time,
-                undelayed=structure.undelayed,
-                real_lags=structure.real_lags,
-                start=structure.start,
-                integrators=structure.integrators,
-                drift=structure.drift,
-                starts=starts,
-                held_out=self.held_out,
-            ),
+            name, lambda: fit_structure(self.records, structure, starts, self.held_out)
         )
 
 
@@ -191,16 +163,7 @@ def fit_models(
     models: ModelSet,
     progress: Progress | None = None,
 ) -> FittedModels:
-    """Fit every model of a set.
-
-    Args:
-        records: to fit.
-        held_out: to simulate only.
-        models: which models.
-        progress: called before each fit.
-
-    Returns:
-        The models, and how their structure was chosen.
+    """Fit every model of a set to the records; held-out ones are simulated only.
 
     Raises:
         InputError: that of the first continuous model, if none can be fitted.
@@ -216,8 +179,12 @@ def fit_models(
     structures = [(order, delay) for order in orders for delay in models.delays]
     total = len(structures) + len(arx_orders) + len(oe_orders)
     total += _SCANNED if models.order is None else 0
-    fitting = _Fitting(records, held_out, total, progress)
-    fits = _scanned(fitting, models) if models.order is None else []
+    fitting = FittedModels(records=records, held_out=held_out, steps=Steps(progress, total))
+    fits: list[RoughFit] = []
+    if models.order is None:
+        fits = scan_structures(
+            records, start=models.start, report=lambda each: fitting.steps.begin(each.sentence)
+        )
     for order, delay in structures:
         structure = ContinuousStructure(
             order=order,
@@ -233,10 +200,9 @@ def fit_models(
             structure = replace(structure, real_lags=False)
             fitting.continuous(structure, _starts(structure, fits))
     if not fitting.fitted:
-        raise fitting.refusals[0]
-    choice, chosen, why = None, "", ""
+        raise InputError(next(iter(fitting.skipped.values())))
     if models.order is None:
-        choice, chosen, why = _chosen(fits, fitting, models)
+        _choose(fits, fitting, models)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -246,20 +212,7 @@ def fit_models(
     for nb, nf, nk in oe_orders:
         oe = functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk)
         fitting.attempt(f"oe_{nb}_{nf}_{nk}", oe)
-    return FittedModels(
-        candidates=tuple(fitting.fitted.values()),
-        skipped=fitting.skipped,
-        choice=choice,
-        chosen=chosen,
-        why=why,
-    )
-
-
-def _scanned(fitting: _Fitting, models: ModelSet) -> list[RoughFit]:
-    def report(structure: ContinuousStructure) -> None:
-        fitting.steps.begin(structure.sentence)
-
-    return scan_structures(fitting.records, start=models.start, report=report)
+    return fitting
 
 
 def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[FloatArray]:
@@ -278,21 +231,20 @@ def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[Fl
     return starts
 
 
-def _chosen(
-    fits: Sequence[RoughFit], fitting: _Fitting, models: ModelSet
-) -> tuple[StructureChoice, str, str]:
-    """The choice of a structure, the name of its candidate and the reason.
+def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -> None:
+    """Choose a structure of the scan.
 
     By likelihood, if that leads to a model whose residuals are noise; else, and where trials are
     held out to judge, by free runs.
     """
-    if not fitting.held_out:
-        choice = choice_by_likelihood(fits, fitting.records)
-        chosen, why = _best_determined(choice, fitting, _unwanted(choice, models))
-        if chosen and _leaves_noise(fitting.fitted[chosen], fitting.records):
-            return choice, chosen, why
-    choice = choice_by_free_run(fits, fitting.records, fitting.held_out)
-    return choice, *_best_determined(choice, fitting, _unwanted(choice, models))
+    records, held_out = fitting.records, fitting.held_out
+    if not held_out:
+        fitting.choice = choice_by_likelihood(fits, records)
+        fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
+        if fitting.chosen and _leaves_noise(fitting.fitted[fitting.chosen], records):
+            return
+    fitting.choice = choice_by_free_run(fits, records, held_out)
+    fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
 
 
 def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:
@@ -312,24 +264,21 @@ def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool
         return True
 
 
-def _unwanted(choice: StructureChoice, models: ModelSet) -> set[int]:
-    """Places of the structures that were not asked for, by dead time or complex poles."""
-    return {
-        i
-        for i, fit in enumerate(choice.fits)
-        if fit.structure.dead_time not in models.delays
-        or (models.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
-    }
-
-
 def _best_determined(
-    choice: StructureChoice, fitting: _Fitting, unwanted: set[int]
+    choice: StructureChoice, fitting: FittedModels, models: ModelSet
 ) -> tuple[str, str]:
     """The structure to use and the reason: what the data do not determine does not count.
 
     Unless all that they determine is materially worse: then the first choice remains.
     """
-    without, refuted = set(unwanted), set(unwanted)
+    # What was not asked for, by dead time or complex poles.
+    without = {
+        i
+        for i, fit in enumerate(choice.fits)
+        if fit.structure.dead_time not in models.delays
+        or (models.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
+    }
+    refuted = set(without)
     first = "", ""
     for _ in range(_TRIED):
         if len(without) == len(choice.fits):
@@ -344,15 +293,10 @@ def _best_determined(
             names += [] if fit is None else [_name(structure)]
             if fit is not None and fit.status is FitStatus.CONVERGED:
                 return names[-1], why
-        larger = {
-            i for i, fit in enumerate(choice.fits) if i == place or _larger(fit.structure, rough)
-        }
+        others = list(enumerate(fit.structure for fit in choice.fits))
+        larger = {i for i, other in others if i == place or _larger(other, rough)}
         if rough.integrators:  # the data do not show them: what they gain is a drift's
-            larger |= {
-                i
-                for i, fit in enumerate(choice.fits)
-                if fit.structure.integrators >= rough.integrators
-            }
+            larger |= {i for i, other in others if other.integrators >= rough.integrators}
             refuted |= larger
         elif names and not first[0]:
             first = names[0], why
@@ -402,10 +346,3 @@ def _name(structure: ContinuousStructure) -> str:
         parts.append(f"of_{'_'.join(str(i + 1) for i in structure.delayed)}")
     parts += ["drift"] if structure.drift else []
     return "_".join(part for part in parts if part)
-
-
-def _independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence | None:
-    try:
-        return residual_independence(fit, records)
-    except InputError:
-        return None

@@ -57,21 +57,10 @@ _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": 
 def plain_trials(
     table: Columns, *, time: str | None = None, dt: float | None = None, hold: str | None = None
 ) -> tuple[tuple[SignalTable, ...], tuple[str, ...]]:
-    """Trials of a table of any columns.
-
-    Args:
-        table: as read.
-        time: column of the clock; ``time_s`` or the only one that is called like a clock if None.
-        dt: time between two rows, of a table without a clock [s].
-        hold: of all columns from row to row: ``zoh`` (held) or ``foh`` (straight); if None, those
-            of few distinct values are held.
+    """Trials of a table of any columns; ``time``, ``dt`` and ``hold`` as in `identify`.
 
     Returns:
         One trial, or one for each part between gaps of the clock; and what a reader should know.
-
-    Raises:
-        InputError: for no clock or two, one that does not increase, or an
-            unknown hold.
     """
     if hold not in (None, *HOLDS):
         raise InputError(f"`hold` {hold!r} is not known; {nearest(hold, HOLDS)}")
@@ -93,14 +82,19 @@ def plain_trials(
         notes += [note] if note else []
     # What numbers the rows is no signal.
     unused += [name for name in table.cells if _NUMBERS.fullmatch(name) and _counts(table, name)]
-    columns, unreadable = _signals(table, unused)
+    columns: dict[str, FloatArray] = {}
+    unreadable: dict[str, str] = {}
+    for name in (name for name in table.cells if name not in unused):
+        try:
+            columns[name] = table.numbers(name)
+        except InputError as error:
+            unreadable[name] = str(error)
     units = {name: _unit(name, table.units.get(name, "")) for name in columns}
     columns = {name: values * units[name].factor for name, values in columns.items()}
-    held = frozenset(
-        name
-        for name, values in columns.items()
-        if hold == "zoh" or (hold is None and _is_held(values))
-    )
+    held = frozenset(columns if hold == "zoh" else ())
+    if hold is None:
+        few = (n for n, v in columns.items() if np.unique(v).size <= max(2, _FEW_VALUES * v.size))
+        held = frozenset(few)
     whole = SignalTable(
         name=path.stem,
         protocol=path.stem,
@@ -114,15 +108,12 @@ def plain_trials(
         unreadable=unreadable,
     )
     if hold is None:
-        notes.append(f"{path.name}: assumed to be held from row to row: {_listed(held)}")
+        names = ", ".join(sorted(held)) or "no column"
+        notes.append(f"{path.name}: assumed to be held from row to row: {names}")
     trials = _between_gaps(whole)
     if len(trials) > 1:
         notes.append(f"{path.name}: its clock has gaps, which make {len(trials)} trials of it")
     return trials, tuple(notes)
-
-
-def _listed(names: frozenset[str]) -> str:
-    return ", ".join(sorted(names)) or "no column"
 
 
 def _clocks(table: Columns) -> list[str]:
@@ -180,11 +171,7 @@ def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
 
 
 def _seconds(table: Columns, name: str) -> tuple[FloatArray, str]:
-    """Times of the rows [s], and a note if the unit is assumed.
-
-    Raises:
-        InputError: for a unit that is none of time, or a time that does not come after the last.
-    """
+    """Times of the rows [s], and a note if the unit is assumed."""
     written, unit = _numbers_or_dates(table, name), _clock_unit(table, name)
     dated = _is_date(table.cells[name][0])
     if not dated and unit not in ("", *_SPANS):
@@ -260,32 +247,16 @@ def _counts(table: Columns, name: str) -> bool:
         return False
 
 
-def _signals(table: Columns, unused: list[str]) -> tuple[dict[str, FloatArray], dict[str, str]]:
-    """The columns of numbers, and why others are none."""
-    columns: dict[str, FloatArray] = {}
-    unreadable: dict[str, str] = {}
-    for name in (name for name in table.cells if name not in unused):
-        try:
-            columns[name] = table.numbers(name)
-        except InputError as error:
-            unreadable[name] = str(error)
-    return columns, unreadable
-
-
 def _unit(name: str, stated: str) -> Unit:
     written = unit_in_name(name, stated)
     if not written:
         shown = _OTHER_UNITS.get(name.rpartition("_")[2].lower(), "1") if "_" in name else "1"
-        return Unit(shown=shown, si=shown)
+        return Unit(unit=shown, si_unit=shown)
     shown, _ = unit_of(written)
     si = _SI_UNITS.get(kind_of_unit(written))
     if si is None:
-        return Unit(shown=shown, si=shown)
-    return Unit(shown=shown, si=si, factor=to_si(1.0, shown, si, where=name))
-
-
-def _is_held(values: FloatArray) -> bool:
-    return np.unique(values).size <= max(2, _FEW_VALUES * values.size)
+        return Unit(unit=shown, si_unit=shown)
+    return Unit(unit=shown, si_unit=si, factor=to_si(1.0, shown, si, where=name))
 
 
 def _between_gaps(table: SignalTable) -> tuple[SignalTable, ...]:

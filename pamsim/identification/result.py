@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.identified_model import TrialScore
+from pamsim.linear.identified_model import IdentifiedModel, TrialScore
 from pamsim.linear.local_models import Dependence, LocalModelMap
 
 SCHEMA = "pamsim-identify/4"
@@ -122,21 +122,21 @@ class Identification:
         Raises:
             InputError: if the place cannot be written.
         """
-        path = Path(folder) / "curves.csv"
         *given, out = (
             "" if side.unit == "1" else f"_{side.unit.lower()}"
             for side in (*self.inputs, self.output)
         )
         numbers = map(str, range(1, len(given) + 1)) if len(given) > 1 else [""]
         names = [f"input{number}{unit}" for number, unit in zip(numbers, given, strict=True)]
-        with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["trial", "time_s", *names, f"output{out}", f"model{out}"])
-            for trial in self.curves().trials:
-                columns = (trial.time, trial.inputs, trial.output, trial.model)
-                for row in np.column_stack(columns).tolist():
-                    writer.writerow([trial.name, *(f"{value:.9g}" for value in row)])
-        return path
+        names = ["trial", "time_s", *names, f"output{out}", f"model{out}"]
+        rows = (
+            [trial.name, *row]
+            for trial in self.curves().trials
+            for row in np.column_stack(
+                [trial.time, trial.inputs, trial.output, trial.model]
+            ).tolist()
+        )
+        return write_curves(folder, names, rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe.
@@ -202,17 +202,8 @@ class Identification:
         # Of the sample time of the first trial.
         interval, noise = self.used[0].record.sample_time, fit.noise.models[0]
         return {
-            "name": candidate.name,
-            "kind": structure.kind,
-            "model": structure.sentence,
-            "status": fit.status,
-            "sentence": fit.sentence,
+            **model_entry(candidate.name, fit, self.recommendation.aicc.get(candidate.name)),
             "parameters": self._parameters(fit.estimates),
-            "fit_percent": fit.fit_percent,
-            "fit_percent_held_out": fit.fit_percent_held_out,
-            "fit_percent_one_step": fit.fit_percent_one_step,
-            "aicc_above_best": self.recommendation.aicc.get(candidate.name),
-            "poles_rad_per_s": fit.continuous_poles,
             "discrete_poles": fit.poles if discrete else None,
             "delay_samples": structure.nk if isinstance(structure, DiscreteStructure) else None,
             "zeros_rad_per_s": None if discrete else [channel.zeros for channel in fit.channels],
@@ -246,12 +237,7 @@ class Identification:
             elif estimate.name == "r0":
                 rate = estimate.unit.removeprefix(self.output.si_unit)
                 factor, shown = 1.0 / self.output.factor, self.output.unit + rate
-            sides = estimate.interval95
-            result[estimate.name] = {
-                "value": estimate.value * factor,
-                "unit": shown,
-                "interval95": None if sides is None else [end * factor for end in sides],
-            }
+            result[estimate.name] = parameter_entry(estimate, factor, shown)
         return result
 
     def _scores(self, scores: Sequence[TrialScore]) -> list[TrialScore]:
@@ -316,6 +302,45 @@ class Identification:
             "trends": trends,
             "sentence": item.sentence,
         }
+
+
+def write_curves(
+    folder: str | Path, names: Sequence[str], rows: Iterable[Sequence[str | float]]
+) -> Path:
+    """Write ``curves.csv`` into a folder."""
+    path = Path(folder) / "curves.csv"
+    with complete_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(names)
+        for row in rows:
+            writer.writerow([cell if isinstance(cell, str) else f"{cell:.9g}" for cell in row])
+    return path
+
+
+def model_entry(name: str, fit: IdentifiedModel, aicc_above_best: float | None) -> dict[str, Any]:
+    """What is written of a model of any kind."""
+    return {
+        "name": name,
+        "kind": fit.structure.kind,
+        "model": fit.structure.sentence,
+        "status": fit.status,
+        "sentence": fit.sentence,
+        "fit_percent": fit.fit_percent,
+        "fit_percent_held_out": fit.fit_percent_held_out,
+        "fit_percent_one_step": fit.fit_percent_one_step,
+        "aicc_above_best": aicc_above_best,
+        "poles_rad_per_s": fit.continuous_poles,
+    }
+
+
+def parameter_entry(estimate: Estimate, factor: float, unit: str) -> dict[str, Any]:
+    """Value and interval, times a factor from SI, and the unit they have then."""
+    sides = estimate.interval95
+    return {
+        "value": estimate.value * factor,
+        "unit": unit,
+        "interval95": None if sides is None else [end * factor for end in sides],
+    }
 
 
 def _coefficients(structure: ContinuousStructure) -> int:

@@ -29,19 +29,19 @@ class Unit:
     """Unit of a column.
 
     Attributes:
-        shown: as the column has it, such as ``kPa``; ``1`` of a pure number or an unknown unit.
-        si: such as ``Pa``; that shown, of a unit that is not converted.
+        unit: as the column has it, such as ``kPa``; ``1`` of a pure number or an unknown unit.
+        si_unit: such as ``Pa``; that shown, of a unit that is not converted.
         factor: SI per shown unit.
     """
 
-    shown: str = "1"
-    si: str = "1"
+    unit: str = "1"
+    si_unit: str = "1"
     factor: float = 1.0
 
 
 # Ending of a column's name in a recording -> its unit; valves have none.
 _UNITS = {
-    kind.suffix: Unit(shown=kind.shown, si=kind.unit, factor=1.0 / kind.scale)
+    kind.suffix: Unit(unit=kind.shown, si_unit=kind.unit, factor=1.0 / kind.scale)
     for kind in KINDS.values()
 }
 _IN_AND_OUT = (("u", "y"), ("input", "output"))
@@ -93,22 +93,11 @@ class SignalTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Signal:
-    """A sum or difference of columns of one unit.
-
-    Attributes:
-        text: as the user wrote it.
-        terms: sign and column name.
-        unit: as shown, such as ``kPa``.
-        si_unit: such as ``Pa``.
-        factor: SI per shown unit.
-    """
+class Signal(Unit):
+    """A sum or difference of columns of one unit: the user's text, signs and column names."""
 
     text: str
     terms: tuple[tuple[float, str], ...]
-    unit: str
-    si_unit: str
-    factor: float
 
     def of(self, values: Mapping[str, FloatArray] | Mapping[str, float]) -> FloatArray:
         """Evaluate on columns [SI]."""
@@ -117,27 +106,14 @@ class Signal:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class UsedTrial:
-    """A trial and what identification uses of it.
-
-    Attributes:
-        table: all its columns.
-        record: inputs and output, uniformly sampled.
-    """
+    """All columns of a trial, and the inputs and output that are used, uniformly sampled."""
 
     table: SignalTable
     record: SignalRecord
 
 
 def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
-    """Read an expression such as ``p1_set_kpa-p2_set_kpa``.
-
-    Args:
-        text: name of a column, whatever it looks like, or names joined by ``+`` and ``-``.
-        tables: that must have them.
-
-    Raises:
-        InputError: for another form, a column that is in no table or not in all, or mixed units.
-    """
+    """Read the name of a column, whatever it looks like, or names joined by ``+`` and ``-``."""
     known = sorted({name for table in tables for name in table.columns})
     if text.strip() in known:
         terms = [(1.0, text.strip())]
@@ -163,13 +139,10 @@ def signal(text: str, tables: Sequence[SignalTable]) -> Signal:
     units = {table.units[name] for table in tables for _, name in terms}
     if len(units) > 1:
         raise InputError(
-            f"{text!r} adds {' and '.join(sorted(unit.shown for unit in units))}; use columns of"
+            f"{text!r} adds {' and '.join(sorted(one.unit for one in units))}; use columns of"
             " one unit"
         )
-    unit = units.pop()
-    return Signal(
-        text=text, terms=tuple(terms), unit=unit.shown, si_unit=unit.si, factor=unit.factor
-    )
+    return Signal(text=text, terms=tuple(terms), **vars(units.pop()))
 
 
 def chosen_signals(
@@ -180,16 +153,8 @@ def chosen_signals(
     By default they are what a recording commands and measures; of two columns that are called
     otherwise, the first is the input and the second the output.
 
-    Args:
-        tables: of all trials.
-        given: the inputs; empty for the default.
-        explained: the output; None for the default.
-
     Returns:
         Inputs, output, and a note on what was assumed, or nothing.
-
-    Raises:
-        InputError: if there is no default.
     """
     for text in (*given, explained):
         if text:
@@ -206,17 +171,13 @@ def chosen_signals(
         pair = next((tuple(lower[name] for name in pair) for pair in named), tuple(have))
         # One of them may be given, as it stands.
         if len(pair) != 2 or not {*given, explained} - {None} <= set(pair) or len(given) > 1:
-            raise _without_default(tables, error) from None
+            # With why a column that one might have meant is no signal.
+            reasons = list(_unreadable(tables).values())
+            raise InputError("; ".join([str(error), *reasons[:1]])) from None
     first, second = pair
     if second in given or explained == first:
         first, second = second, first
     return (first,), second, f"{first} is taken as the input and {second} as the output"
-
-
-def _without_default(tables: Sequence[SignalTable], error: InputError) -> InputError:
-    """The refusal, with why columns that one might have meant are no signals."""
-    reasons = list(_unreadable(tables).values())
-    return InputError("; ".join([str(error), *reasons[:1]]))
 
 
 def _unreadable(tables: Sequence[SignalTable]) -> dict[str, str]:
@@ -231,9 +192,6 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     """The pressure difference that was set, else the difference of the valves.
 
     Of a recording whose muscles have names, the difference of the two commands, or the only one.
-
-    Raises:
-        InputError: if there is neither for two muscles.
     """
     have = _in_all(tables)
     for shape in ("p{}_set_kpa", "u{}", "p{}_kpa"):
@@ -250,11 +208,7 @@ def default_input(tables: Sequence[SignalTable]) -> str:
 
 
 def default_output(tables: Sequence[SignalTable]) -> str:
-    """``angle_deg``, or the only joint.
-
-    Raises:
-        InputError: if a table is without it.
-    """
+    """``angle_deg``, or the only joint."""
     have = _in_all(tables)
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
     if "angle_deg" in have or len(joints) == 1:
@@ -300,18 +254,7 @@ def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tup
 
     Where a held input already differs in the first row from where the trial rests, five rows at
     rest are put before it: that is how a step at time 0 becomes visible, to ARX models as well,
-    whose first equations need rows of the past.
-
-    Args:
-        table: the trial.
-        inputs: the inputs.
-        out: the output.
-
-    Returns:
-        The trial with its record, and a note if its clock was not uniform.
-
-    Raises:
-        InputError: as `SignalRecord`, such as for inputs that never change.
+    whose first equations need rows of the past. A note says if its clock was not uniform.
     """
     held = [all(name in table.held for _, name in into.terms) for into in inputs]
     time, output = table.time, out.of(table.columns)

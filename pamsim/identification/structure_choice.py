@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.improvement import p_value_of_improvement
 from pamsim.inference.aicc import aicc_above_best
 from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE
 from pamsim.inference.trial_noise import WHITE, fit_trial_noise
@@ -63,10 +62,7 @@ class StructureChoice:
 
         Not worse on held-out data: the squared error is not significantly larger (test of Diebold
         and Mariano, 5 %) and the RMS error at most 5 % larger. By a criterion: within 2 of the
-        smallest.
-
-        Args:
-            without: places of fits that do not count; not of all.
+        smallest. Fits at the places ``without`` do not count.
         """
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
@@ -87,12 +83,7 @@ class StructureChoice:
         )
 
     def materially_worse(self, place: int, without: Collection[int] = ()) -> bool:
-        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score.
-
-        Args:
-            place: of the fit.
-            without: places of fits that do not count.
-        """
+        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score."""
         open_to = [i for i in range(len(self.fits)) if i not in without]
         if not self.held_out:
             return self.scores[place] > min(self.scores[i] for i in open_to) + self.material
@@ -109,19 +100,15 @@ class StructureChoice:
 def choice_by_likelihood(
     fits: Sequence[RoughFit], records: Sequence[SignalRecord]
 ) -> StructureChoice:
-    """Judge the fits of a scan by the criterion of Hannan and Quinn.
+    """Judge the fits of a scan, simplest first, by the criterion of Hannan and Quinn.
 
     That is only right if the residuals of the model that is chosen are noise.
-
-    Args:
-        fits: simplest first.
-        records: the trials that they were fitted to.
     """
     least = min(fit.criterion for fit in fits)
     samples = sum(record.output.size for record in records)
     return StructureChoice(
         fits=tuple(fits),
-        fit_percent=tuple(_percent(records, _runs(fit, records)) for fit in fits),
+        fit_percent=tuple(_percent(fit, records) for fit in fits),
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
@@ -134,22 +121,17 @@ def choice_by_free_run(
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord],
 ) -> StructureChoice:
-    """Judge the fits of a scan on held-out data where there are any, else by AICc.
+    """Judge the fits of a scan, simplest first, on held-out data where there are any, else by AICc.
 
     Without held-out trials one or two trials are judged by their last third, if the output moves
     there: the structures are fitted again to the rest. Each simulates the whole trial; its state
     where the last third begins is fitted to that third.
-
-    Args:
-        fits: simplest first.
-        records: the trials that they were fitted to.
-        held_out: trials that judge; may be none.
     """
     judges, judged_by = _judges(records, held_out)
     fitted = [one.fitted for one in judges if one.since] or records
     if fitted is not records:
         fits = [rough_fit(fit.structure, fitted, [fit.x]) for fit in fits]
-    percent = tuple(_percent(fitted, _runs(fit, fitted)) for fit in fits)
+    percent = tuple(_percent(fit, fitted) for fit in fits)
     if not judges:
         scores, effective = _aicc(fits, fitted)
         return StructureChoice(
@@ -242,13 +224,9 @@ def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalR
     return noise.independent([part.size for part in residual])
 
 
-def _runs(fit: RoughFit, records: Sequence[SignalRecord]) -> list[FloatArray]:
-    return [fit.structure.free_run(fit.coordinates, record)[0] for record in records]
-
-
-def _percent(records: Sequence[SignalRecord], runs: Sequence[FloatArray]) -> float:
+def _percent(fit: RoughFit, records: Sequence[SignalRecord]) -> float:
     return pooled_fit_percent(
-        [(record.output, run) for record, run in zip(records, runs, strict=True)]
+        [(r.output, fit.structure.free_run(fit.coordinates, r)[0]) for r in records]
     )
 
 
@@ -267,3 +245,27 @@ def _aicc(
         effective,
     )
     return tuple(scores), effective
+
+
+def p_value_of_improvement(
+    simple: Sequence[FloatArray], rich: Sequence[FloatArray], sample_times: Sequence[float]
+) -> float:
+    """Probability of so much smaller squared errors if both models were equally good.
+
+    Of errors on the same trials, (n_i,) each; one-sided, 1 where they are the same. The variance of
+    the mean difference is that of correlated samples, by an autoregressive model of the
+    differences.
+
+    Source: Diebold and Mariano (J. Business & Economic Statistics 1995).
+    """
+    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
+    samples = sum(gain.size for gain in gains)
+    mean = sum(float(np.sum(gain)) for gain in gains) / samples
+    noise = fit_trial_noise([gain - mean for gain in gains], sample_times)
+    variance = sum(
+        gain.size * own.variance / (1.0 - sum(own.coefficients)) ** 2
+        for gain, own in zip(gains, noise.models, strict=True)
+    )
+    if variance <= 0.0:
+        return 1.0 if mean <= 0.0 else 0.0
+    return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))

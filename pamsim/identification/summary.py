@@ -7,11 +7,7 @@ from typing import Any
 
 
 def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
-    """Notes, every model with its numbers, operating points, and the recommended model.
-
-    Args:
-        result: of schema ``pamsim-identify/4``.
-    """
+    """Notes, every model with its numbers, operating points, and the recommended model."""
     for note in result["notes"]:
         yield f"note: {note}"
     roles = [trial["role"] for trial in result["trials"]]
@@ -37,11 +33,7 @@ def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
 
 
 def inputs_in_words(result: Mapping[str, Any]) -> str:
-    """The inputs; several with the numbers that their parameters carry: ``[1] u1, [2] u2``.
-
-    Args:
-        result: of schema ``pamsim-identify/4``.
-    """
+    """The inputs; several with the numbers that their parameters carry: ``[1] u1, [2] u2``."""
     names = [into["expression"] for into in result["inputs"]]
     if len(names) == 1:
         return names[0]

@@ -15,7 +15,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.separable_fit import Linearised, Separable, linearise
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.signal_record import SignalRecord, time_range
 
 HIGHEST_ORDER = 6
 MOST_INTEGRATORS = 2
@@ -66,10 +66,10 @@ class ContinuousStructure:
     zeros_each: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if not 0 <= self.order <= HIGHEST_ORDER:
-            raise InputError(f"order = {self.order}; give 0 to {HIGHEST_ORDER}")
-        if not 0 <= self.integrators <= MOST_INTEGRATORS:
-            raise InputError(f"integrators = {self.integrators}; give 0 to {MOST_INTEGRATORS}")
+        for name, most in (("order", HIGHEST_ORDER), ("integrators", MOST_INTEGRATORS)):
+            count = getattr(self, name)
+            if not 0 <= count <= most:
+                raise InputError(f"{name} = {count}; give 0 to {most}")
         most = self.order + self.integrators
         if not 0 <= self.zeros <= most:
             raise InputError(f"zeros = {self.zeros} of {most} poles; give 0 to {most}")
@@ -262,10 +262,7 @@ class ContinuousStructure:
     def responses(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
         """Return the outputs for b = 1 of each numerator power of each input, from rest.
 
-        With a ``biased`` structure ``t^q / q!`` follows.
-
-        Returns:
-            Shape ``(N, m_1 + 1 + m_2 + 1 + ...)``, with a bias one column more.
+        Columns of length N; with a ``biased`` structure ``t^q / q!`` follows.
         """
         constants, delays = self.constants(coordinates), self.delays(coordinates)
         given = record.inputs if self.biased else record.inputs - record.inputs[0]
@@ -287,11 +284,7 @@ class ContinuousStructure:
         return columns[0] if len(columns) == 1 else np.hstack(columns)
 
     def trial_columns(self, coordinates: FloatArray, record: SignalRecord) -> FloatArray:
-        """Return what each trial adds of its own: an offset, a drift, the modes of a free start.
-
-        Returns:
-            Shape ``(N, per_trial)``, the offset first.
-        """
+        """Return what each trial adds of its own: an offset, a drift, the modes of a free start."""
         samples = record.output.size
         polynomial = np.vander(np.linspace(0.0, 1.0, samples), 1 + self._degree, increasing=True)
         if self.start == "rest":
@@ -302,16 +295,10 @@ class ContinuousStructure:
     def free_run(
         self, coordinates: FloatArray, record: SignalRecord, since: int = 0
     ) -> tuple[FloatArray, FloatArray]:
-        """Simulate a record, its offset (and initial state) fitted to its output.
+        """Simulate a record from a sample on, its offset (and initial state) fitted to its output.
 
-        Args:
-            coordinates: shape ``(k,)``.
-            record: the trial.
-            since: sample from which its output is wanted. It moves there, so that a state there is
-                fitted whatever the start.
-
-        Returns:
-            Output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
+        It moves at a later sample, so that a state there is fitted whatever the start. Returned are
+        the output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
         """
         forced = (self.responses(coordinates, record) @ coordinates[self.searched :])[since:]
         rest = record.part(slice(since, None), held_out=True) if since else record
@@ -324,19 +311,24 @@ class ContinuousStructure:
         """The structure of a trial that does not begin at rest."""
         return replace(self, start="free")
 
+    def pole_bounds(
+        self, low: float, high: float, least_damping: float
+    ) -> tuple[list[float], list[float]]:
+        """Return bounds of the pole coordinates, by those of ``ln T``; a damping is at most 100."""
+        lower, upper = [low] * self.order, [high] * self.order
+        for pair in range(self.pairs):
+            lower[2 * pair], upper[2 * pair] = -high, -low
+            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(least_damping), np.log(1e2)
+        return lower, upper
+
     def problem(self, records: Sequence[SignalRecord]) -> Separable:
         """Return the least-squares problem: x is poles and dead times, theta the rest.
 
         Time constants lie between a tenth of the shortest sample and a hundred times the longest
         record, a dead time below half the shortest record.
         """
-        shortest = min(record.sample_time for record in records)
-        longest = max(record.duration for record in records)
-        low, high = np.log(0.1 * shortest), np.log(100.0 * longest)
-        lower, upper = [low] * self.order, [high] * self.order
-        for pair in range(self.pairs):
-            lower[2 * pair], upper[2 * pair] = -high, -low
-            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-3), np.log(1e2)
+        shortest, longest = time_range(records)
+        lower, upper = self.pole_bounds(np.log(0.1 * shortest), np.log(100.0 * longest), 1e-3)
         if self.dead_time:
             # One sample below 0, so that a search for a small delay does not crawl along a bound.
             late = len(self.delayed)

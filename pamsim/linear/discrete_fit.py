@@ -1,9 +1,5 @@
 """ARX and output-error models of any orders from general inputs, several trials at once."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -12,25 +8,35 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
-import scipy.special
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.estimate import Estimate
 from pamsim.inference.trial_noise import TrialNoise, fit_trial_noise
-from pamsim.linear.arx import UnderdeterminedError, centred_regression
-from pamsim.linear.discrete_estimates import discrete_estimates, discrete_status
-from pamsim.linear.discrete_structure import DiscreteStructure, from_differences
-from pamsim.linear.identified_model import IdentifiedModel, pooled_fit_percent, score_trials
+from pamsim.linear.arx import UnderdeterminedError
+from pamsim.linear.discrete_structure import (
+    DiscreteStructure,
+    centred_regression,
+    from_differences,
+)
+from pamsim.linear.identified_model import (
+    NOT_SETTLED,
+    FitStatus,
+    IdentifiedModel,
+    pooled_fit_percent,
+    score_trials,
+)
 from pamsim.linear.noise_weighted_fit import noise_weighted_fit
-from pamsim.linear.optimum import Optimum
-from pamsim.linear.signal_record import SignalRecord, checked_records
+from pamsim.linear.optimum import Optimum, student_quantile
+from pamsim.linear.separable_fit import column_scale
+from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
 
 _lfilter: Any = scipy.signal.lfilter
-_student_quantile: Any = scipy.special.stdtrit
 
 _SAME_RATE = 1e-3
 _ROUNDS = 8
 _LAGS = 5
+_LOST = 5.0  # points of fit percent from prediction to free run
 
 
 def fit_arx_records(
@@ -62,7 +68,7 @@ def fit_arx_records(
     theta, covariance, residuals = _stacked_least_squares(pairs, na, nb, nk)
     freedom = sum(r.size for r in residuals) - theta.size - len(trials)
     variance = sum(float(r @ r) for r in residuals) / freedom
-    at = Optimum(theta, variance * covariance, float(_student_quantile(freedom, 0.975)))
+    at = Optimum(theta, variance * covariance, student_quantile(freedom))
     ahead = [
         (r.output[r.output.size - e.size :], r.output[r.output.size - e.size :] - e)
         for r, e in zip(trials, residuals, strict=True)
@@ -106,15 +112,8 @@ def fit_oe(records: Sequence[SignalRecord], *, nb: int, nf: int, nk: int) -> Ide
         None if fit.covariance is None else transform @ fit.covariance @ transform.T,
         fit.quantile,
     )
-    return _identified(
-        structure,
-        at,
-        trials,
-        fit.noise,
-        weighted=fit.weighted,
-        settled=fit.solution.settled,
-        evaluations=fit.solution.evaluations,
-    )
+    search = {"settled": fit.solution.settled, "evaluations": fit.solution.evaluations}
+    return _identified(structure, at, trials, fit.noise, weighted=fit.weighted, **search)
 
 
 def _identified(
@@ -124,31 +123,78 @@ def _identified(
     noise: TrialNoise,
     *,
     one_step: float | None = None,
-    weighted: bool = False,
     settled: bool = True,
-    evaluations: int = 0,
+    **facts: Any,
 ) -> IdentifiedModel:
     scores = score_trials(structure, at.coordinates, trials)
-    free_run = scores["fit_percent"]
-    lost = 0.0 if one_step is None else one_step - free_run
-    status, sentence = discrete_status(structure, at, settled, lost)
-    (unit_input,), unit_output = trials[0].units_input, trials[0].unit_output
+    lost = 0.0 if one_step is None else one_step - scores["fit_percent"]
+    status, sentence = _status(structure, at, settled, lost)
+    unit_gain = f"{trials[0].unit_output}/{trials[0].units_input[0]}"
     return IdentifiedModel(
-        structure=structure,
-        coordinates=at.coordinates,
-        covariance=at.covariance,
-        quantile=at.quantile,
-        estimates=discrete_estimates(structure, at, f"{unit_output}/{unit_input}"),
+        **vars(at),
         **scores,
+        **facts,
+        structure=structure,
+        estimates=discrete_estimates(structure, at, unit_gain),
         fit_percent_one_step=one_step,
         noise=noise,
-        weighted=weighted,
         status=status,
         sentence=sentence,
-        evaluations=evaluations,
-        units_input=(unit_input,),
-        unit_output=unit_output,
     )
+
+
+def discrete_estimates(
+    structure: DiscreteStructure, at: Optimum, unit_gain: str
+) -> tuple[Estimate, ...]:
+    """Return K, the time constants if all poles are those of lags, a1..., b1... with intervals.
+
+    Intervals of time constants are symmetric in the logarithm.
+    """
+    na, nb = structure.na, structure.nb
+    a, b = np.split(at.coordinates, [na])
+    static, gain = 1.0 + float(np.sum(a)), structure.static_gain(at.coordinates)
+    if np.isfinite(gain):
+        gradient = np.concatenate([np.full(na, -gain / static), np.full(nb, 1.0 / static)])
+        result = [at.estimate("K", unit_gain, gain, gradient)]
+    else:
+        result = [Estimate(name="K", unit=unit_gain, value=gain, interval95=None)]
+    poles = structure.poles(at.coordinates)
+    lags = all(z.imag == 0.0 and 0.0 < z.real < 1.0 for z in poles)
+    if lags and len(set(poles)) == na:
+        for k, z in enumerate(sorted(z.real for z in poles)):
+            # d ln T / dz = -1 / (z ln z), and A(z) = 0 gives dz/da.
+            slope = np.polyval(np.polyder(structure.denominator(at.coordinates)), z)
+            to_pole = -(z ** np.arange(na - 1, -1, -1)) / slope
+            gradient = np.concatenate([-to_pole / (z * np.log(z)), np.zeros(nb)])
+            constant = -structure.sample_time / float(np.log(z))
+            name = f"T{k + 1}" if na > 1 else "T"
+            result.append(at.estimate(name, "s", constant, gradient, positive=True))
+    result += [at.estimate(f"a{i + 1}", "-", float(a[i]), at.unit(i)) for i in range(na)]
+    result += [at.estimate(f"b{i + 1}", unit_gain, float(b[i]), at.unit(na + i)) for i in range(nb)]
+    return tuple(result)
+
+
+def _status(
+    structure: DiscreteStructure, at: Optimum, settled: bool, lost: float
+) -> tuple[FitStatus, str]:
+    """Whether to trust a fit whose free run fits ``lost`` points worse than its prediction."""
+    if not settled:
+        return NOT_SETTLED
+    if any(abs(z) >= 1.0 for z in structure.poles(at.coordinates)):
+        return FitStatus.DEGENERATE, (
+            "a pole lies on or outside the unit circle: the free run does not settle"
+        )
+    if at.covariance is None:
+        return FitStatus.DEGENERATE, "the Jacobian is singular: coefficients are not identifiable"
+    notes: list[str] = []
+    if lost > _LOST:
+        notes.append(
+            f"the free run fits {lost:.0f} points worse than the one-step prediction: the noise is "
+            "not that of ARX and biases the poles, prefer output error"
+        )
+    if None in structure.continuous_poles(at.coordinates):
+        notes.append("a pole <= 0 has no continuous equivalent (often noise, or too high an order)")
+    return FitStatus.CONVERGED, "; ".join(["converged", *notes])
 
 
 def _one_rate(records: Sequence[SignalRecord]) -> tuple[tuple[SignalRecord, ...], float]:
@@ -170,16 +216,15 @@ def _stacked_least_squares(
     blocks = [centred_regression(y, u, na=na, nb=nb, delay=nk) for y, u in pairs]
     design = np.concatenate([phi for phi, _ in blocks])
     target = np.concatenate([y for _, y in blocks])
-    norms = np.linalg.norm(design, axis=0)
-    scale = np.where(norms > 0.0, norms, 1.0)
+    scale = column_scale(design)
     orthogonal, triangle = np.linalg.qr(design / scale)
-    left, singular, vt = np.linalg.svd(triangle)
-    if singular[-1] <= design.shape[0] * np.finfo(float).eps * singular[0]:
+    left, sizes, vt = np.linalg.svd(triangle)
+    if sizes[-1] <= design.shape[0] * np.finfo(float).eps * sizes[0]:
         raise UnderdeterminedError(
             f"records do not determine ARX na={na}, nb={nb}: directions are not excited; give an "
             "input that changes more often, or lower the order"
         )
-    half = vt.T / singular / scale[:, np.newaxis]
+    half = vt.T / sizes / scale[:, np.newaxis]
     theta = half @ (left.T @ (orthogonal.T @ target))
     return theta, half @ half.T, [y - phi @ theta for phi, y in blocks]
 
@@ -200,7 +245,7 @@ def _search_starts(
         pairs = [
             tuple(_lfilter([1.0], np.append(1.0, f), signal) for signal in pair) for pair in raw
         ]
-    longest = max(record.duration for record in trials)
+    _, longest = time_range(trials)
     lags = np.geomspace(3.0 * interval, max(0.3 * longest, 30.0 * interval), max(_LAGS, nf + 1))
     for constants in combinations(lags, nf):
         grid: Any = np.poly(np.exp(-interval / np.array(constants)))

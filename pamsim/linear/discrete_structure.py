@@ -1,9 +1,5 @@
 """Which discrete model is fitted: ARX or output error, its orders, delay and sample time."""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -13,11 +9,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 import scipy.signal
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.record_checks import finite_samples
 from pamsim.inference.trial_noise import WHITE, TrialNoise
-from pamsim.linear.arx import centred_regression
 from pamsim.linear.separable_fit import Linearised, Separable, linearise
 from pamsim.linear.signal_record import SignalRecord
 
@@ -54,6 +51,11 @@ class DiscreteStructure:
             return f"ARX na={self.na}, nb={self.nb}, nk={self.nk}"
         return f"output error nb={self.nb}, nf={self.na}, nk={self.nk}"
 
+    @property
+    def reach(self) -> int:
+        """How many samples back the regression vector of ARX reaches."""
+        return max(self.na, self.nk + self.nb - 1)
+
     def delay(self, coordinates: FloatArray) -> float:
         """Return the dead time nk Ts, whatever the coordinates [s]."""
         return self.nk * self.sample_time
@@ -70,6 +72,12 @@ class DiscreteStructure:
         """Return the roots of A by falling magnitude [-]."""
         roots = np.roots(self.denominator(coordinates))
         return tuple(complex(z) for z in roots[np.argsort(-np.abs(roots), kind="stable")])
+
+    def static_gain(self, coordinates: FloatArray) -> float:
+        """Return ``sum(b) / (1 + sum(a))`` [output per input]; inf or nan for an integrator."""
+        a, b = np.split(coordinates, [self.na])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.divide(np.sum(b), 1.0 + float(np.sum(a))))
 
     def continuous_poles(self, coordinates: FloatArray) -> tuple[complex | None, ...]:
         """Return ``log(z) / Ts`` of each pole [rad/s].
@@ -94,26 +102,22 @@ class DiscreteStructure:
 
     def step_response(self, coordinates: FloatArray, samples: int, interval: float) -> FloatArray:
         """Return the unit-step response at the model's own samples, shape ``(samples,)``."""
-        return self._forced(coordinates, np.ones(samples))
+        return self.forced(coordinates, np.ones(samples))
 
     def free_run(
         self, coordinates: FloatArray, record: SignalRecord
     ) -> tuple[FloatArray, FloatArray]:
-        """Simulate a record from rest at its first input, the offset fitted to its output.
+        """Simulate a record from rest at its first input; return the output and ``[offset]``.
 
-        Args:
-            coordinates: shape ``(k,)``.
-            record: a trial with the model's sample time.
-
-        Returns:
-            Output, shape ``(N,)``, not finite if the model explodes, and ``[offset]``.
+        The offset is fitted to the record's output.
         """
         with np.errstate(over="ignore", invalid="ignore"):
-            forced = self._forced(coordinates, record.input - record.input[0])
+            forced = self.forced(coordinates, record.input - record.input[0])
             offset = float(np.mean(record.output - forced))
         return forced + offset, np.array([offset])
 
-    def _forced(self, coordinates: FloatArray, given: FloatArray) -> FloatArray:
+    def forced(self, coordinates: FloatArray, given: FloatArray) -> FloatArray:
+        """Simulate an input that is 0 before the record, from rest; not finite on an explosion."""
         numerator = np.append(np.zeros(self.nk), self.numerator(coordinates))
         return _lfilter(numerator, self.denominator(coordinates), given)
 
@@ -161,16 +165,47 @@ class DiscreteStructure:
         return Linearised(residuals, tuple(phi for phi, _ in blocks), len(blocks), WHITE)
 
 
+def regression(
+    output: ArrayLike, command: ArrayLike, *, na: int, nb: int, delay: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Stack the regression vectors ``phi(t)`` of ARX, shape ``(m, na + nb)``, and ``y(t)``.
+
+    Only times whose whole regression vector lies inside the record are used: nothing is assumed
+    about what went before it.
+
+    Source: Matiskova 2021, equations (25), (26).
+    """
+    if na < 0 or nb < 1 or delay < 0:
+        raise InputError(
+            f"ARX orders na={na}, nb={nb}, delay={delay}; give na >= 0, nb >= 1, delay >= 0"
+        )
+    y = finite_samples(output, "output")
+    u = finite_samples(command, "input")
+    if y.size != u.size:
+        raise InputError(f"output has {y.size} samples but input has {u.size}; give one length")
+    start = max(na, delay + nb - 1)
+    if y.size - start <= na + nb:
+        raise InputError(
+            f"record too short: {y.size} samples for ARX na={na}, nb={nb}, delay={delay}; "
+            f"at least {start + na + nb + 1} are needed, record longer or lower the order"
+        )
+    past_y = [-y[start - i : y.size - i] for i in range(1, na + 1)]
+    past_u = [u[start - i : u.size - i] for i in range(delay, delay + nb)]
+    return np.column_stack([*past_y, *past_u]), y[start:]
+
+
+def centred_regression(
+    output: ArrayLike, command: ArrayLike, *, na: int, nb: int, delay: int = 1
+) -> tuple[FloatArray, FloatArray]:
+    """Stack as `regression` does and subtract means: that fits an offset of the record's own."""
+    phi, target = regression(output, command, na=na, nb=nb, delay=delay)
+    return phi - phi.mean(axis=0), target - target.mean()
+
+
 def from_differences(nf: int) -> tuple[FloatArray, FloatArray]:
     """Return c, M of ``f = c + M x``, x the first coefficients of F in powers of ``1 - 1/q``.
 
     Of a system sampled fast all poles are near 1 and f1..fnf nearly cancel; x do not.
-
-    Args:
-        nf: number of poles.
-
-    Returns:
-        Shapes ``(nf,)`` and ``(nf, nf)``.
     """
     powers = np.array([[(-1) ** j * comb(i, j) for i in range(nf + 1)] for j in range(1, nf + 1)])
     # F's leading 1 fixes the last coefficient: they sum to 1.

@@ -16,18 +16,7 @@ def _positive(value: float, name: str) -> float:
 
 
 def first_order_step(time: ArrayLike, time_constant: float, gain: float = 1.0) -> FloatArray:
-    """Response of ``G1 = K / (T s + 1)`` to a unit step at t = 0, from rest.
-
-    Args:
-        time: times, shape ``(n,)`` or scalar, any order; before 0 the response is 0 [s].
-        time_constant: T > 0 [s].
-        gain: K [output unit per input unit].
-
-    Returns:
-        ``K (1 - exp(-t/T))``, same shape as ``time`` [output unit].
-
-    Raises:
-        InputError: T is not positive and finite.
+    """Response of ``G1 = K / (T s + 1)`` to a unit step at t = 0 [s], from rest; before that 0.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
@@ -44,19 +33,7 @@ def second_order_step(
     The textbook form divides by ``T1 - T2``. Here, with Ts <= Tl the smaller and larger constant,
     ``x = t (Tl - Ts) / (Ts Tl)`` and ``phi(x) = (1 - exp(-x)) / x``, the same response is
     ``K (1 - exp(-t/Tl) (1 + (t/Tl) phi(x)))``: phi is smooth with phi(0) = 1, so nothing cancels
-    and T1 = T2 needs no case of its own.
-
-    Args:
-        time: times, shape ``(n,)`` or scalar, any order; before 0 the response is 0 [s].
-        first: T1 > 0 [s]; the order of T1 and T2 does not matter.
-        second: T2 > 0 [s].
-        gain: K [output unit per input unit].
-
-    Returns:
-        The response, same shape as ``time`` [output unit].
-
-    Raises:
-        InputError: T1 or T2 is not positive and finite.
+    and T1 = T2 needs no case of its own. Before 0 the response is 0.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); form with phi derived here.
     """

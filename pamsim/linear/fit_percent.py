@@ -15,16 +15,6 @@ def fit_percent(measured: ArrayLike, simulated: ArrayLike) -> float:
     100 is a perfect match, 0 is no better than the mean of the data, negative is worse than it.
     A simulation that left the finite numbers (an unstable model) gives minus infinity.
 
-    Args:
-        measured: measured output y, shape ``(n,)``, any unit.
-        simulated: simulated output yhat, shape ``(n,)``, same unit.
-
-    Returns:
-        The fit [%].
-
-    Raises:
-        InputError: lengths differ, ``measured`` is empty, not finite or constant.
-
     Source: definition used by MATLAB ``compare`` (System Identification Toolbox, NRMSE fit).
     """
     y = finite_samples(measured, "measured")

@@ -5,36 +5,24 @@ in which the error is multiplied by the denominator, solved again with that of t
 (Sanathanan and Koerner, IEEE Trans. Automatic Control 8, 1963).
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.estimate import Estimate
 from pamsim.inference.record_checks import finite_samples
-from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
-from pamsim.linear.continuous_estimates import continuous_estimates
+from pamsim.inference.trial_noise import WHITE, fit_trial_noise
+from pamsim.linear.continuous_fit import contains_zero, continuous_estimates, vague_parameter
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.optimum import Optimum
-from pamsim.linear.separable_fit import (
-    Separable,
-    Solution,
-    linearise,
-    minimise,
-    sandwich_covariance,
-)
+from pamsim.linear.identified_model import NOT_SETTLED, SINGULAR, FitStatus, IdentifiedModel
+from pamsim.linear.optimum import Optimum, student_quantile
+from pamsim.linear.separable_fit import Separable, linearise, minimise, sandwich_covariance
 
 ComplexArray = NDArray[np.complex128]
-_student_quantile: Any = scipy.special.stdtrit
 
 FEWEST_FREQUENCIES = 8
 _BEYOND = 10.0  # how far beyond the measured frequencies a pole may lie
@@ -43,50 +31,26 @@ _FOLLOWED = 2
 _APART = 1.0  # rad at the highest frequency, between dead times to start from
 _MOST_STARTS = 20
 _LEAST_DAMPING = 0.02  # of a start
-_VAGUE = 3.0  # factor up or down
 
 
 def fit_frequency_response(
-    frequency: ArrayLike,
-    response: ArrayLike,
-    *,
-    order: int,
-    zeros: int = 0,
-    dead_time: bool = False,
-    real_lags: bool = False,
-    unit_input: str = "-",
-    unit_output: str = "-",
+    frequency: ArrayLike, response: ArrayLike, *, real_lags: bool = False, **which: Any
 ) -> IdentifiedModel:
-    """Fit one linear model to a frequency response.
+    """Fit one linear model to a complex frequency response at rising frequencies [rad/s].
 
-    Every frequency has the same weight, by its relative error. Intervals allow for errors that are
-    correlated from one frequency to the next, as those of a structure that is not quite right.
-
-    Args:
-        frequency: rising, above 0, shape ``(n,)`` [rad/s].
-        response: complex, shape ``(n,)`` [output per input].
-        order: number of poles, 1 to 5.
-        zeros: number of zeros, less than ``order``.
-        dead_time: True estimates a dead time.
-        real_lags: True seeks real time constants, False any stable poles.
-        unit_input: of the input.
-        unit_output: of the output.
-
-    Returns:
-        The model; its fit is 100 % less the RMS of the relative error.
-
-    Raises:
-        InputError: for a bad order or number of zeros, fewer than 8 frequencies or too few for the
-            order, a response that is 0 or not finite, frequencies that do not rise.
+    Every frequency has the same weight, by its relative error: the fit is 100 % less its RMS.
+    Intervals allow for errors that are correlated from one frequency to the next, as those of a
+    structure that is not quite right. Order, zeros and dead time are as in `ContinuousStructure`.
     """
-    structure = ContinuousStructure(order, zeros, dead_time, real_lags)
-    w, g = checked_response(frequency, response)
+    structure = ContinuousStructure(real_lags=real_lags, **which)
+    zeros = structure.zeros
+    w, g = _checked(frequency, response)
     unknowns = structure.searched + zeros + 1
     if 2 * w.size < 3 * unknowns:
         raise InputError(
             f"{w.size} frequencies are too few for {unknowns} unknowns; lower the order"
         )
-    delays = _dead_times(w, g, zeros) if dead_time else np.zeros(1)
+    delays = _dead_times(w, g, zeros) if structure.dead_time else np.zeros(1)
     weight = 1.0 / np.abs(g)
     parts = (np.real, np.imag)
 
@@ -99,11 +63,8 @@ def fit_frequency_response(
     none = np.zeros((w.size, 0))
     low, high = np.log(1.0 / (_BEYOND * w[-1])), np.log(_BEYOND / w[0])
     # Somewhat wider than what is believed, so that the search does not end on it.
-    lower, upper = [low - 1.0] * order, [high + 1.0] * order
-    for pair in range(structure.pairs):
-        lower[2 * pair], upper[2 * pair] = -high - 1.0, -low + 1.0
-        lower[2 * pair + 1], upper[2 * pair + 1] = np.log(1e-4), np.log(1e2)
-    if dead_time:
+    lower, upper = structure.pole_bounds(low - 1.0, high + 1.0, 1e-4)
+    if structure.dead_time:
         lower, upper = [*lower, -0.1 / w[-1]], [*upper, 1.1 * delays[-1]]
     problem = Separable(
         outputs=tuple(part(weight * g) for part in parts),
@@ -115,37 +76,29 @@ def fit_frequency_response(
     )
     starts = [_start(structure, w, g, float(delay)) for delay in delays]
     found = minimise(problem, starts, refined=_FOLLOWED)
-    at, noise = _optimum(problem, found)
-    estimates = continuous_estimates(structure, at, unit_output, (unit_input,), {})
-    status, sentence = _status(structure, at, found, estimates, w)
+    line = linearise(problem, found.x, found.theta, WHITE)
+    noise = fit_trial_noise(line.residuals, problem.sample_times)
+    total, free = 2 * w.size, found.coordinates.size
+    # The residuals of a fit are smaller than the errors.
+    covariance = sandwich_covariance(line, noise.scaled(total / (total - free)))
+    quantile = student_quantile(total - free)
+    at = Optimum(found.coordinates, covariance, quantile)
+    status, sentence = _status(structure, at, found.settled, w)
     error = structure.frequency_response(at.coordinates, w) / g - 1.0
     return IdentifiedModel(
+        **vars(at),
         structure=structure,
-        coordinates=at.coordinates,
-        covariance=at.covariance,
-        quantile=at.quantile,
-        estimates=estimates,
+        estimates=continuous_estimates(structure, at, "-", ("-",), {}),
         trials=(),
         fit_percent=100.0 * (1.0 - float(np.sqrt(np.mean(np.abs(error) ** 2)))),
         noise=noise,
         status=status,
         sentence=sentence,
         evaluations=found.evaluations,
-        units_input=(unit_input,),
-        unit_output=unit_output,
     )
 
 
-def checked_response(frequency: ArrayLike, response: ArrayLike) -> tuple[FloatArray, ComplexArray]:
-    """Return frequencies and response as arrays.
-
-    Args:
-        frequency: shape ``(n,)`` [rad/s].
-        response: complex, shape ``(n,)``.
-
-    Raises:
-        InputError: as `fit_frequency_response`.
-    """
+def _checked(frequency: ArrayLike, response: ArrayLike) -> tuple[FloatArray, ComplexArray]:
     w, g = finite_samples(frequency, "frequency"), np.asarray(response, np.complex128)
     if g.shape != w.shape:
         raise InputError(f"{w.size} frequencies, but a response of shape {g.shape}")
@@ -212,29 +165,14 @@ def _coordinates(structure: ContinuousStructure, poles: ComplexArray) -> FloatAr
     return np.array(result)
 
 
-def _optimum(problem: Separable, found: Solution) -> tuple[Optimum, TrialNoise]:
-    """Where a search ended, and the model of what is left over the frequencies."""
-    line = linearise(problem, found.x, found.theta, WHITE)
-    noise = fit_trial_noise(line.residuals, problem.sample_times)
-    total, free = sum(output.size for output in problem.outputs), found.x.size + found.theta.size
-    # The residuals of a fit are smaller than the errors.
-    covariance = sandwich_covariance(line, noise.scaled(total / (total - free)))
-    quantile = float(_student_quantile(total - free, 0.975))
-    return Optimum(np.concatenate([found.x, found.theta]), covariance, quantile), noise
-
-
 def _status(
-    structure: ContinuousStructure,
-    at: Optimum,
-    found: Solution,
-    estimates: tuple[Estimate, ...],
-    w: FloatArray,
+    structure: ContinuousStructure, at: Optimum, settled: bool, w: FloatArray
 ) -> tuple[FitStatus, str]:
     """Whether to trust a fit, and why."""
-    if not found.settled:
-        return FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
+    if not settled:
+        return NOT_SETTLED
     if at.covariance is None:
-        return FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
+        return SINGULAR
     sizes = np.abs(structure.poles(at.coordinates))
     outside = [p for p in sizes if not w[0] / _BEYOND < p < w[-1] * _BEYOND]
     if outside:
@@ -244,14 +182,13 @@ def _status(
         )
     if structure.dead_time and structure.delay(at.coordinates) <= 0.0:
         return FitStatus.DEGENERATE, "no dead time is detected: leave it out"
-    for one in estimates:
-        if one.interval95 is None:
-            continue
-        low, high = one.interval95
-        vague = one.name[0] in "Twz" and one.name != "Tz" and high > _VAGUE * one.value
-        if vague or (one.name == "K" and low <= 0.0 <= high):
-            return FitStatus.DEGENERATE, (
-                f"{one.name} = {one.value:.3g} is hardly known: more poles or zeros than the"
-                " response shows, lower the order"
-            )
+    gain = structure.coefficients().start
+    unknown = vague_parameter(structure, at)
+    if contains_zero(at, gain):
+        unknown = "K", float(at.coordinates[gain]), "-"
+    if unknown is not None:
+        return FitStatus.DEGENERATE, (
+            f"{unknown[0]} = {unknown[1]:.3g} is hardly known: more poles or zeros than the"
+            " response shows, lower the order"
+        )
     return FitStatus.CONVERGED, "converged inside the bounds"

@@ -6,10 +6,6 @@ integrators ``x_i' = x_(i-1)`` may follow. Unlike partial fractions it needs no 
 where time constants meet.
 """
 
-# numba carries no types: what it compiles is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUntypedFunctionDecorator=false
-
 from __future__ import annotations
 
 from typing import Any
@@ -71,13 +67,7 @@ def chain_derivatives(
 def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> FloatArray:
     """Return n independent free responses of the chain: its impulse response and derivatives.
 
-    Args:
-        constants: T_1..T_n as above, shape ``(n,)`` [s].
-        samples: N.
-        sample_time: Ts [s].
-
-    Returns:
-        Shape ``(N, n)``, each column's largest value 1 [-].
+    Columns of length N, each with a largest value of 1 [-].
     """
     if constants.size == 0:
         return np.empty((samples, 0))
@@ -191,16 +181,8 @@ def _derivatives(
 ) -> FloatArray:
     """Derivatives of the last state, from rest; the input's knots divide each step in two pieces.
 
-    Args:
-        constants: of the lags.
-        integrators: that follow them.
-        count: of the derivatives.
-        pieces: of a step before and after the knot [s].
-        start: input at the start of each step, shape ``(N,)``.
-        now: at its knot.
-        rising: slope before the knot; empty for a held input.
-        now_rising: after it.
-        given: input at the samples.
+    The input is given at the start of each step and at its knot (now), as its slope before and
+    after that (both empty of a held input), and at the samples.
     """
     chain, entry = _chain(constants, integrators)
     n, samples = entry.size, now.size

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from pamsim.inference.trial_noise import TrialNoise
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.fit_percent import fit_percent
+from pamsim.linear.optimum import Optimum
 from pamsim.linear.signal_record import SignalRecord
 
 
@@ -26,6 +27,11 @@ class FitStatus(StrEnum):
     AT_BOUND = "at_bound"
     NOT_CONVERGED = "not_converged"
     DEGENERATE = "degenerate"
+
+
+# What fits of every kind may run into.
+NOT_SETTLED = FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
+SINGULAR = FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,20 +59,17 @@ class TrialScore:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class IdentifiedModel:
+class IdentifiedModel(Optimum):
     """A linear model fitted to one or several trials.
 
     The intervals hold if the structure is right: test that with
-    :func:`pamsim.linear.residual_independence.residual_independence`. Those of a fit to general
+    :func:`pamsim.linear.residual_tests.residual_independence`. Those of a fit to general
     inputs allow for stationary noise that is independent of the input, coloured or white; those
     of ARX and of a single step take the residuals as white.
 
     Attributes:
-        structure: which model, and what its coordinates are.
-        coordinates: shape ``(k,)``.
-        covariance: of the coordinates, shape ``(k, k)``; None if the data do not determine them.
-            Rows of a coordinate that was held are zero.
-        quantile: half width of a 95 % interval in standard errors, of Student's t.
+        structure: which model, and what its coordinates are. Of a coordinate that was held the
+            rows of the covariance are zero.
         estimates: the user's parameters with 95 % intervals: ``K``; ``T`` or ``T1``, ``T2`` ...
             rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of several inputs
             ``K[1]`` ..., ``Tz[1]`` ..., ``L[1]`` ...; of a discrete model also ``a1`` ... and
@@ -87,9 +90,6 @@ class IdentifiedModel:
     """
 
     structure: ContinuousStructure | DiscreteStructure
-    coordinates: FloatArray
-    covariance: FloatArray | None
-    quantile: float
     estimates: tuple[Estimate, ...]
     trials: tuple[TrialScore, ...]
     held_out: tuple[TrialScore, ...] = ()
@@ -139,11 +139,7 @@ class IdentifiedModel:
     def channel(self, given: int) -> IdentifiedModel:
         """Return the model from one of several inputs alone, the others at rest.
 
-        Args:
-            given: place of the input, from 0.
-
-        Returns:
-            A model whose scores, noise and status are those of the whole.
+        Its scores, noise and status are those of the whole. Places count from 0.
 
         Raises:
             InputError: if there is no such input.
@@ -204,27 +200,12 @@ class IdentifiedModel:
         return self.structure.continuous_poles(self.coordinates)
 
     def simulate(self, record: SignalRecord) -> FloatArray:
-        """Run the model freely on a record's input.
+        """Run the model freely on the input of any record in the units of the fit [output unit].
 
         The offset, and with ``start = "free"`` the initial state, are fitted to the record's
         output: nothing else of it is used.
-
-        Args:
-            record: any trial in the units of the fit.
-
-        Returns:
-            The simulated output, shape ``(n,)`` [output unit].
         """
         return self.structure.free_run(self.coordinates, record)[0]
-
-
-class TrialScores(TypedDict):
-    """Free runs of one model against its trials; keys as in :class:`IdentifiedModel`."""
-
-    trials: tuple[TrialScore, ...]
-    held_out: tuple[TrialScore, ...]
-    fit_percent: float
-    fit_percent_held_out: float | None
 
 
 def score_trials(
@@ -232,18 +213,8 @@ def score_trials(
     coordinates: FloatArray,
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord] = (),
-) -> TrialScores:
-    """Simulate and score every trial, fitted and held out.
-
-    Args:
-        structure: the model.
-        coordinates: its numbers, shape ``(k,)``.
-        records: fitted trials.
-        held_out: trials that were not fitted.
-
-    Returns:
-        The scores.
-    """
+) -> dict[str, Any]:
+    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units."""
     every = [*records, *held_out]
     runs = [structure.free_run(coordinates, record) for record in every]
     drifts = isinstance(structure, ContinuousStructure) and structure.drift
@@ -259,12 +230,14 @@ def score_trials(
     )
     pairs = [(record.output, run) for record, (run, _) in zip(every, runs, strict=True)]
     count = len(records)
-    return TrialScores(
-        trials=scores[:count],
-        held_out=scores[count:],
-        fit_percent=pooled_fit_percent(pairs[:count]),
-        fit_percent_held_out=pooled_fit_percent(pairs[count:]) if held_out else None,
-    )
+    return {
+        "trials": scores[:count],
+        "held_out": scores[count:],
+        "fit_percent": pooled_fit_percent(pairs[:count]),
+        "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
+        "units_input": records[0].units_input,
+        "unit_output": records[0].unit_output,
+    }
 
 
 def trial_score(
@@ -274,15 +247,7 @@ def trial_score(
     offset: float = 0.0,
     drift: float | None = None,
 ) -> TrialScore:
-    """Score one free run.
-
-    Args:
-        name: of the trial.
-        measured: output, shape ``(n,)`` [output unit].
-        simulated: free run, offset included, shape ``(n,)`` [output unit].
-        offset: of this trial [output unit].
-        drift: of this trial; None of a model without drift [output unit].
-    """
+    """Score one free run, offset and drift included, shape ``(n,)`` as measured."""
     with np.errstate(over="ignore", invalid="ignore"):
         residual = measured - simulated
         square = float(residual @ residual)
@@ -300,14 +265,7 @@ def trial_score(
 
 
 def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
-    """Return the fit percent over trials together, each measured output about its own mean.
-
-    Args:
-        pairs: (measured, simulated) of each trial, shape ``(n_i,)`` [output unit].
-
-    Returns:
-        The fit [%].
-    """
+    """Return the fit of (measured, simulated) trials, each about its own mean, together [%]."""
     measured = np.concatenate([y - np.mean(y) for y, _ in pairs])
     simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
     # The joint mean is 0 up to rounding, so that this is the definition of one trial.

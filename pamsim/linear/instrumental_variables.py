@@ -20,7 +20,8 @@ from pamsim.inference.trial_noise import WHITE
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.held_input import chain_derivatives, chain_modes
 from pamsim.linear.pole_coordinates import constants_of_roots, pole_coordinates
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.separable_fit import column_scale
+from pamsim.linear.signal_record import SignalRecord, time_range
 
 _ROUNDS = 4
 _SETTLED = 1e-2  # change of the poles' coordinates that ends the rounds
@@ -31,17 +32,12 @@ _WIDEST = 30.0  # a time constant at most, in longest records; at least, its inv
 def instrumental_variable_starts(
     structure: ContinuousStructure, records: Sequence[SignalRecord]
 ) -> list[FloatArray]:
-    """Return start values of poles for a search.
+    """Return start values of poles for a search, each of shape ``(searched,)``.
 
-    Args:
-        structure: with any stable poles (``real_lags`` False) and without dead time.
-        records: the trials.
-
-    Returns:
-        One for each first filter up to the one from which the rounds settle, ``(searched,)``.
+    One for each first filter up to the one from which the rounds settle. The structure has any
+    stable poles (``real_lags`` False) and no dead time.
     """
-    shortest = min(record.sample_time for record in records)
-    longest = max(record.duration for record in records)
+    shortest, longest = time_range(records)
     starts: list[FloatArray] = []
     for first in np.geomspace(2.0 * shortest, 0.1 * longest, _FIRST):
         spread = first * np.linspace(0.9, 1.1, structure.order)
@@ -99,18 +95,13 @@ def _poles_by_regression(
         basis = np.linalg.qr(own)[0]
         rows.append(columns - basis @ (basis.T @ columns))
     table = np.concatenate(rows)
-    target, output, given = (
-        table[:, 0],
-        -table[:, 1 : n + 1],
-        table[:, n + 1 : n + 1 + given_columns],
-    )
+    target, output = table[:, 0], -table[:, 1 : n + 1]
+    given = table[:, n + 1 : n + 1 + given_columns]
     regressors = np.hstack([output, given])
     clean = output if theta is None else -table[:, n + 1 + given_columns :]
     seen = np.hstack([clean, given])
-    scale = np.linalg.norm(regressors, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
-    weights = np.linalg.norm(seen, axis=0)
-    seen = seen / np.where(weights > 0.0, weights, 1.0)
+    scale = column_scale(regressors)
+    seen = seen / column_scale(seen)
     solution: Any = np.linalg.lstsq(seen.T @ (regressors / scale), seen.T @ target, rcond=None)[0]
     denominator = np.append((solution / scale)[:n][::-1], 1.0)
     if not np.all(np.isfinite(denominator)):

@@ -7,10 +7,6 @@ So the weighted estimates are kept only if they lie within the uncertainty of th
 and do not simulate much worse: where that uncertainty is large, nearly everything lies within it.
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -23,6 +19,7 @@ import scipy.special
 from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
+from pamsim.linear.optimum import Optimum, student_quantile
 from pamsim.linear.separable_fit import (
     Separable,
     Solution,
@@ -34,7 +31,6 @@ from pamsim.linear.separable_fit import (
 )
 
 _chi2_tail: Any = scipy.special.chdtrc
-_student_quantile: Any = scipy.special.stdtrit
 
 _ROUNDS = 4
 _SETTLED = 0.02  # change between rounds, in standard errors
@@ -66,17 +62,14 @@ class NoiseWeightedFit:
     disagreement: float | None
     quantile: float
 
+    @property
+    def optimum(self) -> Optimum:
+        """Of x and theta."""
+        return Optimum(self.solution.coordinates, self.covariance, self.quantile)
+
 
 def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> NoiseWeightedFit:
-    """Fit plainly, model the residuals, refit whitened, keep the better supported estimates.
-
-    Args:
-        problem: what to fit.
-        starts: of the search.
-
-    Returns:
-        The fit.
-    """
+    """Fit plainly, model the residuals, refit whitened, keep the better supported estimates."""
     plain = minimise(problem, starts)
     line = linearise(problem, plain.x, plain.theta, WHITE)
     sizes = [output.size for output in problem.outputs]
@@ -94,7 +87,7 @@ def noise_weighted_fit(problem: Separable, starts: Sequence[FloatArray]) -> Nois
     ) -> NoiseWeightedFit:
         # Noise is known by its independent samples, however densely it is sampled.
         known = max(noise.independent(sizes) - free, _FEWEST)
-        quantile = float(_student_quantile(known, 0.975))
+        quantile = student_quantile(known)
         return NoiseWeightedFit(solution, covariance, noise, weighted, disagreement, quantile)
 
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)

@@ -7,12 +7,21 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.special
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
+
+
+_quantile: Any = scipy.special.stdtrit
+
+
+def student_quantile(freedom: float) -> float:
+    """Return the half width of a 95 % interval in standard errors, of Student's t."""
+    return float(_quantile(freedom, 0.975))
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +42,12 @@ class Optimum:
         """Return the gradient of coordinate i, shape ``(k,)``."""
         return np.eye(self.coordinates.size)[i]
 
+    def ratio(self, i: int, j: int) -> tuple[float, FloatArray]:
+        """Return coordinate i over coordinate j, and its gradient."""
+        below = float(self.coordinates[j])
+        value = float(self.coordinates[i]) / below
+        return value, (self.unit(i) - value * self.unit(j)) / below
+
     def half_width(self, gradient: FloatArray) -> float | None:
         """Return the half width of the 95 % interval of a function with this gradient."""
         if self.covariance is None:
@@ -45,12 +60,8 @@ class Optimum:
     ) -> Estimate:
         """Return a function of the coordinates with its interval.
 
-        Args:
-            name: of the estimate.
-            unit: of the estimate.
-            value: at the optimum.
-            gradient: of the value, or of its logarithm if ``positive``, shape ``(k,)``.
-            positive: whether the interval is symmetric in the logarithm.
+        With ``positive`` that is symmetric in the logarithm, of which the gradient is, shape
+        ``(k,)``.
         """
         half = self.half_width(gradient)
         interval = None
@@ -63,13 +74,9 @@ class Optimum:
         return Estimate(name=name, unit=unit, value=value, interval95=interval)
 
     def half_widths(self, function: Callable[[FloatArray], NDArray[Any]]) -> NDArray[Any] | None:
-        """Return half widths of the 95 % intervals of an array of functions of the coordinates.
+        """Return half widths of the 95 % intervals of a function of the coordinates.
 
-        Args:
-            function: coordinates, shape ``(k,)``, to values, shape ``(n,)``, real or complex.
-
-        Returns:
-            Shape ``(n,)``, of complex values those of both parts; None without a covariance.
+        Of complex values those of both parts; None without a covariance.
         """
         covariance = self.covariance
         if covariance is None:
@@ -87,12 +94,7 @@ class Optimum:
 def central_differences(
     function: Callable[[FloatArray], NDArray[Any]], at: FloatArray
 ) -> NDArray[Any]:
-    """Return the Jacobian of a function, shape ``(n, k)``.
-
-    Args:
-        function: shape ``(k,)`` to shape ``(n,)``.
-        at: where, shape ``(k,)``.
-    """
+    """Return the Jacobian of a function from shape ``(k,)`` to ``(n,)``, shape ``(n, k)``."""
     if at.size == 0:
         return np.empty((function(at).size, 0))
     columns: list[NDArray[Any]] = []

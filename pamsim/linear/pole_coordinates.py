@@ -16,11 +16,8 @@ _REAL = 1e-9  # imaginary over absolute value, below which a time constant is re
 def pole_coordinates(constants: NDArray[Any] | Sequence[complex]) -> FloatArray:
     """Return ``ln wn, ln zeta`` of each pair, then ``ln T`` of the lag that is left over.
 
-    Args:
-        constants: ``-1 / s`` of every pole s, real or in conjugate pairs, real parts > 0 [s].
-
-    Returns:
-        Shape ``(n,)``: the pole coordinates of a `ContinuousStructure` with any poles.
+    These are the pole coordinates of a `ContinuousStructure` with any poles. The constants are
+    ``-1 / s`` of every pole s, real or in conjugate pairs, real parts > 0 [s].
     """
     values = np.asarray(constants, dtype=complex)
     real = np.abs(np.imag(values)) <= _REAL * np.abs(values)
@@ -38,13 +35,7 @@ def pole_coordinates(constants: NDArray[Any] | Sequence[complex]) -> FloatArray:
 
 
 def constants_of_roots(roots: NDArray[Any], shortest: float, longest: float) -> NDArray[Any]:
-    """Return the time constants of poles, unstable ones mirrored, within a range.
-
-    Args:
-        roots: poles, real or in conjugate pairs, shape ``(n,)`` [rad/s].
-        shortest: smallest absolute value of a time constant [s].
-        longest: largest [s].
-    """
+    """Return the time constants of poles [rad/s], unstable ones mirrored, within a range [s]."""
     size = np.clip(np.abs(roots), 1.0 / longest, 1.0 / shortest)
     angle = np.angle(np.where(roots == 0.0, -1.0, roots))
     # Mirrored at the imaginary axis, and away from it, where the damping would be 0.

@@ -12,7 +12,6 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.optimum import Optimum
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,17 +59,9 @@ class StepResponse:
 
 
 def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> FrequencyResponse:
-    """Return magnitude and phase of a fitted model with their 95 % bands.
+    """Return magnitude and phase of a fitted model with their 95 % bands, at frequencies [rad/s].
 
-    Args:
-        fit: a fitted model.
-        frequencies: rising, > 0; of a discrete model up to ``pi / Ts``, shape ``(n,)`` [rad/s].
-
-    Returns:
-        Bode data. The phase of a dead time is exact, not a Pade approximation.
-
-    Raises:
-        InputError: frequencies are not rising and positive, or beyond the Nyquist frequency.
+    The phase of a dead time is exact, not a Pade approximation.
     """
     w = finite_samples(frequencies, "frequencies")
     if w.size == 0 or w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
@@ -87,7 +78,7 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
     value = structure.frequency_response(fit.coordinates, w)
     magnitude, phase = np.abs(value), np.unwrap(np.angle(value))
     # Log and phase are real and imaginary part of ln G, whose derivative is dG / G.
-    half = _optimum(fit).half_widths(lambda x: structure.frequency_response(x, w) / value)
+    half = fit.half_widths(lambda x: structure.frequency_response(x, w) / value)
     if half is None:
         return FrequencyResponse(w, magnitude, phase, None, None)
     with np.errstate(over="ignore"):
@@ -102,23 +93,11 @@ def frequency_response(fit: IdentifiedModel, frequencies: ArrayLike) -> Frequenc
 
 
 def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
-    """Return the unit-step response of a fitted model with its 95 % band.
+    """Return the unit-step response of a fitted model from rest with its 95 % band.
 
-    Args:
-        fit: a fitted model.
-        time: uniform, from 0; of a discrete model its own samples, shape ``(n,)`` [s].
-
-    Returns:
-        The response from rest, offset 0.
-
-    Raises:
-        InputError: time does not start at 0, is not uniform, or has another interval than a
-            discrete model.
+    Times are uniform, from 0; of a discrete model its own samples [s].
     """
-    t = finite_samples(time, "time")
-    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
-        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
-    interval = uniform_interval(t)
+    t, interval = time_from_0(time)
     if isinstance(fit.structure, DiscreteStructure):
         own = fit.structure.sample_time
         if abs(interval - own) > 1e-3 * own:
@@ -129,10 +108,14 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike) -> StepResponse:
 
     structure = fit.structure
     output = structure.step_response(fit.coordinates, t.size, interval)
-    half = _optimum(fit).half_widths(lambda x: structure.step_response(x, t.size, interval))
+    half = fit.half_widths(lambda x: structure.step_response(x, t.size, interval))
     band = None if half is None else np.stack([output - half, output + half])
     return StepResponse(t, output, band)
 
 
-def _optimum(fit: IdentifiedModel) -> Optimum:
-    return Optimum(fit.coordinates, fit.covariance, fit.quantile)
+def time_from_0(time: ArrayLike) -> tuple[FloatArray, float]:
+    """Return uniform times and their interval [s]."""
+    t = finite_samples(time, "time")
+    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
+        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
+    return t, uniform_interval(t)

@@ -6,21 +6,17 @@ Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analys
 10, 1973).
 """
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
-
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
+from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 from pamsim.linear.optimum import central_differences
 
@@ -94,10 +90,6 @@ class Separable:
         The linear coefficients are held, then what they can take up is removed: of the exact slope
         that leaves out only what is orthogonal to the residual, so that the gradient is exact.
 
-        Args:
-            x: where, shape ``(p,)``.
-            part: the linear part there, which does not overflow.
-
         Source: Kaufman (BIT 15, 1975).
         """
         if not x.size:
@@ -136,19 +128,28 @@ class Separable:
             # The triangular factors hold all that a solution needs, in a few rows.
             factors: list[Any] = [np.linalg.qr(block, mode="r") for block in blocks]
             rest = np.concatenate([r[own:, own:] for r in factors])
-            theta = _scaled_solution(rest[:, :-1], rest[:, -1])
+            theta = scaled_solution(rest[:, :-1], rest[:, -1])[0]
             etas = [
-                _scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)
+                scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)[0]
                 for r in factors
             ]
             return LinearPart(theta, etas, blocks, noise)
 
 
-def _scaled_solution(design: FloatArray, target: FloatArray) -> FloatArray:
-    """Least squares with columns of the same length."""
-    norms = np.linalg.norm(design, axis=0)
-    scale = np.where(norms > 0.0, norms, 1.0)
-    return np.linalg.lstsq(design / scale, target, rcond=None)[0] / scale
+def scaled_solution(design: FloatArray, target: FloatArray) -> tuple[FloatArray, int]:
+    """Return a least-squares solution and its rank, by columns of the same length.
+
+    So the rank does not depend on units.
+    """
+    scale = column_scale(design)
+    scaled, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=None)
+    return scaled / scale, int(rank)
+
+
+def column_scale(columns: FloatArray) -> FloatArray:
+    """Return the length of each column; 1 of a column of zeros."""
+    norms = np.linalg.norm(columns, axis=0)
+    return np.where(norms > 0.0, norms, 1.0)
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
@@ -176,34 +177,28 @@ class Solution:
     settled: bool
     evaluations: int
 
+    @property
+    def coordinates(self) -> FloatArray:
+        """X and theta, shape ``(p + q,)``."""
+        return np.append(self.x, self.theta)
+
 
 def minimise(
     problem: Separable, starts: Sequence[FloatArray], noise: TrialNoise = WHITE, refined: int = 4
 ) -> Solution:
-    """Search from the best few of the starts.
-
-    Args:
-        problem: what to fit.
-        starts: points inside the bounds.
-        noise: whitens the residual.
-        refined: how many of the best starts are followed.
-
-    Returns:
-        The best optimum.
-    """
+    """Search from the best few of the starts, the ``refined`` best of which are followed."""
     evaluations = 0
     if len(starts) > 1:
         # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
         rough = _search(problem, starts, noise, tolerance=1e-4, steps=30, follow=refined)
         starts, evaluations = [rough.x], rough.evaluations
     best = _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=refined)
-    return Solution(
-        x=best.x,
-        theta=problem.solved(best.x, noise)[0],
-        cost=best.cost,
-        settled=best.converged,
-        evaluations=evaluations + best.evaluations,
-    )
+    return replace(best, evaluations=evaluations + best.evaluations)
+
+
+def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
+    """Search from the best two of the starts until little is gained: for a scan of structures."""
+    return _search(problem, starts, WHITE, tolerance=_ROUGH, steps=_ROUGH_STEPS, follow=2)
 
 
 def _search(
@@ -214,7 +209,7 @@ def _search(
     tolerance: float,
     steps: int,
     follow: int,
-) -> Fit:
+) -> Solution:
     last: tuple[FloatArray, LinearPart] | None = None
 
     def residual(x: FloatArray) -> FloatArray | None:
@@ -228,7 +223,7 @@ def _search(
             return problem.jacobian(x, last[1])
         return problem.jacobian(x, problem.linear_part(x, noise))
 
-    return bounded_least_squares(
+    found = bounded_least_squares(
         one_by_one(residual),
         starts,
         lower=problem.lower,
@@ -239,23 +234,9 @@ def _search(
         max_steps=steps,
         follow=follow,
     )
-
-
-def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
-    """Search from the best two of the starts until little is gained: for a scan of structures.
-
-    Args:
-        problem: what to fit.
-        starts: points inside the bounds.
-
-    Returns:
-        The better end; ``settled`` False where the search ran out of steps.
-    """
-    found = _search(problem, starts, WHITE, tolerance=_ROUGH, steps=_ROUGH_STEPS, follow=2)
-    theta = problem.solved(found.x, WHITE)[0]
     return Solution(
         x=found.x,
-        theta=theta,
+        theta=problem.solved(found.x, noise)[0],
         cost=found.cost,
         settled=found.converged,
         evaluations=found.evaluations,
@@ -287,17 +268,7 @@ class Linearised:
 def linearise(
     problem: Separable, x: FloatArray, theta: FloatArray, noise: TrialNoise
 ) -> Linearised:
-    """Differentiate the prediction by central differences.
-
-    Args:
-        problem: what was fitted.
-        x: shape ``(p,)``.
-        theta: shape ``(q,)``.
-        noise: whitens residual and Jacobian.
-
-    Returns:
-        The linearisation.
-    """
+    """Differentiate the prediction by central differences; the noise model whitens all."""
     plain: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     count = 0
     for i, output in enumerate(problem.outputs):
@@ -323,9 +294,7 @@ def linearise(
 def noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:
     """Return a noise model of the residuals that allows for what the fit took up of the noise.
 
-    Args:
-        line: linearised with the noise model that whitened the fit.
-        covariance: of (x, theta), shape ``(k, k)``.
+    The line is whitened as the fit was; the covariance is that of (x, theta).
     """
     sizes, vectors = np.linalg.eigh(covariance)
     half = vectors * np.sqrt(np.maximum(sizes, 0.0))
@@ -338,10 +307,8 @@ def noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:
 def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:
     """Return ``(J^T J)^-1``, shape ``(k, k)``, or None where columns are linearly dependent.
 
-    Args:
-        jacobian: shape ``(n, k)``.
-        singular: smallest over largest singular value of the column-scaled Jacobian below which
-            columns count as dependent.
+    They count as dependent where the smallest singular value of the column-scaled Jacobian over the
+    largest is below ``singular``.
     """
     norms = np.linalg.norm(jacobian, axis=0)
     if not np.all(np.isfinite(norms)) or np.any(norms == 0.0):
@@ -356,14 +323,7 @@ def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> Fl
 
 
 def whitened_covariance(line: Linearised) -> FloatArray | None:
-    """Return the covariance of (x, theta) of a fit that minimised the whitened residual.
-
-    Args:
-        line: linearised with the noise model that whitened the fit.
-
-    Returns:
-        Shape ``(k, k)``, or None.
-    """
+    """Return the covariance of (x, theta) of a fit that minimised the line's whitened residual."""
     jacobian, residual = np.concatenate(line.jacobians), np.concatenate(line.residuals)
     inverse = inverse_information(jacobian)
     freedom = residual.size - jacobian.shape[1] - line.own
@@ -373,14 +333,9 @@ def whitened_covariance(line: Linearised) -> FloatArray | None:
 
 
 def sandwich_covariance(line: Linearised, noise: TrialNoise) -> FloatArray | None:
-    """Return the covariance of (x, theta) of a fit that minimised the plain residual.
+    """Return the covariance of (x, theta) of a fit that minimised the line's plain residual.
 
-    Args:
-        line: linearised without whitening.
-        noise: of its residuals.
-
-    Returns:
-        ``(J^T J)^-1 J^T S J (J^T J)^-1`` with S the noise's covariance, or None.
+    ``(J^T J)^-1 J^T S J (J^T J)^-1``, S the covariance of the noise in it.
     """
     jacobian = np.concatenate(line.jacobians)
     inverse = inverse_information(jacobian)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -72,11 +73,7 @@ class SignalRecord:
 
     @property
     def input(self) -> FloatArray:
-        """The only input, shape ``(n,)``.
-
-        Raises:
-            InputError: if there are several.
-        """
+        """The only input, shape ``(n,)``."""
         if self.inputs.shape[1] > 1:
             raise InputError(
                 f"record {self.name} has {self.inputs.shape[1]} inputs where one is expected; take"
@@ -84,15 +81,10 @@ class SignalRecord:
             )
         return self.inputs[:, 0]
 
-    def part(self, rows: slice, *, held_out: bool = False) -> SignalRecord:
-        """Return some of its samples, which follow each other, as a record of the same name."""
-        return replace(
-            self,
-            time=self.time[rows],
-            inputs=self.inputs[rows],
-            output=self.output[rows],
-            held_out=held_out,
-        )
+    def part(self, rows: slice, **changes: Any) -> SignalRecord:
+        """Return some of its samples, which follow each other, as a record with other changes."""
+        time, inputs, output = self.time[rows], self.inputs[rows], self.output[rows]
+        return replace(self, time=time, inputs=inputs, output=output, **changes)
 
     @cached_property
     def sample_time(self) -> float:
@@ -118,17 +110,7 @@ def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tup
 
 
 def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]:
-    """Return the records of one identification: at least one, names distinct, units equal.
-
-    Args:
-        records: the trials.
-
-    Returns:
-        The same as a tuple.
-
-    Raises:
-        InputError: none given, a name twice, or inputs or units that differ.
-    """
+    """Return the records of one identification: at least one, names distinct, units equal."""
     result = tuple(records)
     if not result:
         raise InputError("no records given; give at least one trial")
@@ -150,3 +132,8 @@ def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]
                 f"{first.name} in {first.unit_output} per {first_units}; convert one of them"
             )
     return result
+
+
+def time_range(records: Sequence[SignalRecord]) -> tuple[float, float]:
+    """Return the shortest sample time and the longest duration [s]."""
+    return min(r.sample_time for r in records), max(r.duration for r in records)

@@ -7,7 +7,7 @@ gain and by free ARX differ by more than 10 %. So every estimate names its estim
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,19 +16,24 @@ from numpy.typing import ArrayLike
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
+from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
-from pamsim.linear.arx import (
-    ArxModel,
-    UnderdeterminedError,
-    fit_arx,
-    lag,
-    simulate_arx,
-    time_constants_from_arx,
-)
+from pamsim.inference.trial_noise import TrialNoise
+from pamsim.linear.arx import ArxModel, UnderdeterminedError, fit_arx, time_constants_from_arx
+from pamsim.linear.continuous_fit import continuous_estimates, merged_lags
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.first_second_order import unit_step
 from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.step_fit import final_value, fit_step
+from pamsim.linear.identified_model import (
+    NOT_SETTLED,
+    SINGULAR,
+    FitStatus,
+    IdentifiedModel,
+    trial_score,
+)
+from pamsim.linear.optimum import Optimum, student_quantile
+from pamsim.linear.separable_fit import inverse_information
 
 OUTPUT_ERROR = "output error, unit gain"
 ARX_UNIT = "ARX least squares, unit gain"
@@ -39,6 +44,15 @@ NOT_IDENTIFIABLE = "not_identifiable"
 # final value shortens the time constants noticeably: at 0.5 % (a 3 s record of the printed G2) T
 # of G1 is 1.7 % too short. Much tighter and sensor noise would trip it.
 SETTLED_CHANGE = 0.005
+
+# Splits of the 63 % time into (T1, T2): G2 has a mirror-symmetric cost with a saddle at T1 = T2,
+# so starts lie on one side of it, from well separated to nearly merged.
+_STARTS: dict[int, tuple[tuple[float, ...], ...]] = {
+    1: ((0.5,), (1.0,), (2.0,)),
+    2: ((0.02, 1.0), (0.15, 0.85), (0.4, 0.6)),
+}
+_SINGULAR = 1e-6  # smallest over largest singular value of the column-scaled Jacobian
+_ROUNDING = 1e-20  # variance of a residual that is rounding alone, of a response of size 1
 
 
 @dataclass(frozen=True)
@@ -62,14 +76,16 @@ class ArxStep:
     order: int
     status: str
     sentence: str
-    model: ArxModel | None
-    gain: float | None
-    time_constants: tuple[float, ...]
-    fit_percent: float | None
-    fit_percent_continuous: float | None
+    model: ArxModel | None = None
+    gain: float | None = None
+    time_constants: tuple[float, ...] = ()
+    fit_percent: float | None = None
+    fit_percent_continuous: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; order 1 writes ``T_s``, order 2 ``T1_s`` and ``T2_s``."""
+        found = self.model
+        a, b = (None, None) if found is None else np.split(found.coordinates, [self.order])
         return {
             "method": self.method,
             "status": self.status,
@@ -78,8 +94,8 @@ class ArxStep:
             **_named(self.order, self.time_constants),
             "fit_percent": self.fit_percent,
             "fit_percent_continuous": self.fit_percent_continuous,
-            "a": self.model.a if self.model else None,
-            "b": self.model.b if self.model else None,
+            "a": a,
+            "b": b,
         }
 
 
@@ -168,9 +184,11 @@ def identify_step(
     stamps, raw = increasing_time(time, response, minimum=8)
     interval = uniform_interval(stamps)
     varying_output(raw)
-    final = final_value(raw - raw[0])
+    final = _final_value(raw - raw[0])
     y = (raw - raw[0]) / final
     t: FloatArray = np.linspace(0.0, interval * (y.size - 1), y.size, dtype=np.float64)
+    count, end = max(1, y.size // 50), y.size - y.size // 10
+    change = float(np.mean(y[-count:]) - np.mean(y[end - count : end]))
     return StepIdentification(
         g1=_estimates(t, y, interval, 1),
         g2=_estimates(t, y, interval, 2),
@@ -178,15 +196,9 @@ def identify_step(
         static_gain=final / step_size,
         sample_time=interval,
         duration=float(t[-1]),
-        change_last_tenth=_change_last_tenth(y),
-        settled=abs(_change_last_tenth(y)) <= SETTLED_CHANGE,
+        change_last_tenth=change,
+        settled=abs(change) <= SETTLED_CHANGE,
     )
-
-
-def _change_last_tenth(y: FloatArray) -> float:
-    count = max(1, y.size // 50)
-    end = y.size - y.size // 10
-    return float(np.mean(y[-count:]) - np.mean(y[end - count : end]))
 
 
 def _estimates(t: FloatArray, y: FloatArray, interval: float, order: int) -> ModelEstimates:
@@ -201,30 +213,14 @@ def _arx(
     t: FloatArray, y: FloatArray, interval: float, order: int, method: str, gain: float | None
 ) -> ArxStep:
     """Fit ARX(order, order) after the step, with the rest before it as history."""
-    # One sample of rest makes G2's b1 and b2 identifiable: afterwards u never changes.
-    rest = np.zeros(lag(order, order, 1) - 1)
+    # Samples of rest make G2's b1 and b2 identifiable: afterwards u never changes.
+    rest = np.zeros(order - 1)
     unit = np.ones(t.size)
+    given, output = np.append(rest, unit), np.append(rest, y)
     try:
-        model = fit_arx(
-            np.concatenate([rest, y]),
-            np.concatenate([rest, unit]),
-            interval,
-            na=order,
-            nb=order,
-            static_gain=gain,
-        )
+        model = fit_arx(output, given, interval, na=order, nb=order, static_gain=gain)
     except UnderdeterminedError as error:
-        return ArxStep(
-            method=method,
-            order=order,
-            status=NOT_IDENTIFIABLE,
-            sentence=str(error),
-            model=None,
-            gain=None,
-            time_constants=(),
-            fit_percent=None,
-            fit_percent_continuous=None,
-        )
+        return ArxStep(method, order, NOT_IDENTIFIABLE, str(error))
     chain = time_constants_from_arx(model)
     smooth: float | None = None
     if chain.gain is not None:
@@ -232,12 +228,9 @@ def _arx(
     return ArxStep(
         method=method,
         order=order,
-        status=chain.status.value,
-        sentence=chain.sentence,
+        **vars(chain),
         model=model,
-        gain=chain.gain,
-        time_constants=chain.time_constants,
-        fit_percent=fit_percent(y, simulate_arx(model, unit)),
+        fit_percent=fit_percent(y, model.structure.forced(model.coordinates, unit)),
         fit_percent_continuous=smooth,
     )
 
@@ -246,3 +239,110 @@ def _named(order: int, values: tuple[Any, ...]) -> dict[str, Any]:
     """Name values by time constant; None where there are none."""
     names = ("T_s",) if order == 1 else ("T1_s", "T2_s")
     return dict(zip(names, values or (None,) * order, strict=True))
+
+
+def fit_step(time: ArrayLike, response: ArrayLike, *, order: int) -> IdentifiedModel:
+    """Fit G1 or G2 of gain 1 to a normalised step response, least squares of the simulated output.
+
+    The step happens at ``time[0]``, from rest at 0. Time constants are sought as logarithms between
+    a tenth of a sample and a hundred record lengths, from several fixed starts. A response with a
+    gain, a dead time or an offset is a record: `pamsim.linear.continuous_fit.fit_continuous`.
+
+    The 95 % intervals come from the Jacobian at the optimum and Student's t. They assume white
+    residuals and the right model order. Residuals of a wrong order or of a sampled mechanism are
+    strongly correlated (see ``residual_lag1`` of the trial), and then the intervals are far too
+    narrow. They are None where the data do not determine the parameter. Times need not be uniform.
+
+    Source: model of Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24); the paper itself
+    names only ARX least squares, (25)-(29).
+    """
+    if order not in _STARTS:
+        raise InputError(f"order = {order!r} is not known; give 1 for G1 or 2 for G2")
+    t, y = increasing_time(time, response, minimum=8)
+    varying_output(y)
+    t = t - t[0]
+    reached = np.flatnonzero(np.abs(y) >= 0.632 * abs(_final_value(y)))
+    reference = max(float(t[reached[0]]), float(t[1]))
+    interval = float(np.median(np.diff(t)))
+    low, high = np.log(interval / 10.0), np.log(100.0 * float(t[-1]))
+    found = bounded_least_squares(
+        one_by_one(lambda x: unit_step(t, tuple(np.exp(x).tolist())) - y),
+        [np.log(np.array(split) * reference) for split in _STARTS[order]],
+        lower=np.full(order, low),
+        upper=np.full(order, high),
+        jacobian="3-point",
+        x_scale=1.0,
+        tolerance=1e-12,
+        gradient_tolerance=1e-12,
+        max_steps=200,
+    )
+    variance = found.cost / (t.size - order)
+    inverse = inverse_information(found.jacobian, _SINGULAR)
+    covariance = None if inverse is None else np.pad(variance * inverse, (0, 1))  # the gain is held
+    structure = ContinuousStructure(order)
+    quantile = student_quantile(t.size - order)
+    at = Optimum(np.append(found.x, 1.0), covariance, quantile)
+    status, sentence = _status(structure, at, found, (low, high), interval)
+    if status not in (FitStatus.CONVERGED, FitStatus.DEGENERATE):
+        at = replace(at, covariance=None)
+    score = trial_score("step", y, y + found.residual)
+    # Of a perfect match only rounding remains, whose correlation means nothing.
+    if status is FitStatus.CONVERGED and score.residual_lag1 > 0.5 and variance > _ROUNDING:
+        sentence += (
+            f"; residuals are correlated (lag 1: {score.residual_lag1:.2f}), the intervals are too"
+            " narrow"
+        )
+    gain, *lags = continuous_estimates(structure, at, "-", ("-",), {})
+    return IdentifiedModel(
+        **vars(at),
+        structure=structure,
+        estimates=(replace(gain, interval95=None), *lags),
+        trials=(score,),
+        fit_percent=score.fit_percent,
+        noise=TrialNoise((ArNoise((), variance),)),
+        status=status,
+        sentence=sentence,
+        evaluations=found.evaluations,
+    )
+
+
+def _status(
+    structure: ContinuousStructure,
+    at: Optimum,
+    found: Fit,
+    bounds: tuple[float, float],
+    interval: float,
+) -> tuple[FitStatus, str]:
+    shortest, longest = np.min(found.x), np.max(found.x)
+    if not found.converged:
+        return NOT_SETTLED
+    # The cost is flat towards a vanishing lag, so the solver may stop short of the bound itself.
+    if shortest < bounds[0] + np.log(2.0) or longest > bounds[1] - np.log(2.0):
+        return FitStatus.AT_BOUND, (
+            "a parameter is at its bound: the record shows no such lag, or is too short for it"
+        )
+    if np.exp(shortest) < interval:
+        return FitStatus.DEGENERATE, (
+            f"time constant {np.exp(shortest):.3g} s is shorter than one sample ({interval:.3g} s):"
+            " the record does not resolve it"
+        )
+    if at.covariance is None:
+        return SINGULAR
+    if merged_lags(structure, at) is not None:
+        return FitStatus.DEGENERATE, (
+            "T1 and T2 merge within their uncertainty: the record shows a double lag or an "
+            "oscillation, and does not determine two separate real lags"
+        )
+    return FitStatus.CONVERGED, "converged inside the bounds"
+
+
+def _final_value(response: FloatArray) -> float:
+    """Return the mean of the last 2 % of the samples (at least one) [output unit]."""
+    count = max(1, response.size // 50)
+    final = float(np.mean(response[-count:]))
+    if abs(final) < 1e-3 * float(np.max(np.abs(response))):
+        raise InputError(
+            f"response ends where it began (final value {final:g}, mean of the last {count} "
+            "samples): G1 and G2 describe a lasting step; cut the record before the return"
+        )
+    return final

@@ -14,8 +14,8 @@ from pamsim.linear.continuous_fit import delay_starts
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
 from pamsim.linear.instrumental_variables import instrumental_variable_starts
 from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.separable_fit import rough_minimum
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.linear.separable_fit import Solution, rough_minimum
+from pamsim.linear.signal_record import SignalRecord, time_range
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried
@@ -26,28 +26,16 @@ _ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RoughFit:
-    """One structure, roughly fitted.
+class RoughFit(Solution):
+    """One structure, roughly fitted: x is poles and dead times, theta the other coordinates.
 
     Attributes:
         structure: which.
-        x: poles and dead times, shape ``(searched,)``.
-        theta: numerators and, of an integrating model with a free start, the bias, shape
-            ``(unknowns - searched,)``.
-        cost: sum of squares of the residual [output unit^2].
         criterion: of Hannan and Quinn; smaller is better.
     """
 
     structure: ContinuousStructure
-    x: FloatArray
-    theta: FloatArray
-    cost: float
     criterion: float
-
-    @property
-    def coordinates(self) -> FloatArray:
-        """Those of the structure, shape ``(unknowns,)``."""
-        return np.append(self.x, self.theta)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,39 +55,20 @@ class StructureScan:
     fits: dict[ContinuousStructure, RoughFit] = field(default_factory=dict)
 
     def fit(
-        self, order: int, zeros: int, near: Sequence[FloatArray] = (), **more: int
+        self, structure: ContinuousStructure, near: Sequence[FloatArray] = ()
     ) -> RoughFit | None:
-        """Fit one structure, from starts nearby.
+        """Fit one structure, from starts nearby; None where there are too few samples.
 
         That with all zeros but the direct path starts from instrumental variables, too; they allow
         for a drift, so that the starts of models with and without are the same.
-
-        Args:
-            order: poles that are no integrators.
-            zeros: of all poles.
-            near: starts, shape ``(searched,)``.
-            more: ``integrators``, ``dead_time``, ``drift``.
-
-        Returns:
-            None where there are too few samples.
         """
-        structure = ContinuousStructure(
-            order=order,
-            zeros=zeros,
-            real_lags=False,
-            start=self.start,
-            integrators=more.get("integrators", 0),
-            dead_time=bool(more.get("dead_time", 0)),
-            drift=bool(more.get("drift", 0)),
-            inputs=len(self.records[0].units_input),
-        )
         unknowns = structure.unknowns + structure.per_trial * len(self.records)
         if sum(record.output.size for record in self.records) < 3 * unknowns:
             return None
         self.report(structure)
         starts = list(near)
-        all_zeros = zeros == max(order + structure.integrators - 1, 0)
-        if all_zeros and not (structure.dead_time or structure.drift):
+        all_zeros = max(structure.order + structure.integrators - 1, 0)
+        if structure.zeros == all_zeros and not (structure.dead_time or structure.drift):
             starts += instrumental_variable_starts(structure, self.records)
         result = rough_fit(structure, self.records, starts)
         self.fits[structure] = result
@@ -110,22 +79,25 @@ class StructureScan:
     ) -> Iterator[RoughFit]:
         """One pole more at a time, with as many zeros as leave no direct path.
 
-        Until two orders in a row are no better.
-
-        Args:
-            integrators: of all.
-            most: poles that are no integrators.
-            beside: the same without drift, where the searches begin; then the outputs drift.
+        Until two orders in a row are no better. The outputs drift if the same without drift are
+        given ``beside``, where the searches begin.
         """
         before: RoughFit | None = None
         least, in_vain = np.inf, 0
         for order in range(0 if integrators else 1, most + 1):
             near = [] if before is None else self._one_pole_more(before)
-            zeros = max(order + integrators - 1, 0)
             if beside is not None:
                 near += [fit.x for fit in beside if fit.structure.order == order]
-            drift = int(beside is not None)
-            before = self.fit(order, zeros, near, integrators=integrators, drift=drift)
+            structure = ContinuousStructure(
+                order=order,
+                zeros=max(order + integrators - 1, 0),
+                real_lags=False,
+                start=self.start,
+                integrators=integrators,
+                drift=beside is not None,
+                inputs=len(self.records[0].units_input),
+            )
+            before = self.fit(structure, near)
             if before is None:
                 return
             yield before
@@ -135,8 +107,7 @@ class StructureScan:
                 return
 
     def _one_pole_more(self, fit: RoughFit) -> list[FloatArray]:
-        shortest = min(record.sample_time for record in self.records)
-        longest = max(record.duration for record in self.records)
+        shortest, longest = time_range(self.records)
         constants = fit.structure.constants(fit.x)
         return [
             pole_coordinates(np.append(constants, added))
@@ -147,14 +118,7 @@ class StructureScan:
         """One zero less at a time, without and with dead time, until both are decisively worse."""
         late = self._delayed(fit)
         while fit.structure.zeros > 0:
-            structure = fit.structure
-            fewer = self.fit(
-                structure.order,
-                structure.zeros - 1,
-                [fit.x],
-                integrators=structure.integrators,
-                drift=structure.drift,
-            )
+            fewer = self.fit(replace(fit.structure, zeros=fit.structure.zeros - 1), [fit.x])
             if fewer is None:
                 return
             fewer_late = self._delayed(fewer, late)
@@ -169,19 +133,13 @@ class StructureScan:
         """The same with a dead time; None for more poles than process models have."""
         if fit.structure.order > _DELAYED_POLES:
             return None
-        shortest = min(record.sample_time for record in self.records)
+        shortest, _ = time_range(self.records)
         most = 0.25 * min(record.duration for record in self.records)
         delays = [0.5 * shortest, *np.geomspace(1.5 * shortest, most, _DELAYS)]
         late = delay_starts(delays, fit.structure.inputs)
         starts = [np.append(fit.x, delay) for delay in late]
-        return self.fit(
-            fit.structure.order,
-            fit.structure.zeros,
-            starts if near is None else [near.x, *starts],
-            integrators=fit.structure.integrators,
-            dead_time=1,
-            drift=fit.structure.drift,
-        )
+        starts = starts if near is None else [near.x, *starts]
+        return self.fit(replace(fit.structure, dead_time=True), starts)
 
     def near_the_best(self) -> None:
         """Fit what the way of the scan may have missed, beside every fit that may be chosen.
@@ -195,7 +153,7 @@ class StructureScan:
         best = {fit.structure.order: fit for fit in falling if not fit.structure.integrators}
         for fit in best.values():
             self._other_drift(fit)
-        longest = max(record.duration for record in self.records)
+        _, longest = time_range(self.records)
         for fit in self._may_be_chosen():
             constants = fit.structure.constants(fit.x)
             slow = np.abs(constants) > longest
@@ -276,23 +234,15 @@ def _one_less(fit: RoughFit) -> Iterator[tuple[ContinuousStructure, FloatArray]]
 def rough_fit(
     structure: ContinuousStructure, records: Sequence[SignalRecord], starts: Sequence[FloatArray]
 ) -> RoughFit:
-    """Fit one structure until little is gained.
-
-    Args:
-        structure: which.
-        records: the trials.
-        starts: where the search begins, each of shape ``(searched,)``.
-    """
+    """Fit one structure until little is gained, from starts of shape ``(searched,)``."""
     problem = structure.problem(records)
     found = rough_minimum(problem, starts)
     residual = problem.solved(found.x, WHITE)[1]
     samples = np.cumsum([record.output.size for record in records])
     moves = sum(float(np.var(record.output)) * record.output.size for record in records)
     return RoughFit(
+        **vars(found),
         structure=structure,
-        x=found.x,
-        theta=found.theta,
-        cost=found.cost,
         criterion=hannan_quinn(
             np.split(residual, samples[:-1]),
             [record.sample_time for record in records],
@@ -312,12 +262,8 @@ def scan_structures(
 
     First 1 to 6 poles, no integrator, then one, then two, as long as the records support that; each
     with the direct path, with fewer zeros, with a dead time. From a free start the outputs of
-    models without integrators may drift, if that is better without a dead time.
-
-    Args:
-        records: the trials.
-        start: of every trial: ``rest`` or ``free``.
-        report: called with each structure before it is fitted.
+    models without integrators may drift, if that is better without a dead time. ``report`` is
+    called with each structure before it is fitted.
 
     Returns:
         The fits, simplest first.
@@ -337,13 +283,7 @@ def scan_structures(
                 continue
             supported = True
             scan.fewer_zeros(fit)
-            scan.fit(
-                fit.structure.order,
-                fit.structure.zeros + 1,
-                [fit.x],
-                integrators=integrators,
-                drift=fit.structure.drift,
-            )
+            scan.fit(replace(fit.structure, zeros=fit.structure.zeros + 1), [fit.x])
         if not supported:
             break
     scan.near_the_best()

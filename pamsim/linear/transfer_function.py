@@ -3,9 +3,6 @@
 Like the files that end in ``_design``, it imports python-control, which takes about a second.
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -19,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.record_checks import finite_samples, uniform_interval
-from pamsim.linear.arx import ArxModel, PoleStatus, lag, time_constants_from_arx
+from pamsim.linear.arx import ArxModel, PoleStatus, time_constants_from_arx
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.response_bands import time_from_0
 
 _control: Any = control
 _expm: Any = scipy.linalg.expm
@@ -82,18 +79,13 @@ def discrete(model: IdentifiedModel | ArxModel) -> Any:
 
     Source: Matiskova 2021, equation (25), z-transformed.
     """
-    if isinstance(model, ArxModel):
-        below, above, nk, interval = (1.0, *model.a), model.b, model.delay, model.sample_time
-    elif isinstance(model.structure, DiscreteStructure):
-        below, above = model.denominator, model.numerator
-        nk, interval = model.structure.nk, model.structure.sample_time
-    else:
-        raise InputError(f"{model.structure.sentence} is continuous; use continuous(model)")
-    reach = lag(len(below) - 1, len(above), nk)
-    numerator, denominator = np.zeros(reach + 1), np.zeros(reach + 1)
-    numerator[nk : nk + len(above)] = above
-    denominator[: len(below)] = below
-    return _control.TransferFunction(numerator, denominator, interval)
+    structure = model.structure
+    if not isinstance(structure, DiscreteStructure):
+        raise InputError(f"{structure.sentence} is continuous; use continuous(model)")
+    numerator, denominator = np.zeros((2, structure.reach + 1))
+    numerator[structure.nk : structure.nk + structure.nb] = structure.numerator(model.coordinates)
+    denominator[: structure.na + 1] = structure.denominator(model.coordinates)
+    return _control.TransferFunction(numerator, denominator, structure.sample_time)
 
 
 def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
@@ -290,10 +282,7 @@ def step_response(transfer_function: Any, time: ArrayLike) -> FloatArray:
         InputError: time does not start at 0, is not uniform and increasing, or its interval is not
             the sample time of a discrete transfer function.
     """
-    t = finite_samples(time, "time")
-    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
-        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
-    interval = uniform_interval(t)
+    t, interval = time_from_0(time)
     if transfer_function.isdtime(strict=True):
         own = float(transfer_function.dt)
         if abs(interval - own) > 1e-6 * own:

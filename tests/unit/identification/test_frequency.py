@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import InputError
 from pamsim.identification.frequency import identify_frequency_response
 from pamsim.identification.frequency_table import frequency_response_of, is_over_frequency
 from pamsim.identification.identify import identify
 from pamsim.recordings.table_reader import read_columns
+from tests.unit.linear.planted import refuses
 
 W = np.geomspace(0.2, 80.0, 40)
 
@@ -99,8 +99,7 @@ def test_an_order_that_is_asked_for_is_the_only_one(tmp_path):
     path.write_text(DIALECTS["real and imaginary"])
     result = identify(path, order=2, zeros=1, dead_time="none")
     assert list(result.models) == ["order_2_zeros_1"]
-    with pytest.raises(InputError, match="`zeros` needs `order`"):
-        identify(path, zeros=1)
+    refuses("`zeros` needs `order`", identify, path, zeros=1)
     unlikely = identify(path, order=5, dead_time="none")
     assert unlikely.recommended == ""
     assert "no model can be trusted" in unlikely.reason
@@ -109,10 +108,7 @@ def test_an_order_that_is_asked_for_is_the_only_one(tmp_path):
 def test_what_is_no_response_and_what_is_no_trial_are_told_apart(tmp_path):
     path = tmp_path / "bode.csv"
     path.write_text(DIALECTS["hertz and decibels"])
-    with pytest.raises(InputError, match=r"`hold_out` is for trials; .*bode.csv is a frequency"):
-        identify(path, hold_out=0.3)
-    with pytest.raises(InputError, match="is a frequency response, not a trial"):
-        identify([path, path])
+    refuses(r"`hold_out` is for trials; .*bode.csv is a frequency", identify, path, hold_out=0.3)
+    refuses("is a frequency response, not a trial", identify, [path, path])
     path.write_text("time_s,magnitude,phase_deg\n1,2,3\n2,3,4\n")
-    with pytest.raises(InputError, match="no frequency response: name columns"):
-        identify_frequency_response(read_columns(path))
+    refuses("no frequency response: name columns", identify_frequency_response, read_columns(path))

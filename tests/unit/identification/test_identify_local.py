@@ -49,16 +49,14 @@ def staircase(gain, seed, hold=2.5, load=1.0, protocol="staircase", constant=0.3
     return used_trial(table, [into], signal("angle_deg", [table]))[0]
 
 
-def first_order(trials):
-    return fit_continuous([trial.record for trial in trials], order=1)
+def mapped(*trials):
+    """Local models and notes, by the first order that fits all trials best."""
+    return fit_operating_points(trials, fit_continuous([trial.record for trial in trials], order=1))
 
 
 def test_every_step_is_a_point_and_repeats_share_it():
-    trials = [staircase(lambda p: 1e-6, seed) for seed in (1, 2)]
-    fit = first_order(trials)
-    local, notes = fit_operating_points(trials, fit)
+    local, notes = mapped(*(staircase(lambda p: 1e-6, seed) for seed in (1, 2)))
     assert notes == []
-    assert local is not None
     points = [model.point for model in local.models]
     assert [point.direction for point in points] == [1, 1, -1, -1]
     assert [len(model.fit.trials) for model in local.models] == [2, 2, 2, 2]
@@ -71,19 +69,13 @@ def test_every_step_is_a_point_and_repeats_share_it():
 
 
 def test_a_gain_that_falls_with_the_level_is_found():
-    trials = [staircase(lambda p: 1e-6 * (1.0 - (p - 3e5) / 4e5), 1)]
-    local, _ = fit_operating_points(trials, fit_continuous([trials[0].record], order=1))
-    assert local is not None
+    local, _ = mapped(staircase(lambda p: 1e-6 * (1.0 - (p - 3e5) / 4e5), 1))
     gains = [model.fit.gain for model in local.models]
     assert gains == pytest.approx([1e-6, 0.75e-6, 0.75e-6, 1e-6], rel=0.02)
 
 
 def test_a_load_makes_points_of_its_own():
-    trials = [staircase(lambda p: 1e-6, seed, load=float(seed)) for seed in (1, 2)]
-    local, _ = fit_operating_points(
-        trials, fit_continuous([trial.record for trial in trials], order=1)
-    )
-    assert local is not None
+    local, _ = mapped(*(staircase(lambda p: 1e-6, seed, load=float(seed)) for seed in (1, 2)))
     assert len(local.models) == 8
 
 
@@ -92,18 +84,13 @@ def test_an_input_that_changes_too_fast_stays_whole():
         staircase(lambda p: 1e-6, seed, hold=0.4, protocol=name)
         for seed, name in enumerate(("a", "b"))
     ]
-    local, _ = fit_operating_points(
-        trials, fit_continuous([trial.record for trial in trials], order=1)
-    )
-    assert local is not None
+    local, _ = mapped(*trials)
     assert [model.point.direction for model in local.models] == [0, 0]
-    alone, _ = fit_operating_points(trials[:1], fit_continuous([trials[0].record], order=1))
-    assert alone is None
+    assert mapped(trials[0])[0] is None
 
 
 def test_of_very_many_points_some_are_drawn_and_that_is_said(monkeypatch):
     monkeypatch.setattr("pamsim.identification.local._MOST", 3)
-    trials = [staircase(lambda p: 1e-6, 1)]
-    local, notes = fit_operating_points(trials, first_order(trials))
+    local, notes = mapped(staircase(lambda p: 1e-6, 1))
     assert notes == ["of 4 operating points 3, drawn at random, have a model"]
     assert len(local.models) == 3

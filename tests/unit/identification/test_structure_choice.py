@@ -9,7 +9,7 @@ from pamsim.identification.choice import recommend
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.structure_choice import choice_by_free_run
 from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.residual_nonlinearity import residual_nonlinearity
+from pamsim.linear.residual_tests import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import rough_fit
 from tests.unit.linear.planted import coloured, sampled, steps

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
+from pamsim.core.errors import InputError
+from pamsim.linear.arx import ArxModel
+from pamsim.linear.discrete_structure import DiscreteStructure
 from pamsim.linear.signal_record import SignalRecord
 
 
@@ -63,3 +67,18 @@ def record(
     y = sampled(above, below, u, interval, delay, fine)
     y = offset + y + noise * coloured(rng, n, phi)
     return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")
+
+
+def arx(a, b, interval, delay=1):
+    structure = DiscreteStructure("arx", len(a), len(b), delay, interval)
+    return ArxModel(structure, np.array([*a, *b]))
+
+
+def simulated(model, given):
+    return model.structure.forced(model.coordinates, given)
+
+
+def refuses(match, call, *args, **options):
+    """A call that is refused with a sentence."""
+    with pytest.raises(InputError, match=match):
+        call(*args, **options)

@@ -7,44 +7,35 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from pamsim.core.errors import InputError
 from pamsim.linear.arx import (
-    ArxModel,
     PoleStatus,
     UnderdeterminedError,
     fit_arx,
-    regression,
-    simulate_arx,
     time_constants_from_arx,
 )
-from pamsim.linear.first_second_order import second_order_step
+from pamsim.linear.discrete_structure import regression
+from tests.unit.linear.planted import arx, refuses, simulated
 
 T1, T2 = 0.090314, 0.57873  # Matiskova 2021, equation (31)
 TS = 0.002
 
 
-def planted(a: tuple[float, ...], b: tuple[float, ...], delay: int = 1) -> ArxModel:
-    return ArxModel(a, b, delay, TS, 0.0, 0)
-
-
-def zoh_second_order(t1: float, t2: float, gain: float, ts: float) -> ArxModel:
+def zoh_second_order(t1: float, t2: float, gain: float, ts: float):
     """Exact zero-order hold of G2, from its partial fractions (t1 != t2)."""
     p1, p2 = np.exp(-ts / t1), np.exp(-ts / t2)
     c1, c2 = t1 / (t1 - t2), -t2 / (t1 - t2)  # y = K (c1 (1 - e1) + c2 (1 - e2))
     b1 = gain * (c1 * (1 - p1) + c2 * (1 - p2))
     b2 = -gain * (c1 * (1 - p1) * p2 + c2 * (1 - p2) * p1)
-    return ArxModel((-(p1 + p2), p1 * p2), (b1, b2), 1, ts, 0.0, 0)
+    return arx((-(p1 + p2), p1 * p2), (b1, b2), ts)
 
 
 @pytest.mark.parametrize("static_gain", [None, 1.0])
 def test_first_order_zero_order_hold_is_recovered_exactly(static_gain: float | None) -> None:
     pole = np.exp(-TS / 0.64595)
     u = np.random.default_rng(1).standard_normal(1500)
-    y = simulate_arx(planted((-pole,), (1.0 - pole,)), u)
+    y = simulated(arx((-pole,), (1.0 - pole,), TS), u)
     chain = time_constants_from_arx(fit_arx(y, u, TS, na=1, nb=1, static_gain=static_gain))
     assert chain.status is PoleStatus.LAGS
     assert chain.time_constants[0] == pytest.approx(0.64595, rel=1e-6)
@@ -57,15 +48,10 @@ def test_second_order_zero_order_hold_is_recovered_exactly(
 ) -> None:
     truth = zoh_second_order(T1, T2, gain, TS)
     u = np.random.default_rng(2).standard_normal(2500)
-    model = fit_arx(simulate_arx(truth, u), u, TS, na=2, nb=2, static_gain=static_gain)
+    model = fit_arx(simulated(truth, u), u, TS, na=2, nb=2, static_gain=static_gain)
     chain = time_constants_from_arx(model)
     assert chain.time_constants == pytest.approx((T1, T2), rel=1e-6)
     assert chain.gain == pytest.approx(gain, rel=1e-6)
-
-
-def test_zero_order_hold_helper_is_the_closed_form_step() -> None:
-    step = simulate_arx(zoh_second_order(T1, T2, 1.0, TS), np.ones(1000))
-    np.testing.assert_allclose(step, second_order_step(np.arange(1000) * TS, T1, T2), atol=1e-10)
 
 
 @pytest.mark.parametrize(("na", "nb", "delay"), [(1, 1, 1), (2, 2, 1), (3, 2, 0), (2, 3, 4)])
@@ -84,7 +70,7 @@ def test_estimate_is_equation_29(na: int, nb: int, delay: int) -> None:
         vector += phi * y[t]
     theta = np.linalg.inv(matrix) @ vector
     model = fit_arx(y, u, TS, na=na, nb=nb, delay=delay)
-    np.testing.assert_allclose([*model.a, *model.b], theta, atol=1e-8)
+    np.testing.assert_allclose(model.coordinates, theta, atol=1e-8)
     assert model.n == 400 - start
 
 
@@ -94,40 +80,22 @@ def test_residual_variance_estimates_equation_error() -> None:
     y = lfilter([0.0, 0.5], [1.0, -0.8], u) + lfilter([1.0], [1.0, -0.8], 0.3 * noise)
     model = fit_arx(y, u, TS, na=1, nb=1)
     assert model.residual_variance == pytest.approx(0.09, rel=0.04)
-    assert model.a[0] == pytest.approx(-0.8, abs=0.01)  # equation error: no bias
+    assert model.coordinates[0] == pytest.approx(-0.8, abs=0.01)  # equation error: no bias
 
 
-@settings(max_examples=25, deadline=None)
-@given(gain=st.floats(-5.0, 5.0), seed=st.integers(0, 1000))
-def test_held_gain_is_held_and_costs_residual(gain: float, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    u = rng.standard_normal(200)
-    y = lfilter([0.0, 0.3], [1.0, -0.7], u) + 0.1 * rng.standard_normal(200)
-    held = fit_arx(y, u, TS, na=2, nb=2, static_gain=gain)
-    free = fit_arx(y, u, TS, na=2, nb=2)
-    assert sum(held.b) == pytest.approx(gain * (1.0 + sum(held.a)), abs=1e-9)
-    assert held.residual_variance * (held.n - 3) >= free.residual_variance * (free.n - 4) - 1e-12
-
-
-def test_held_gain_is_the_constrained_minimum() -> None:
+@pytest.mark.parametrize("gain", [1.0, -3.0])
+def test_held_gain_is_the_constrained_minimum(gain: float) -> None:
     rng = np.random.default_rng(5)
     u = rng.standard_normal(300)
     y = lfilter([0.0, 0.3], [1.0, -0.7], u) + 0.1 * rng.standard_normal(300)
-    model = fit_arx(y, u, TS, na=1, nb=2, static_gain=1.0)
+    model = fit_arx(y, u, TS, na=1, nb=2, static_gain=gain)
+    assert model.structure.static_gain(model.coordinates) == pytest.approx(gain)
     phi, target = regression(y, u, na=1, nb=2)
-    theta = np.array([*model.a, *model.b])
-    gradient = phi.T @ (phi @ theta - target)
-    # At the minimum the gradient is parallel to the constraint's normal (-1, 1, 1).
-    normal = np.array([-1.0, 1.0, 1.0])
-    np.testing.assert_allclose(gradient, normal * (gradient @ normal) / 3.0, atol=1e-9)
+    gradient = phi.T @ (phi @ model.coordinates - target)
+    # At the minimum the gradient is parallel to the constraint's normal.
+    normal = np.array([-gain, 1.0, 1.0]) / np.sqrt(gain**2 + 2.0)
+    np.testing.assert_allclose(gradient, normal * (gradient @ normal), atol=1e-9)
     assert np.linalg.norm(gradient) > 1e-3
-
-
-def test_simulation_matches_scipy_filter_and_delay() -> None:
-    u = np.random.default_rng(6).standard_normal(300)
-    model = planted((-1.2, 0.5), (0.3, -0.1), delay=3)
-    expected = lfilter([0, 0, 0, 0.3, -0.1], [1, -1.2, 0.5], u)
-    np.testing.assert_allclose(simulate_arx(model, u), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +114,7 @@ def test_simulation_matches_scipy_filter_and_delay() -> None:
 def test_poles_that_are_no_lags_give_a_status_and_no_numbers(
     a: tuple[float, ...], status: PoleStatus
 ) -> None:
-    chain = time_constants_from_arx(planted(a, (0.1,)))
+    chain = time_constants_from_arx(arx(a, (0.1,), TS))
     assert chain.status is status
     assert (len(chain.time_constants) == len(a)) == (status is PoleStatus.LAGS)
     assert (chain.gain is None) == (status is not PoleStatus.LAGS)
@@ -156,27 +124,19 @@ def test_poles_that_are_no_lags_give_a_status_and_no_numbers(
 def test_undetermined_and_bad_input_are_refused() -> None:
     rng = np.random.default_rng(7)
     u = rng.standard_normal(50)
-    y = simulate_arx(planted((-0.9,), (0.1,)), u)
+    y = simulated(arx((-0.9,), (0.1,), TS), u)
     with pytest.raises(UnderdeterminedError, match=r"1 of 2 directions"):
         fit_arx(y, np.ones(50), TS, na=0, nb=2)
     with pytest.raises(UnderdeterminedError):  # first-order data, second-order model
         fit_arx(y, u, TS, na=2, nb=2)
-    with pytest.raises(InputError, match="constant"):
-        fit_arx(np.ones(50), u, TS, na=1, nb=1)
-    with pytest.raises(InputError, match="index 7"):
-        fit_arx(np.where(np.arange(50) == 7, np.nan, y), u, TS, na=1, nb=1)
-    with pytest.raises(InputError, match="too short"):
-        fit_arx(y[:5], u[:5], TS, na=2, nb=2)
-    with pytest.raises(InputError, match="sample time"):
-        fit_arx(y, u, 0.0, na=1, nb=1)
-    with pytest.raises(InputError, match="one length"):
-        fit_arx(y, u[:-1], TS, na=1, nb=1)
-    with pytest.raises(InputError, match="orders"):
-        fit_arx(y, u, TS, na=1, nb=0)
-    with pytest.raises(InputError, match="static gain"):
-        fit_arx(y, u, TS, na=1, nb=1, static_gain=float("nan"))
-    with pytest.raises(InputError, match="na=3"):
-        time_constants_from_arx(planted((0.1, 0.1, 0.1), (1.0,)))
+    refuses("constant", fit_arx, np.ones(50), u, TS, na=1, nb=1)
+    refuses("index 7", fit_arx, np.where(np.arange(50) == 7, np.nan, y), u, TS, na=1, nb=1)
+    refuses("too short", fit_arx, y[:5], u[:5], TS, na=2, nb=2)
+    refuses("sample time", fit_arx, y, u, 0.0, na=1, nb=1)
+    refuses("one length", fit_arx, y, u[:-1], TS, na=1, nb=1)
+    refuses("orders", fit_arx, y, u, TS, na=1, nb=0)
+    refuses("static gain", fit_arx, y, u, TS, na=1, nb=1, static_gain=float("nan"))
+    refuses("na=3", time_constants_from_arx, arx((0.1, 0.1, 0.1), (1.0,), TS))
 
 
 def test_importing_arx_does_not_import_control() -> None:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError
-from pamsim.linear.arx import UnderdeterminedError, regression
+from pamsim.linear.arx import UnderdeterminedError
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
+from pamsim.linear.discrete_structure import DiscreteStructure, regression
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord
-from tests.unit.linear.planted import record, steps
+from tests.unit.linear.planted import record, refuses, steps
 
 TS = 0.02
 
@@ -114,14 +111,17 @@ def test_unexcited_directions_and_mixed_rates_are_refused() -> None:
     flat = SignalRecord("flat", TS * np.arange(100), u, lfilter([0.0, 0.1], [1.0, -0.9], u))
     with pytest.raises(UnderdeterminedError, match="not excited"):
         fit_arx_records([flat], na=2, nb=4, nk=1)
-    with pytest.raises(InputError, match="sampled every"):
-        fit_oe([record(6), record(7, interval=0.01)], nb=1, nf=1, nk=1)
-    with pytest.raises(InputError, match="nf=0"):
-        fit_oe([record(6)], nb=1, nf=0, nk=1)
+    refuses("sampled every", fit_oe, [record(6), record(7, interval=0.01)], nb=1, nf=1, nk=1)
+    refuses("nf=0", fit_oe, [record(6)], nb=1, nf=0, nk=1)
 
 
-def test_result_is_json_safe() -> None:
-    given = [record(8, noise=0.05)]
-    for fit in (fit_oe(given, nb=1, nf=1, nk=1), fit_arx_records(given, na=1, nb=1, nk=1)):
-        page = json.loads(json.dumps(to_dict(fit.estimates), allow_nan=False))
-        assert [e["name"] for e in page] == ["K", "T", "a1", "b1"]
+@pytest.mark.parametrize(
+    ("poles", "size"),
+    [((0.9, 0.5), 0.9), ((1.2, 0.5), 0.5), ((0.5, 0.0), 0.5)],
+)
+def test_the_slowest_decay_is_that_of_the_largest_stable_pole(
+    poles: tuple[float, float], size: float
+) -> None:
+    structure = DiscreteStructure("arx", na=2, nb=1, nk=1, sample_time=0.01)
+    coordinates = np.append(np.poly(poles)[1:], 1.0)
+    assert structure.slowest(coordinates) == pytest.approx(-0.01 / np.log(size), rel=1e-9)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
 from pamsim.linear.fit_percent import fit_percent
+from tests.unit.linear.planted import refuses
 
 Y = np.random.default_rng(11).standard_normal(200) + 5.0
 
@@ -29,11 +29,7 @@ def test_exploded_simulation_is_minus_infinity() -> None:
 
 
 def test_bad_series_are_refused() -> None:
-    with pytest.raises(InputError, match="constant"):
-        fit_percent(np.ones(5), np.ones(5))
-    with pytest.raises(InputError, match="one length"):
-        fit_percent(Y, Y[:-1])
-    with pytest.raises(InputError, match="not finite"):
-        fit_percent(np.append(Y, np.nan), np.append(Y, 0.0))
-    with pytest.raises(InputError, match="one length"):
-        fit_percent([], [])
+    refuses("constant", fit_percent, np.ones(5), np.ones(5))
+    refuses("one length", fit_percent, Y, Y[:-1])
+    refuses("not finite", fit_percent, np.append(Y, np.nan), np.append(Y, 0.0))
+    refuses("one length", fit_percent, [], [])

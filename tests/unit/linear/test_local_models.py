@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
-from pamsim.linear.operating_regression import dependence
-from tests.unit.linear.planted import record
+from pamsim.linear.local_models import LocalModel, OperatingPoint, dependence, local_model_map
+from tests.unit.linear.planted import record, refuses
 
 PRESSURES = (1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5)
 
@@ -101,5 +99,4 @@ def test_regressors_that_are_linearly_dependent_are_left_out() -> None:
 
 
 def test_an_empty_map_is_refused() -> None:
-    with pytest.raises(InputError, match="operating point"):
-        local_model_map([])
+    refuses("operating point", local_model_map, [])

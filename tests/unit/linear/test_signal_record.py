@@ -7,6 +7,7 @@ import pytest
 
 from pamsim.core.errors import InputError
 from pamsim.linear.signal_record import SignalRecord, checked_records
+from tests.unit.linear.planted import refuses
 
 T = 0.01 * np.arange(50)
 U = np.sign(np.sin(T * 40.0))
@@ -42,12 +43,9 @@ def test_bad_records_are_refused_by_name(changes: dict[str, object], word: str) 
 
 def test_records_of_one_identification_fit_together() -> None:
     a, b = (SignalRecord(n, T, U, Y, (unit,), "rad") for n, unit in (("a", "Pa"), ("b", "kPa")))
-    with pytest.raises(InputError, match="at least one"):
-        checked_records([])
-    with pytest.raises(InputError, match="twice"):
-        checked_records([a, a])
-    with pytest.raises(InputError, match="convert"):
-        checked_records([a, b])
+    refuses("at least one", checked_records, [])
+    refuses("twice", checked_records, [a, a])
+    refuses("convert", checked_records, [a, b])
     with pytest.raises(InputError, match="has 2 inputs but a 1"):
         checked_records([a, SignalRecord("c", T, np.column_stack([U, Y]), Y, ("Pa",), "rad")])
     assert checked_records([a]) == (a,)

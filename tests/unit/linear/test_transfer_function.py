@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.linear.arx import ArxModel, simulate_arx
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_fit import fit_oe
 from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.step_fit import fit_step
+from pamsim.linear.step_identification import fit_step
 from pamsim.linear.transfer_function import (
     continuous,
     discrete,
@@ -23,7 +22,7 @@ from pamsim.linear.transfer_function import (
     step_response,
     with_held_input,
 )
-from tests.unit.linear.planted import record
+from tests.unit.linear.planted import arx, record, refuses, simulated
 
 TIME = np.linspace(0.0, 5.0, 501)
 
@@ -47,19 +46,19 @@ def test_first_order_closed_form_is_the_step_of_control() -> None:
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_discrete_step_is_the_simulated_arx(delay: int) -> None:
     interval = 1.0 / 300.0  # its times, written with six decimals, are not its multiples
-    model = ArxModel((-1.2, 0.5), (0.3, -0.1), delay, interval, 0.0, 0)
+    model = arx((-1.2, 0.5), (0.3, -0.1), interval, delay)
     transfer = discrete(model)
     assert transfer.dt == interval
     np.testing.assert_allclose(
         step_response(transfer, np.round(np.arange(501) * interval, 6)),
-        simulate_arx(model, np.ones(501)),
+        simulated(model, np.ones(501)),
         atol=1e-9,
     )
 
 
 def test_arx_of_a_sampled_lag_becomes_that_lag() -> None:
     pole = np.exp(-0.01 / 0.4)
-    model = ArxModel((-pole,), (2.0 * (1.0 - pole),), 1, 0.01, 0.0, 0)
+    model = arx((-pole,), (2.0 * (1.0 - pole),), 0.01)
     expected = first_order_step(TIME, 0.4, 2.0)
     np.testing.assert_allclose(step_response(continuous(model), TIME), expected, atol=1e-9)
     np.testing.assert_allclose(step_response(discrete(model), TIME), expected, atol=1e-9)
@@ -72,22 +71,17 @@ def test_dead_time_needs_a_pade_order() -> None:
         structure=ContinuousStructure(2, dead_time=True),
         coordinates=np.array([np.log(0.1), np.log(0.6), 0.2, 1.0]),
     )
-    with pytest.raises(InputError, match="pade_order"):
-        continuous(fit)
+    refuses("pade_order", continuous, fit)
     response = step_response(continuous(fit, pade_order=5), TIME)
     np.testing.assert_allclose(response, late, atol=2e-3)
 
 
 def test_refusals() -> None:
-    ringing = ArxModel((-1.8, 0.9), (0.1,), 1, 0.01, 0.0, 0)
-    with pytest.raises(InputError, match="oscillates"):
-        continuous(ringing)
-    with pytest.raises(InputError, match="sampled at"):
-        step_response(discrete(ringing), 2.0 * TIME)
-    with pytest.raises(InputError, match="start at 0"):
-        step_response(discrete(ringing), TIME + 1.0)
-    with pytest.raises(InputError, match="not uniform"):
-        step_response(discrete(ringing), TIME**2)
+    ringing = arx((-1.8, 0.9), (0.1,), 0.01)
+    refuses("oscillates", continuous, ringing)
+    refuses("sampled at", step_response, discrete(ringing), 2.0 * TIME)
+    refuses("start at 0", step_response, discrete(ringing), TIME + 1.0)
+    refuses("not uniform", step_response, discrete(ringing), TIME**2)
 
 
 def test_a_held_input_sees_the_plant_with_its_dead_time() -> None:
@@ -100,8 +94,7 @@ def test_a_held_input_sees_the_plant_with_its_dead_time() -> None:
         output = control.forced_response(plant, times, trial.input).outputs
         expected = 2.0 * fit.structure.responses(late.coordinates, trial)[:, 0]
         np.testing.assert_allclose(output, expected, atol=1e-9)
-    with pytest.raises(InputError, match="period = 0 s must be above 0"):
-        with_held_input(fit, 0.0)
+    refuses("period = 0 s must be above 0", with_held_input, fit, 0.0)
 
 
 def test_state_space_answers_as_the_transfer_function() -> None:

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_independence import residual_independence
-from tests.unit.linear.planted import record
+from pamsim.linear.residual_tests import residual_independence
+from tests.unit.linear.planted import record, refuses
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])
@@ -61,10 +60,8 @@ def test_what_is_perfect_leaves_nothing_to_explain() -> None:
 
 def test_only_fitted_trials_can_be_asked() -> None:
     fit = fit_continuous([record(25, noise=0.1)], order=1)
-    with pytest.raises(InputError, match="fitted trials"):
-        residual_independence(fit, [record(26)])
-    with pytest.raises(InputError, match="lags = 0"):
-        residual_independence(fit, [record(25, noise=0.1)], lags=0)
+    refuses("fitted trials", residual_independence, fit, [record(26)])
+    refuses("lags = 0", residual_independence, fit, [record(25, noise=0.1)], lags=0)
 
 
 def test_lags_reach_past_the_dead_time_and_the_slowest_decay() -> None:

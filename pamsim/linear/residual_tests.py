@@ -1,19 +1,21 @@
-"""Test whether past inputs explain part of the residuals: one p-value for all lags together.
+"""Test whether past inputs, or a nonlinearity, explain part of a linear model's residuals.
 
 Tests lag by lag almost always give a false alarm in one of many lags. Here the residuals are
 regressed on all lagged inputs at once, after whitening (residuals may be coloured) and after
 projecting out the directions that the fit has already used, so that the statistic has its nominal
 distribution.
-"""
 
-# scipy carries no types: what it returns is Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
-# pyright: reportUnknownVariableType=false
+A weak static nonlinearity before, behind or within the dynamics adds the squares and cubes of the
+input and of the model's output, unfiltered and through the model, to the output.
+Source: Ramsey's test of specification (Journal of the Royal Statistical Society B 31, 1969), with
+the filtered powers of a second- and third-order Volterra series.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -22,7 +24,9 @@ import scipy.special
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.linear.separable_fit import column_scale
 from pamsim.linear.signal_record import SignalRecord, checked_records
 
 _f_tail: Any = scipy.special.fdtrc
@@ -31,25 +35,41 @@ _LEVEL = 0.05
 _EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, is ignored
 _DEPENDENT = 1e-10
 _ROUNDING = 1e-5  # percent points below 100
+_NONLINEAR = 0.01  # p-value below which powers of input and output explain part of them
+_POWERS = (2, 3)
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 
 
-@dataclass(frozen=True)
-class Independence:
-    """Portmanteau test that past inputs explain nothing of the residuals.
+@dataclass(frozen=True, kw_only=True)
+class RegressorTest:
+    """F test that added regressors explain nothing of the residuals.
 
     Attributes:
-        statistic: F: mean square explained by past inputs over the residual's own [-].
-        degrees_of_freedom: independent directions among the lagged inputs, residual freedom.
+        statistic: mean square explained over the residual's own [-].
+        degrees_of_freedom: independent directions among the regressors, residual freedom.
         p_value: probability of a larger statistic if the model is right.
-        longest_lag: of the lagged inputs [s].
-        independent: whether the p-value is at least 5 %.
-        sentence: the same for a person.
     """
 
     statistic: float
     degrees_of_freedom: tuple[int, int]
     p_value: float
+
+    @property
+    def shown(self) -> str:
+        """The p-value in words."""
+        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Independence(RegressorTest):
+    """Portmanteau test that past inputs explain nothing of the residuals.
+
+    Attributes:
+        longest_lag: of the lagged inputs [s].
+        independent: whether the p-value is at least 5 %.
+        sentence: the same for a person.
+    """
+
     longest_lag: float = field(metadata=json_key("longest_lag_s"))
     independent: bool
     sentence: str
@@ -89,7 +109,10 @@ def residual_independence(
     longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
         sentence = "the model reproduces the records to rounding: nothing is left to explain"
-        return Independence(0.0, (0, 0), 1.0, longest, True, sentence)
+        nothing = RegressorTest(statistic=0.0, degrees_of_freedom=(0, 0), p_value=1.0)
+        return Independence(
+            **vars(nothing), longest_lag=longest, independent=True, sentence=sentence
+        )
     spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
     added: list[FloatArray] = []
     for record in trials:
@@ -109,43 +132,14 @@ def residual_independence(
     )
     sentence = f"{verdict} ({test.shown}, lags to {longest:.2g} s)"
     return Independence(
-        test.statistic, test.degrees_of_freedom, test.p_value, longest, independent, sentence
+        **vars(test), longest_lag=longest, independent=independent, sentence=sentence
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class RegressorTest:
-    """F test that added regressors explain nothing of the residuals.
-
-    Attributes:
-        statistic: mean square explained over the residual's own [-].
-        degrees_of_freedom: independent directions among the regressors, residual freedom.
-        p_value: probability of a larger statistic if the model is right.
-    """
-
-    statistic: float
-    degrees_of_freedom: tuple[int, int]
-    p_value: float
-
-    @property
-    def shown(self) -> str:
-        """The p-value in words."""
-        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
 
 
 def added_regressors(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
 ) -> RegressorTest:
-    """Test whether regressors explain part of the residuals.
-
-    Args:
-        fit: a model fitted to general inputs.
-        records: the trials it was fitted to.
-        added: regressors of each trial, shape ``(N_i, k)``.
-
-    Raises:
-        InputError: too few samples for so many regressors.
-    """
+    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
     line = fit.structure.linearised(fit.coordinates, records, fit.noise)
     blocks: list[FloatArray] = []
     for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
@@ -155,8 +149,9 @@ def added_regressors(
         ones /= np.linalg.norm(ones)
         blocks.append(used - ones @ (ones.T @ used))
     residual = np.concatenate(line.residuals)
-    known = _directions(_unit_columns(np.concatenate(line.jacobians)), _DEPENDENT)
-    columns = _unit_columns(np.concatenate(blocks))
+    known, columns = np.concatenate(line.jacobians), np.concatenate(blocks)
+    known = _directions(known / column_scale(known), _DEPENDENT)
+    columns = columns / column_scale(columns)
     residual = residual - known @ (known.T @ residual)
     basis = _directions(columns - known @ (known.T @ columns), _EXCITED)
     directions = basis.shape[1]
@@ -172,14 +167,76 @@ def added_regressors(
     )
 
 
-def _unit_columns(columns: FloatArray) -> FloatArray:
-    norms = np.linalg.norm(columns, axis=0)
-    return columns / np.where(norms > 0.0, norms, 1.0)
-
-
 def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     """Return an orthonormal basis of the columns without directions weaker than ``weakest``."""
     # By way of the triangular factor: a tall SVD is far dearer.
     tall, triangle = np.linalg.qr(columns)
     left, sizes, _ = np.linalg.svd(triangle)
     return tall @ left[:, sizes > weakest * sizes[0]]
+
+
+def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
+    """Test whether powers of inputs and output, or products of inputs, explain the residuals.
+
+    The model is a continuous one, the records the trials it was fitted to.
+    """
+    return added_regressors(fit, records, [_powers(fit, record) for record in records])
+
+
+def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
+    """Powers of a trial's inputs and output, and products of inputs: ``(N, 6)`` of one input.
+
+    Each unfiltered and through the model, powers of the output through the model alone.
+    """
+    structure = fit.structure
+    assert isinstance(structure, ContinuousStructure)
+    channels = fit.channels
+
+    def through_model(values: FloatArray, given: int) -> FloatArray:
+        alone, x = channels[given].structure, channels[given].coordinates
+        assert isinstance(alone, ContinuousStructure)
+        numerator = x[alone.coefficients()]
+        units, hold = (record.units_input[given],), (record.holds[given],)
+        filtered = replace(record, inputs=values, units_input=units, holds=hold, held_out=True)
+        return alone.responses(x, filtered)[:, : numerator.size] @ numerator
+
+    run = _standardised(fit.simulate(record))
+    moving = [i for i in range(structure.inputs) if np.ptp(record.inputs[:, i]) > 0.0]
+    inputs = {i: _standardised(record.inputs[:, i]) for i in moving}
+    columns: list[FloatArray] = []
+    for power in _POWERS:
+        columns += [*(through_model(run**power, i) for i in moving), run**power]
+    for i, given in inputs.items():
+        for power in _POWERS:
+            columns.append(through_model(given**power, i))
+    for i, j in combinations(inputs, 2):
+        product = inputs[i] * inputs[j]
+        columns += [product, through_model(product, i), through_model(product, j)]
+    return np.column_stack(columns)
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    return (values - np.mean(values)) / np.std(values)
+
+
+def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:
+    """Describe what a continuous model is missing; empty if nothing is.
+
+    That is a nonlinearity where the fitted records show it, else linear dynamics if the model is
+    not adequate: past inputs explain part of its residuals.
+    """
+    try:
+        test = residual_nonlinearity(fit, records)
+    except InputError:
+        return "" if adequate else "past inputs explain part of the residuals"
+    if test.p_value < _NONLINEAR:
+        return (
+            "the plant is not linear: powers of input and output explain part of the residuals"
+            f" ({test.shown}); no linear model describes these records completely"
+        )
+    if adequate:
+        return ""
+    return (
+        "past inputs explain part of the residuals, powers of input and output do not"
+        f" ({test.shown}): dynamics are missing that no fitted structure has, or another input acts"
+    )
