@@ -13,9 +13,7 @@ of one processor, the diagnosis a minute.
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
-import platform
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,11 +21,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
+from pictures import save_small_png
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
@@ -39,13 +38,11 @@ from pamsim.report.style import (
     VERMILION,
     finish_axes,
     new_figure,
-    save_png,
     styled,
 )
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "equimus_leg.json"
-PICTURES = ROOT / "docs" / "images"
 OUT = ROOT / "out" / "equimus_leg"
 SCHEMA = "pamsim-equimus-leg/1"
 PARTS = ("open", "static", "calibrate", "diagnose", "judge", "pictures")
@@ -428,15 +425,6 @@ def cycle_figure(record: dict[str, Any]) -> Figure:
     return figure
 
 
-def draw(record: dict[str, Any]) -> None:
-    """Write the picture of docs/real_data.md."""
-    path = PICTURES / "equimus_leg.png"
-    save_png(cycle_figure(record), path)
-    with Image.open(path) as picture:
-        few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    few.save(path, optimize=True)
-
-
 def without_small_commands(folder: Path) -> Path:
     """TriStatic with commands below `LEAST_SET` replaced by 0: seen after the fact, no fit."""
     made = triangle(folder)
@@ -469,10 +457,7 @@ def main() -> None:
         "schema": SCHEMA,
         "command": "python scripts/equimus_leg.py FOLDER",
         "data": "github.com/fly-pigTH/EquiMus, commit 095f3a5, MIT",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
     }
     jobs = {
         "open": lambda: open_loop(asked.folder),
@@ -489,7 +474,7 @@ def main() -> None:
             print(part, json.dumps(record[part])[:2000])
             write_json(RESULTS, record)
     if asked.only in (None, "pictures"):
-        draw(record)
+        save_small_png(cycle_figure(record), "equimus_leg")
 
 
 if __name__ == "__main__":

@@ -14,8 +14,6 @@ minute.
 from __future__ import annotations
 
 import argparse
-import json
-import platform
 import sys
 import time
 from collections import Counter
@@ -26,12 +24,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
-import pamsim
 from pamsim.comparison.links import PARTS, Link
+from pamsim.core.computation import versions
+from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.remainder import remainders
@@ -346,17 +344,14 @@ def main() -> None:
         row["verdict"] = judged(row, len(rows))
     record = {
         "command": COMMAND,
-        "pamsim": pamsim.__version__,
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
+        **versions("scipy"),
         "cpu_seconds": round(time.process_time() - began),
         "tests": rows,
         "rules": rules,
     }
     print("\n".join(rendered(record)))
     if options.json:
-        options.json.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        write_json(options.json, record)
 
 
 if __name__ == "__main__":

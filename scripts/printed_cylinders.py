@@ -12,27 +12,25 @@ Each pressure between the lowest and the highest is left out in turn.
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
 import math
-import platform
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
+from pictures import save_small_png
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
-from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
+from pamsim.report.style import finish_axes, new_figure, series_look, styled
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "printed_cylinders.json"
-PICTURE = ROOT / "docs" / "images" / "printed_cylinders.png"
 RIG = ROOT / "scripts" / "printed_cylinder"
 OUT = ROOT / "out" / "printed_cylinders"
 SCHEMA = "pamsim-printed-cylinders/1"
@@ -229,10 +227,7 @@ def main() -> None:
         "schema": SCHEMA,
         "command": "python scripts/printed_cylinders.py FOLDER",
         "data": "github.com/EvaZillen/3D-printed-pneumatic-actuator, commit 6e0bcb4, CC0",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
         "seconds": [BEGIN, END],
         "seals": {},
         "repeats": repeats(asked.folder),
@@ -240,10 +235,7 @@ def main() -> None:
     for seal in SEALS:
         record["seals"][seal] = seal_result(asked.folder, seal, asked.workers)
         write_json(RESULTS, json.loads(json.dumps(record)))
-    save_png(friction_figure(json.loads(json.dumps(record))), PICTURE)
-    with Image.open(PICTURE) as picture:
-        few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    few.save(PICTURE, optimize=True)
+    save_small_png(friction_figure(json.loads(json.dumps(record))), "printed_cylinders")
 
 
 if __name__ == "__main__":

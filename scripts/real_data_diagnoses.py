@@ -18,18 +18,17 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import importlib.metadata
 import json
-import platform
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
-from PIL import Image
+from pictures import save_small_png
 
 from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M
 from pamsim.diagnosis.by_link.result import LinkReport
@@ -52,10 +51,8 @@ from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import first_figure
 from pamsim.report.replication_statics import arctangent_loop, static_law
-from pamsim.report.style import save_png
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
-PICTURES = Path(__file__).parents[1] / "docs" / "images"
 KEPT = Path("out") / "real_data_synthetic"
 SCHEMA = "pamsim-real-data/3"
 
@@ -79,7 +76,6 @@ HYSTERESIS = "muscle_hysteresis"
 
 PARTS = ("table", "loop", "authors", "synthetic", "pictures")
 MM_PER_CM = 10.0
-COLOURS = 64
 
 
 def printed_table() -> dict[str, Any]:
@@ -207,12 +203,7 @@ def draw(record: dict[str, Any]) -> None:
         ("alraouf2025_equations", first_figure(loops["alraouf2025_equations"])[1]),
         ("alraouf2025_law", arctangent_loop(curves["alraouf2025"])),
     ):
-        path = PICTURES / f"{name}.png"
-        save_png(figure, path)
-        with Image.open(path) as picture:  # a third of the size, and no difference to be seen
-            few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        few.save(path, optimize=True)
-        print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
+        save_small_png(figure, name)
 
 
 def main() -> None:
@@ -228,10 +219,7 @@ def main() -> None:
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/real_data_diagnoses.py",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
     }
     if asked.only in (None, "table"):
         record["mas20"] = printed_table()

@@ -9,14 +9,13 @@ use of the plant; all are scored on the plant. Designs on the plant itself show 
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
 import tempfile
 from pathlib import Path
 
 import gymnasium
+from records import parser, write
 
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.computation import versions
@@ -76,9 +75,7 @@ def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
 
 def main() -> int:
     """Hide, diagnose, design, drive, write; 1 if the diagnosis names nothing to repair."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=RESULTS)
-    target = parser.parse_args().json
+    target = parser(__doc__, RESULTS).parse_args().json
     filed = load_rig("mas20_arm")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -107,7 +104,7 @@ def main() -> int:
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),
     }
-    target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    write(page, target)
     return 0
 
 

@@ -36,7 +36,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import platform
 import re
 import subprocess
 import tempfile
@@ -46,12 +45,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from tqdm import tqdm
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.effects.effect import AT
@@ -294,7 +293,7 @@ def record(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "command": "python scripts/rig_twins.py",
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
         "groups": counts(rows),
         "rows": rows,
     }

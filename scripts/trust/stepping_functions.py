@@ -16,12 +16,9 @@ that change the muscles' force or the time have to be in the table.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import copy
-import json
 import pickle
-import platform
 import re
 import subprocess
 import sys
@@ -42,6 +39,9 @@ import pamsim
 import pamsim.envs  # registers the environments
 from pamsim.core.units import FloatArray
 from pamsim.engine import plugin
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, print_and_write
 
 Model: TypeAlias = mujoco.MjModel
 Data: TypeAlias = mujoco.MjData
@@ -530,10 +530,9 @@ def mjb_in_another_process() -> dict[str, str]:
 
 def main() -> int:
     """Fill the table, print and keep it; 1 if a cell is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    given = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--seed", type=int, default=0)
+    given = asked.parse_args()
     pamsim.load_rig("mas20_arm")
     plugin.load_kernel()
     table = {name: row(name, given.seed) for name in FUNCTIONS}
@@ -556,18 +555,14 @@ def main() -> int:
         if cell == "wrong" or (cell == "no number") != (name in NO_NUMBER)
     ]
     result = {
-        "command": f"python scripts/trust/stepping_functions.py --seed {given.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
+        **head(f"python scripts/trust/stepping_functions.py --seed {given.seed}"),
         "functions": table,
         "no_number_is_right": NO_NUMBER,
         "mjb_in_another_process": mjb_in_another_process(),
         "missing_functions": missing,
         "bad": bad,
     }
-    print(json.dumps(result, indent=1))
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, given.json)
     return 1 if bad or missing else 0
 
 

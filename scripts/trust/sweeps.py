@@ -17,11 +17,9 @@ Coulomb friction) is run in these ways, each in processes of its own:
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import json
 import os
-import platform
 import resource
 import signal
 import subprocess
@@ -31,11 +29,14 @@ import time
 from pathlib import Path
 from typing import Any
 
-import mujoco
 from pyarrow import parquet
 
+from pamsim.core.computation import versions
 from pamsim.sweeps.run_table import CHUNKS, FILE
 from pamsim.sweeps.simulated import BLOCK
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import parser, print_and_write
 
 COST_RUNS = 1500
 
@@ -163,20 +164,17 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
 
 def main() -> None:
     """Run all, compare, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=10_000)
-    parser.add_argument("--duration", type=float, default=2.0)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--cost", action="store_true")
-    options = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("--runs", type=int, default=10_000)
+    asked.add_argument("--duration", type=float, default=2.0)
+    asked.add_argument("--cost", action="store_true")
+    options = asked.parse_args()
+    result: dict[str, Any] = {}
     if options.cost:
-        result = {"cost": cost_over_batch(options.duration)}
         if options.json is not None:
-            kept = json.loads(options.json.read_text(encoding="utf-8")) | result
-            options.json.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-        print(json.dumps(result, indent=1))
+            result = json.loads(options.json.read_text(encoding="utf-8"))
+        print_and_write(result | {"cost": cost_over_batch(options.duration)}, options.json)
         return
-    result: dict[str, Any]
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         study, quarter = folder / "study.toml", folder / "quarter.toml"
@@ -191,7 +189,7 @@ def main() -> None:
         result = {
             "command": f"python scripts/trust/sweeps.py --runs {options.runs}"
             f" --duration {options.duration:g}",
-            "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+            "versions": versions(),
             "processors": os.cpu_count(),
             "runs": options.runs,
             "blocks": blocks,
@@ -208,10 +206,7 @@ def main() -> None:
             subprocess.run(words, check=True, capture_output=True)
             lost = parquet.read_table(folder / "dask" / FILE)
             result["dask_worker_killed_equal"] = lost.equals(whole)
-    text = json.dumps(result, indent=1)
-    print(text)
-    if options.json is not None:
-        options.json.write_text(text + "\n", encoding="utf-8")
+    print_and_write(result, options.json)
 
 
 if __name__ == "__main__":

@@ -13,9 +13,6 @@ found, or a valid recording is suspected.
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
 import re
 import sys
 import tempfile
@@ -25,7 +22,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from tqdm import tqdm
 
@@ -37,6 +33,9 @@ from pamsim.engine.rig import Rig
 from pamsim.twins.synthetic_recording import SyntheticRecording
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
+
 import tests.plant.hide
 
 Table = dict[str, FloatArray]
@@ -302,16 +301,11 @@ def run(seed: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
-    result = {
-        "command": f"python scripts/trust/unit_slips.py --seed {options.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        **run(options.seed),
-    }
+    asked = parser(__doc__)
+    asked.add_argument("--seed", type=int, default=0)
+    options = asked.parse_args()
+    command = f"python scripts/trust/unit_slips.py --seed {options.seed}"
+    result = {**head(command), **run(options.seed)}
     for one in result["each_mistake"]:
         mark = "" if one["correction_named"] else "  <- not named"
         print(f"{one['recording']}: {one['mistake']}: {one['how']}{mark}")
@@ -322,8 +316,7 @@ def main() -> None:
     print(
         f"{found} of {count} mistakes found, {alarms} false alarms in {result['valid']} recordings"
     )
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
     sys.exit(int(found < FOUND * count or alarms > 0))
 
 

@@ -6,14 +6,12 @@ that hundreds of runs need not import it again. Inputs are small, so that a run 
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import json
 import mmap
 import os
 import pkgutil
-import platform
 import re
 import shutil
 import signal
@@ -28,7 +26,6 @@ from pathlib import Path
 from typing import Any
 
 import imageio.v3 as iio
-import mujoco
 import numpy as np
 import pyarrow
 import tqdm
@@ -38,6 +35,9 @@ import pamsim
 from pamsim.cli.main import main as pamsim_command
 from pamsim.core.errors import PamsimError
 from pamsim.core.files import LOCK
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
 
 SAME_COLOUR, OTHER_PIXELS = 8, 1e-3
 """Levels of 255 by which a pixel may differ and be the same, and share of pixels that may not."""
@@ -505,7 +505,7 @@ def study(
 
     Args:
         script: its name.
-        description: for ``--help``, of which the first line is taken.
+        description: for ``--help``.
         tries: what is tried, which names the option of their number.
         most: tries of all commands together, if the option is left out.
         row_of: command, tries, seed and folder to its row.
@@ -514,23 +514,16 @@ def study(
     Returns:
         Exit code: 1 if one failed.
     """
-    parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
-    parser.add_argument(f"--{tries}", type=int, default=most, help="of all commands together")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    asked = parser(description)
+    asked.add_argument(f"--{tries}", type=int, default=most, help="of all commands together")
+    asked.add_argument("--seed", type=int, default=0)
+    asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    options = asked.parse_args()
     count = getattr(options, tries)
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
     command = f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}"
-    result = {
-        "command": command,
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "commands": {},
-        "left_out": out,
-    }
+    result = {**head(command), "commands": {}, "left_out": out}
     if options.json is not None and options.json.exists():
         before = json.loads(options.json.read_text(encoding="utf-8"))
         result["commands"] = before["commands"]
@@ -548,8 +541,7 @@ def study(
                 row["command"] = f"{command} --command '{name}'"
             failed += int(row["failed"])
             result["commands"][name] = row
-            if options.json is not None:
-                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+            write(result, options.json)
     done = sum(row[tried] for row in result["commands"].values())
     print(f"{done} {tries} tried, {failed} failed now")
     return int(failed > 0)
