@@ -35,6 +35,7 @@ from pamsim.recordings.recording import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from kept_rows import Task, as_text, fingerprint, kept_rows
+from random_episodes import random_steps
 from records import head, parser, print_and_write
 
 BATCH = 96_000
@@ -133,12 +134,7 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
     env.action_space.seed(seed)
     for number in range(rounds):
         env.reset(seed=seed + number)
-        held, action = np.zeros(RIGS, dtype=int), env.action_space.sample()
-        for _ in range(per_episode):
-            new = held == 0
-            action[new] = env.action_space.sample()[new]
-            held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
-            _, _, broken, _, info = env.step(action)
+        for _, _, broken, _, info in random_steps(env, rng, per_episode):
             reported |= bool(broken.any())
             lowest = min(lowest, float(info["pressure"].min()))
             highest = max(highest, float(info["pressure"].max()))

@@ -135,26 +135,25 @@ SEEDED = 3
 """Seeds of each of `ALTERED` that are checked without a mistake; the other valid ones have one."""
 
 
-def times(pattern: str, factor: float) -> Change:
-    """Columns in another unit."""
+def changed(pattern: str, new: Callable[[FloatArray], FloatArray]) -> Change:
+    """Columns whose name matches, with new numbers."""
 
     def change(table: Table) -> None:
         for name in table:
             if re.fullmatch(pattern, name):
-                table[name] = table[name] * factor
+                table[name] = new(table[name])
 
     return change
+
+
+def times(pattern: str, factor: float) -> Change:
+    """Columns in another unit."""
+    return changed(pattern, lambda values: values * factor)
 
 
 def plus(pattern: str, offset: float) -> Change:
     """Columns from another zero."""
-
-    def change(table: Table) -> None:
-        for name in table:
-            if re.fullmatch(pattern, name):
-                table[name] = table[name] + offset
-
-    return change
+    return changed(pattern, lambda values: values + offset)
 
 
 def swapped(*pairs: tuple[str, str]) -> Change:
