@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from pictures import save_small_png
 
 import pamsim
@@ -94,24 +95,19 @@ def recording(folder: Path, seal: str, prefix: str = "friction/") -> Path:
     return made
 
 
-def read_friction(position: FloatArray, time: FloatArray, rest: FloatArray) -> float:
-    """Half of what the force differs by between the two directions at mid-stroke [N].
-
-    Args:
-        position: (n,) of the rod [m].
-        time: (n,) [s].
-        rest: (n,) force less pressure times area [N].
-    """
-    smooth = np.convolve(position, np.ones(9) / 9.0, mode="same")
-    speed = np.gradient(smooth, time)
+def ways(position: FloatArray, time: FloatArray) -> tuple[NDArray[np.bool], NDArray[np.bool]]:
+    """Samples at mid-stroke at which a rod moves out, and back; position in m, time in s."""
+    speed = np.gradient(np.convolve(position, np.ones(9) / 9.0, mode="same"), time)
     low, high = np.quantile(position, MIDDLE)
     inside = (position > low) & (position < high)
-    out, back = inside & (speed > SLOW), inside & (speed < -SLOW)
-    return 0.5 * float(rest[out].mean() - rest[back].mean())
+    return inside & (speed > SLOW), inside & (speed < -SLOW)
 
 
 def frictions(source: Path, rig: pamsim.Rig | None = None) -> dict[int, float]:
-    """Pressure [bar] -> friction [N], measured or, of a rig, simulated."""
+    """Pressure [bar] -> friction [N], measured or, of a rig, simulated.
+
+    It is half of what the force less pressure times area differs by between the two directions.
+    """
     data = read_calibration_data([source])
     model = rig or pamsim.load_rig(RIG)
     data = data.of_rig(model)
@@ -127,7 +123,8 @@ def frictions(source: Path, rig: pamsim.Rig | None = None) -> dict[int, float]:
         command = dict(zip(("pressure", "position"), trial.command.T, strict=True))
         rest = force + command["pressure"] * area
         bar = int(trial.protocol.removeprefix("bar_"))
-        found[bar] = read_friction(command["position"], trial.time, rest)
+        out, back = ways(command["position"], trial.time)
+        found[bar] = 0.5 * float(rest[out].mean() - rest[back].mean())
     return found
 
 
@@ -136,12 +133,9 @@ def areas(source: Path) -> dict[int, float]:
     found: dict[int, float] = {}
     for trial in pamsim.read_recordings(source).trials:
         pressure, position = trial.command.T
-        speed = np.gradient(np.convolve(position, np.ones(9) / 9.0, mode="same"), trial.time)
-        low, high = np.quantile(position, MIDDLE)
-        inside = (position > low) & (position < high)
         ratio = [
-            -trial.measured["rod.force"][inside & way].mean() / pressure[inside & way].mean()
-            for way in (speed > SLOW, speed < -SLOW)
+            -trial.measured["rod.force"][way].mean() / pressure[way].mean()
+            for way in ways(position, trial.time)
         ]
         found[int(trial.protocol.removeprefix("bar_"))] = float(np.mean(ratio))
     return found

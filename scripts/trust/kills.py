@@ -25,7 +25,6 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,13 +36,12 @@ from writing_commands import (
     Process,
     again,
     emptied,
+    ended,
     faults,
     study,
 )
 
 INTERRUPTED = 130
-LONGEST = 600.0
-"""Of a run [s]; what takes longer is blocked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,16 +100,6 @@ def hit(process: Process, kill: Kill) -> bool:
     return True
 
 
-def ended(process: Process) -> Iterator[str]:
-    """Wait for the end of a process that may be blocked."""
-    due = time.monotonic() + LONGEST
-    while process.runs():
-        if time.monotonic() > due:
-            process.send(signal.SIGKILL)
-            yield "did not end"
-        time.sleep(0.005)
-
-
 def tried(
     command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Tried
 ) -> list[str]:
@@ -135,17 +123,9 @@ def tried(
     found += [f"after the kill: {what}" for what in faults(
         command, folder, reference, whole=done, killed=killed
     )]  # fmt: skip
-    args = again(command, folder)
-    count.resumed += "--resume" in args
-    process = Process(args, folder)
-    found += ended(process)
-    end = process.wait()
-    if end.code != code or end.errors:
-        found.append(f"again: exit code {end.code}: {end.errors.strip()[-200:]!r}")
-    found += [f"again: {what}" for what in faults(
-        command, folder, reference, whole=True, parts=killed, resumed="--resume" in args
-    )]  # fmt: skip
-    return found
+    resumed, wrong = again(command, folder, reference, code, parts=killed)
+    count.resumed += resumed
+    return found + wrong
 
 
 def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:

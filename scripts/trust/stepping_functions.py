@@ -217,30 +217,19 @@ def resting(*calls: Callable[[Model, Data], None]) -> Callable[[Model, Data], No
 _stages = resting(mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity)
 _dynamics = resting(mujoco.mj_fwdAcceleration, mujoco.mj_fwdConstraint)
 
+STEP = stepping(mujoco.mj_step)
 FUNCTIONS: dict[str, tuple[Function, ...]] = {
-    "mj_step": (stepping(mujoco.mj_step),) * 2,
-    "mj_step(nstep)": (many_steps, stepping(mujoco.mj_step)),
-    "mj_step1, mj_step2": (stepping(mujoco.mj_step1, mujoco.mj_step2), stepping(mujoco.mj_step)),
-    "mj_forward, mj_Euler": (
-        stepping(mujoco.mj_forward, mujoco.mj_Euler),
-        stepping(mujoco.mj_step),
-    ),
-    "mj_forwardSkip, mj_Euler": (
-        stepping(skip(mujoco.mj_forwardSkip), mujoco.mj_Euler),
-        stepping(mujoco.mj_step),
-    ),
+    "mj_step": (STEP, STEP),
+    "mj_step(nstep)": (many_steps, STEP),
+    "mj_step1, mj_step2": (stepping(mujoco.mj_step1, mujoco.mj_step2), STEP),
+    "mj_forward, mj_Euler": (stepping(mujoco.mj_forward, mujoco.mj_Euler), STEP),
+    "mj_forwardSkip, mj_Euler": (stepping(skip(mujoco.mj_forwardSkip), mujoco.mj_Euler), STEP),
     "mj_forward, mj_implicit": (
         stepping(mujoco.mj_forward, mujoco.mj_implicit, integrator=IMPLICIT),
         stepping(mujoco.mj_step, integrator=IMPLICIT),
     ),
-    "mj_forward, mj_RungeKutta": (
-        stepping(mujoco.mj_forward, runge_kutta),
-        stepping(mujoco.mj_step),
-    ),
-    "mj_step, integrator RK4": (
-        stepping(mujoco.mj_step, integrator=RK4),
-        stepping(mujoco.mj_step),
-    ),
+    "mj_forward, mj_RungeKutta": (stepping(mujoco.mj_forward, runge_kutta), STEP),
+    "mj_step, integrator RK4": (stepping(mujoco.mj_step, integrator=RK4), STEP),
     "mj_forward": (instant(mujoco.mj_forward),) * 2,
     "mj_forwardSkip": (instant(skip(mujoco.mj_forwardSkip)), instant(mujoco.mj_forward)),
     "mj_fwdActuation": (
@@ -256,10 +245,10 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "mj_checkVel": (checked(mujoco.mj_checkVel),) * 2,
     "mj_checkAcc": (checked(mujoco.mj_checkAcc),) * 2,
     "mj_checkAcc that resets": (after_bad_acceleration, instant(mujoco.mj_forward)),
-    "rollout, one thread": (rolled_out(1), stepping(mujoco.mj_step)),
-    "rollout, two threads": (rolled_out(2), stepping(mujoco.mj_step)),
-    "Batch.step": (in_batch, stepping(mujoco.mj_step)),
-    "pamsim.live, mj_step": (in_scope, stepping(mujoco.mj_step)),
+    "rollout, one thread": (rolled_out(1), STEP),
+    "rollout, two threads": (rolled_out(2), STEP),
+    "Batch.step": (in_batch, STEP),
+    "pamsim.live, mj_step": (in_scope, STEP),
 }
 """Name -> the function, and what the interpreted kernel is asked for instead."""
 
@@ -408,14 +397,18 @@ def same(found: Array, expected: Array) -> bool:
     return found.shape == expected.shape and np.allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def row(name: str, seed: int) -> dict[str, str]:
-    """All situations of one function."""
-    function, reference = FUNCTIONS[name]
-    expected = interpreted(reference, seed)
+def cells(function: Function, expected: Array, seed: int) -> dict[str, str]:
+    """All situations of a function."""
     return {
         situation: verdict(lambda place=place: place(function, seed), expected)
         for situation, place in SITUATIONS.items()
     }
+
+
+def row(name: str, seed: int) -> dict[str, str]:
+    """All situations of one of `FUNCTIONS`."""
+    function, reference = FUNCTIONS[name]
+    return cells(function, interpreted(reference, seed), seed)
 
 
 def simulate_row(seed: int) -> dict[str, str]:
@@ -431,17 +424,13 @@ def simulate_row(seed: int) -> dict[str, str]:
         return np.empty(0) if found is None else found
 
     assert slow is not None
-    return {
-        situation: verdict(lambda place=place: place(fast, seed), slow)
-        for situation, place in SITUATIONS.items()
-    }
+    return cells(fast, slow, seed)
 
 
-def environment(vector: bool) -> Callable[[Model, Data, Between], Array]:
+def environment(vector: bool) -> Function:
     """A step of an environment, beside that of its model by the interpreted kernel."""
 
     def play(_: Model, __: Data, between: Between) -> Array:
-        count = 2 if vector else 1
         single = gymnasium.make("pamsim/Rig-v0", frame_skip=STEPS)
         single.reset(seed=1)
         start = pamsim.save_state(single.unwrapped.model, single.unwrapped.data)
@@ -450,12 +439,12 @@ def environment(vector: bool) -> Callable[[Model, Data, Between], Array]:
         if vector:
             env = gymnasium.make_vec(
                 "pamsim/Rig-v0",
-                num_envs=count,
+                num_envs=2,
                 vectorization_mode="vector_entry_point",
                 frame_skip=STEPS,
             )
             env.reset(seed=1)
-            got = env.step(np.stack([action] * count))[-1]
+            got = env.step(np.stack([action] * 2))[-1]
             command = single.step(action) and single.unwrapped.data.ctrl.copy()
             pressure = np.asarray(got["pressure"])[0]
             env.close()
@@ -538,20 +527,14 @@ def main() -> int:
     table = {name: row(name, given.seed) for name in FUNCTIONS}
     table["pamsim.simulate"] = simulate_row(given.seed)
     for name, vector in (("environment", False), ("vector environment", True)):
-        expected = np.zeros(2)
-        table[name] = {
-            situation: verdict(
-                lambda place=place, vector=vector: place(environment(vector), given.seed), expected
-            )
-            for situation, place in SITUATIONS.items()
-        }
+        table[name] = cells(environment(vector), np.zeros(2), given.seed)
     missing = sorted(
         name for name in evaluating_functions() if not any(name in one for one in table)
     )
     bad = [
         f"{name}, {situation}: {cell}"
-        for name, cells in table.items()
-        for situation, cell in cells.items()
+        for name, own in table.items()
+        for situation, cell in own.items()
         if cell == "wrong" or (cell == "no number") != (name in NO_NUMBER)
     ]
     result = {

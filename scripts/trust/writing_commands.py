@@ -39,6 +39,9 @@ from pamsim.core.files import LOCK
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from records import head, parser, write
 
+LONGEST = 600.0
+"""Of a run [s]; what takes longer is blocked."""
+
 SAME_COLOUR, OTHER_PIXELS = 8, 1e-3
 """Levels of 255 by which a pixel may differ and be the same, and share of pixels that may not."""
 
@@ -342,11 +345,30 @@ def emptied(folder: Path, like: Path | None = None) -> Path:
     return folder
 
 
-def again(command: Command, folder: Path) -> tuple[str, ...]:
-    """Arguments to go on with in a folder that a run has left."""
-    if command.checkpoint and (folder / command.checkpoint).exists():
-        return (*command.args, "--resume", "--force")
-    return (*command.args, "--force") if any(folder.iterdir()) else command.args
+def ended(process: Process) -> Iterator[str]:
+    """Wait for the end of a process that may be blocked."""
+    due = time.monotonic() + LONGEST
+    while process.runs():
+        if time.monotonic() > due:
+            process.send(signal.SIGKILL)
+            yield "did not end"
+        time.sleep(0.005)
+
+
+def again(
+    command: Command, folder: Path, reference: Path, code: int, *, parts: bool = False
+) -> tuple[bool, list[str]]:
+    """Run a command in a folder that a run has left: whether it resumed, and what is wrong."""
+    resume = bool(command.checkpoint) and (folder / command.checkpoint).exists()
+    options = ("--resume",) if resume else ()
+    options += ("--force",) if any(folder.iterdir()) else ()
+    process = Process((*command.args, *options), folder)
+    found = list(ended(process))
+    end = process.wait()
+    if end.code != code or end.errors:
+        found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    found += faults(command, folder, reference, whole=True, parts=parts, resumed=resume)
+    return resume, [f"again: {what}" for what in found]
 
 
 def files(folder: Path) -> dict[str, Path]:
