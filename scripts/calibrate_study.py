@@ -212,9 +212,8 @@ def study(workers: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run the study."""
-    arguments = parser(__doc__, Path("scripts/results/calibrate_study.json"))
-    arguments.add_argument("--workers", type=int, default=2)
-    options = arguments.parse_args()
+    target = Path("scripts/results/calibrate_study.json")
+    options = parser(__doc__, target, workers=2).parse_args()
     began = time.perf_counter()
     write(study(options.workers), options.json)
     print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")

@@ -44,7 +44,6 @@ from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.pole_coordinates import pole_coordinates
 from pamsim.linear.signal_record import SignalRecord
 
-SYSTEMS = 200
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01
 DRIFT = 0.1
 
@@ -277,10 +276,8 @@ def scores(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, score, write."""
-    arguments = parser(__doc__)
-    arguments.add_argument("--systems", type=int, default=SYSTEMS)
+    arguments = parser(__doc__, systems=200, workers=2)
     arguments.add_argument("--inputs", type=int, default=1, choices=(1, 2))
-    arguments.add_argument("--workers", type=int, default=2)
     options = arguments.parse_args()
     tasks: list[Task] = [("planted", str(options.inputs), i) for i in range(options.systems)]
     mark = fingerprint("pamsim", __file__)

@@ -272,8 +272,7 @@ def study(workers: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run the study, or write the records that peers are given."""
-    arguments = parser(__doc__, RESULTS / "identify_study.json")
-    arguments.add_argument("--workers", type=int, default=2)
+    arguments = parser(__doc__, RESULTS / "identify_study.json", workers=2)
     arguments.add_argument("--write-records", type=Path, metavar="FILE")
     options = arguments.parse_args()
     if options.write_records:

@@ -265,10 +265,8 @@ def _git(*args: str) -> str:
 
 def main() -> None:
     """Read the arguments, check, print and write."""
-    asked = parser(__doc__)
+    asked = parser(__doc__, count=20, seed=0)
     asked.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
-    asked.add_argument("--count", type=int, default=20, help="mutations of each part")
-    asked.add_argument("--seed", type=int, default=0, help="random seed of the draw")
     given = asked.parse_args()
     kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
     for part in given.parts:

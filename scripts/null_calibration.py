@@ -13,22 +13,20 @@ minute.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from records import parser, write
 from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
 from pamsim.comparison.links import PARTS, Link
 from pamsim.core.computation import versions
-from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.remainder import remainders
@@ -43,9 +41,7 @@ Found = tuple[dict[str, float], dict[str, bool]]
 
 Draw = Callable[[np.random.Generator], Found]
 
-RESULT = Path("scripts/results/null_calibration.json")
 COMMAND = "python scripts/null_calibration.py --json scripts/results/null_calibration.json"
-RUNS = 500
 INPUTS, SAMPLES = 4, 400  # of recordings: their inputs, and samples of a trial
 LEVELS = (0.001, 0.01, 0.05)
 
@@ -277,10 +273,7 @@ def _range(shares: Sequence[Mapping[str, Any]]) -> str:
 
 def main() -> None:
     """Draw, judge and print the tables; write the record where it is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=RUNS)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    options = parser(__doc__, runs=500).parse_args()
     began = time.process_time()
     rows: list[dict[str, Any]] = []
     rules: list[dict[str, Any]] = []
@@ -302,8 +295,7 @@ def main() -> None:
         "rules": rules,
     }
     print("\n".join(rendered(record)))
-    if options.json:
-        write_json(options.json, record)
+    write(record, options.json)
 
 
 if __name__ == "__main__":

@@ -81,9 +81,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
 
 def main() -> int:
     """Play, print, write; 1 if something broke."""
-    asked = parser(__doc__, RESULTS)
-    asked.add_argument("--episodes", type=int, default=10_000)
-    options = asked.parse_args()
+    options = parser(__doc__, RESULTS, episodes=10_000).parse_args()
     rows = [play(name, options.episodes) for name in MAS20]
     page = {
         "command": f"python scripts/random_episodes.py --episodes {options.episodes}",

@@ -14,16 +14,21 @@ import mujoco
 from pamsim.core.encoding import write_json
 
 
-def parser(description: str | None, target: Path | None = None) -> argparse.ArgumentParser:
+def parser(
+    description: str | None, target: Path | None = None, **options: float | str
+) -> argparse.ArgumentParser:
     """A parser with ``--json FILE``, whose help is the docstring of a script.
 
     Args:
         description: the docstring.
         target: FILE, if it is left out.
+        options: further ones -> their values if they are left out, which are of their types.
     """
     raw = argparse.RawDescriptionHelpFormatter
     made = argparse.ArgumentParser(description=description, formatter_class=raw)
     made.add_argument("--json", type=Path, default=target, metavar="FILE")
+    for name, default in options.items():
+        made.add_argument(f"--{name}", type=type(default), default=default)
     return made
 
 

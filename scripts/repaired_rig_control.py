@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 
 import gymnasium
+from controller_scoreboard import SEEDS, TUNING, driven
 from records import parser, write
 
 from pamsim.controllers.suite import FAMILIES, Suite
@@ -22,7 +23,6 @@ from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.envs.closed_loop import mean_score, run_episode, score
 from pamsim.twins.hide import hide
 
 RESULTS = Path("scripts/results/repaired_rig_control.json")
@@ -31,7 +31,6 @@ PROTOCOLS = ("triangle", "multisine", "loaded_steps")
 NAMES = ("PID", "LQG", "feed-forward", "feed-forward + PID", "feed-forward, compensated + PID")
 TASKS = ("sine", "step")
 LOAD = 1.2
-TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)  # as the scoreboard
 
 
 def environment(rig: Rig, task: str) -> gymnasium.Env:
@@ -47,7 +46,7 @@ def rmse(
         controller = FAMILIES[name].make(suite, value)
     except PamsimError:
         return math.inf
-    return mean_score([score(run_episode(env, controller, seed)) for seed in seeds]).rmse
+    return driven(env, controller, seeds).rmse
 
 
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:

@@ -120,9 +120,7 @@ def timed(own: Callable[[], object], other: Callable[[], object], rounds: int) -
 
 def main() -> None:
     """Find the tolerance, time both in turn, print and write."""
-    options = parser(__doc__)
-    options.add_argument("--rounds", type=int, default=5)
-    args = options.parse_args()
+    args = parser(__doc__, rounds=5).parse_args()
     rig, steps = pamsim.load_rig("mas20_arm"), experiments()
     jobs = [(rig, step) for step in steps]
     plants = [read_rig(rig, step.load) for step in steps]

@@ -299,9 +299,7 @@ def medians(runs: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run both tools on every case and print what they find."""
-    arguments = parser(__doc__)
-    arguments.add_argument("--seeds", type=int, default=3)
-    options = arguments.parse_args()
+    options = parser(__doc__, seeds=3).parse_args()
     tools = {"pamsim": by_pamsim, "mujoco.sysid": by_sysid}
     white: dict[str, list[dict[str, Any]]] = {tool: [] for tool in tools}
     with tempfile.TemporaryDirectory() as folder:

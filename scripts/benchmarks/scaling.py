@@ -177,9 +177,7 @@ def threads_gains(rounds: int) -> list[float]:
 
 def main() -> None:
     """Time every kind of work and print its exponents."""
-    arguments = parser(__doc__)
-    arguments.add_argument("--rounds", type=int, default=30)
-    options = arguments.parse_args()
+    options = parser(__doc__, rounds=30).parse_args()
     rows: list[dict[str, Any]] = []
     for name, (sizes, of_size) in kinds().items():
         times = best_of([of_size(size) for size in sizes], options.rounds)

@@ -139,9 +139,8 @@ def rounding(device: str | None) -> list[dict[str, object]]:
 
 def main() -> None:
     """Measure both, write them if asked."""
-    options = parser(__doc__)
+    options = parser(__doc__, counts="1,16,128,1024")
     options.add_argument("--device")
-    options.add_argument("--counts", default="1,16,128,1024")
     arguments = options.parse_args()
     counts = [int(one) for one in arguments.counts.split(",")]
     device = warp().get_device(arguments.device)

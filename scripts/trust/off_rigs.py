@@ -198,10 +198,7 @@ def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, count, write."""
-    asked = parser(__doc__)
-    asked.add_argument("--count", type=int, default=200)
-    asked.add_argument("--seed", type=int, default=0)
-    asked.add_argument("--workers", type=int, default=2)
+    asked = parser(__doc__, count=200, seed=0, workers=2)
     asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
     options = asked.parse_args()
     cases = [(RIGS[k % len(RIGS)], options.seed + k) for k in range(options.count)]

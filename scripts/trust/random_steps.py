@@ -168,10 +168,7 @@ def one_batch(task: Task, on: bool) -> dict[str, Any]:
 
 def main() -> int:
     """Run the batches, print and keep what was found."""
-    asked = parser(__doc__)
-    asked.add_argument("--steps", type=float, default=1e8)
-    asked.add_argument("--seed", type=int, default=0)
-    asked.add_argument("--workers", type=int, default=1)
+    asked = parser(__doc__, steps=1e8, seed=0, workers=1)
     asked.add_argument("--kept", type=Path, default=Path("out/random_steps"), metavar="FOLDER")
     given = asked.parse_args()
     per_seed = [(kind, name) for kind in KINDS for name in TORQUE]

@@ -327,11 +327,8 @@ def _command_fault(found: Called, usual: Called) -> str:
 
 def main() -> None:
     """Run, print, write."""
-    asked = parser(__doc__)
-    asked.add_argument("--runs", type=int, default=1000, help="of each reader")
-    asked.add_argument("--subprocesses", type=int, default=0, help="calls of each command")
+    asked = parser(__doc__, runs=1000, subprocesses=0, seed=0)
     asked.add_argument("--reader", choices=READERS)
-    asked.add_argument("--seed", type=int, default=0)
     options = asked.parse_args()
     result = head("python scripts/trust/readers.py --runs N --subprocesses M --seed S")
     result["readers"] = {}

@@ -519,9 +519,7 @@ def mjb_in_another_process() -> dict[str, str]:
 
 def main() -> int:
     """Fill the table, print and keep it; 1 if a cell is wrong."""
-    asked = parser(__doc__)
-    asked.add_argument("--seed", type=int, default=0)
-    given = asked.parse_args()
+    given = parser(__doc__, seed=0).parse_args()
     pamsim.load_rig("mas20_arm")
     plugin.load_kernel()
     table = {name: row(name, given.seed) for name in FUNCTIONS}

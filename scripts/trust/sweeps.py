@@ -164,9 +164,7 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
 
 def main() -> None:
     """Run all, compare, write."""
-    asked = parser(__doc__)
-    asked.add_argument("--runs", type=int, default=10_000)
-    asked.add_argument("--duration", type=float, default=2.0)
+    asked = parser(__doc__, runs=10_000, duration=2.0)
     asked.add_argument("--cost", action="store_true")
     options = asked.parse_args()
     result: dict[str, Any] = {}

@@ -144,11 +144,7 @@ def another_library(stop: threading.Event) -> None:
 
 def main() -> int:
     """Run, compare, print and keep the counts."""
-    asked = parser(__doc__)
-    asked.add_argument("--runs", type=int, default=1000)
-    asked.add_argument("--threads", type=int, default=4)
-    asked.add_argument("--seed", type=int, default=0)
-    given = asked.parse_args()
+    given = parser(__doc__, runs=1000, threads=4, seed=0).parse_args()
     seeds = range(given.seed, given.seed + given.runs)
     alone = [run(seed) for seed in tqdm(seeds, desc="alone", file=sys.stderr)]
     stop = threading.Event()

@@ -300,9 +300,7 @@ def run(seed: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run, print, write."""
-    asked = parser(__doc__)
-    asked.add_argument("--seed", type=int, default=0)
-    options = asked.parse_args()
+    options = parser(__doc__, seed=0).parse_args()
     command = f"python scripts/trust/unit_slips.py --seed {options.seed}"
     result = {**head(command), **run(options.seed)}
     for one in result["each_mistake"]:

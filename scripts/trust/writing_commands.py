@@ -536,9 +536,7 @@ def study(
     Returns:
         Exit code: 1 if one failed.
     """
-    asked = parser(description)
-    asked.add_argument(f"--{tries}", type=int, default=most, help="of all commands together")
-    asked.add_argument("--seed", type=int, default=0)
+    asked = parser(description, **{tries: most}, seed=0)
     asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     options = asked.parse_args()
     count = getattr(options, tries)
