@@ -127,7 +127,7 @@ def synthetic_table(kind: str, name: str, seed: int) -> dict[str, str]:
     return as_text({key: result[key] for key in keep})
 
 
-def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:
+def synthetic_tables(seeds: int, workers: int) -> dict[str, Any]:
     """Every synthetic table with several seeds."""
     tasks = [("synthetic", name, seed) for seed in range(seeds) for name in SYNTHETIC]
     mark = fingerprint("pamsim.", __file__)
@@ -136,7 +136,7 @@ def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:
     for (_, name, seed), row in sorted(rows.items()):
         print(f"{name}, seed {seed}: {row['verdict']}; {row['sentence']}")
         results.append({"hidden": name, "seed": seed, **row})
-    return results
+    return {"noise_deg": NOISE_DEG, "rows": results}
 
 
 def loop() -> dict[str, Any]:
@@ -221,19 +221,16 @@ def main() -> None:
         "command": "python scripts/real_data_diagnoses.py",
         "versions": versions("scipy"),
     }
-    if asked.only in (None, "table"):
-        record["mas20"] = printed_table()
-        write_json(RESULTS, record)
-    if asked.only in (None, "loop"):
-        record["alraouf2025"] = loop()
-        write_json(RESULTS, record)
-    if asked.only in (None, "authors"):
-        record["authors"] = authors_models()
-        write_json(RESULTS, record)
-    if asked.only in (None, "synthetic"):
-        rows = synthetic_tables(asked.seeds, asked.workers)
-        record["synthetic"] = {"noise_deg": NOISE_DEG, "rows": rows}
-        write_json(RESULTS, record)
+    jobs = {
+        "table": ("mas20", printed_table),
+        "loop": ("alraouf2025", loop),
+        "authors": ("authors", authors_models),
+        "synthetic": ("synthetic", lambda: synthetic_tables(asked.seeds, asked.workers)),
+    }
+    for part, (key, job) in jobs.items():
+        if asked.only in (None, part):
+            record[key] = job()
+            write_json(RESULTS, record)
     draw(record)
 
 

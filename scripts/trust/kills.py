@@ -78,15 +78,6 @@ def drawn(rng: np.random.Generator, seconds: float, writes: int) -> Kill:
     return Kill(signal=sent, over=over, write=at, seconds=wait)
 
 
-@dataclass
-class Tried:
-    """What became of a command's kills."""
-
-    kills: int = 0
-    missed: int = 0
-    resumed: int = 0
-
-
 def hit(process: Process, kill: Kill) -> bool:
     """Kill a process at its moment; False if it ended before."""
     while kill.write and process.writes() < kill.write and process.runs():
@@ -101,9 +92,9 @@ def hit(process: Process, kill: Kill) -> bool:
 
 
 def tried(
-    command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Tried
+    command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Counter[str]
 ) -> list[str]:
-    """What is wrong after a kill; counts it."""
+    """What is wrong after a kill; counts ``kills``, ``missed`` and ``resumed``."""
     emptied(folder, reference if kill.over else None)
     args = (*command.args, "--force") if kill.over else command.args
     at_once = kill.write if kill.seconds == 0.0 else 0
@@ -112,9 +103,9 @@ def tried(
     found = list(ended(process))
     end = process.wait()
     if not reached or (at_once and end.writes < at_once):
-        count.missed += 1
+        count["missed"] += 1
         return []
-    count.kills += 1
+    count["kills"] += 1
     killed = kill.signal == signal.SIGKILL or end.code == -kill.signal
     allowed = {code, -kill.signal} if killed else {code, INTERRUPTED}
     if end.code not in allowed or "Traceback" in end.errors:
@@ -124,7 +115,7 @@ def tried(
         command, folder, reference, whole=done, killed=killed
     )]  # fmt: skip
     resumed, wrong = again(command, folder, reference, code, parts=killed)
-    count.resumed += resumed
+    count["resumed"] += resumed
     return found + wrong
 
 
@@ -136,13 +127,13 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
     whole = Process(command.args, emptied(folder)).wait().check()
     shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
     rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
-    count, failed, wrong = Tried(), 0, {}
-    kinds: Counter[str] = Counter()
+    failed, wrong = 0, {}
+    count, kinds = Counter[str](), Counter[str]()
     with tqdm.tqdm(total=kills, desc=name, unit="kill") as bar:
-        while count.kills < kills:
-            kill, before = drawn(rng, whole.seconds, whole.writes), count.kills
+        while count["kills"] < kills:
+            kill, before = drawn(rng, whole.seconds, whole.writes), count["kills"]
             found = tried(command, kill, folder, reference, whole.code, count)
-            if count.kills == before:
+            if count["kills"] == before:
                 continue
             bar.update()
             kinds[kill.signal.name] += 1
@@ -157,10 +148,10 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
         "args": " ".join(command.args),
         "seconds": round(whole.seconds, 1),
         "writes": whole.writes,
-        "kills": count.kills,
+        "kills": count["kills"],
         **kinds,
-        "resumed": count.resumed,
-        "missed": count.missed,
+        "resumed": count["resumed"],
+        "missed": count["missed"],
         "failed": failed,
         "faults": {what: when[:3] for what, when in wrong.items()},
     }

@@ -86,14 +86,12 @@ print((time.process_time() - began) / inside[0])
 """
 
 SWEEP = """
-import sys, time
+import sys
 from pamsim.sweeps.study import read_study
 from pamsim.sweeps.sweep import sweep
 plan = read_study(sys.argv[1])
 plan.job.rows(plan.runs[:2], None)
-began = time.process_time()
 sweep(plan, out=sys.argv[2])
-print(time.process_time() - began)
 """
 
 CLUSTER = """
@@ -118,18 +116,17 @@ if __name__ == "__main__":
 """
 
 
-def child(code: str, *words: str) -> tuple[float, float]:
+def child(code: str, *words: str | Path) -> tuple[str, float]:
     """What a program prints, and the most memory that any program here has had so far [MB]."""
     done = subprocess.run(
         [sys.executable, "-c", code, *words], check=True, capture_output=True, text=True
     )
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
-    return float(done.stdout.split()[-1]), peak
+    return done.stdout, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
 
 
 def killed_and_resumed(study: Path, out: Path, blocks: int) -> int:
     """Kill a sweep twice and let it end; the number of blocks that were written twice."""
-    command = [sys.executable, "-m", "pamsim", "sweep", str(study), "--out", str(out)]
+    command = [sys.executable, "-m", "pamsim", "sweep", study, "--out", out]
     seen: dict[str, int] = {}
     again = 0
     for share in (1 / 3, 2 / 3, None):
@@ -156,7 +153,7 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
         study = Path(temporary) / "study.toml"
         study.write_text(STUDY.format(runs=COST_RUNS, duration=duration), encoding="utf-8")
         ratios = [
-            round(child(COST, str(study), str(Path(temporary) / f"out_{number}"))[0], 3)
+            round(float(child(COST, study, Path(temporary) / f"out_{number}")[0].split()[-1]), 3)
             for number in range(2)
         ]
     return {"runs": COST_RUNS, "sweep_over_batch": ratios}
@@ -180,8 +177,8 @@ def main() -> None:
             text = STUDY.format(runs=runs, duration=options.duration)
             path.write_text(text, encoding="utf-8")
         blocks = -(-options.runs // BLOCK)
-        _, memory_quarter = child(SWEEP, str(quarter), str(folder / "quarter"))
-        _, memory = child(SWEEP, str(study), str(folder / "whole"))
+        _, memory_quarter = child(SWEEP, quarter, folder / "quarter")
+        _, memory = child(SWEEP, study, folder / "whole")
         whole = parquet.read_table(folder / "whole" / FILE)
         again = killed_and_resumed(study, folder / "killed", blocks)
         result = {
@@ -200,7 +197,7 @@ def main() -> None:
         if importlib.util.find_spec("distributed") is not None:
             script = folder / "cluster.py"
             script.write_text(CLUSTER, encoding="utf-8")
-            words = [sys.executable, str(script), str(study), str(folder / "dask"), str(blocks)]
+            words = [sys.executable, script, study, folder / "dask", str(blocks)]
             subprocess.run(words, check=True, capture_output=True)
             lost = parquet.read_table(folder / "dask" / FILE)
             result["dask_worker_killed_equal"] = lost.equals(whole)

@@ -192,11 +192,7 @@ def left_out() -> dict[str, str]:
 
 
 def prepare(root: Path) -> None:
-    """Import pamsim whole, compile what is not compiled, and write the inputs.
-
-    Args:
-        root: of the commands' folders.
-    """
+    """Import pamsim whole, compile what is not compiled, and write the inputs below a folder."""
     for module in pkgutil.walk_packages(pamsim.__path__, "pamsim."):
         if not module.name.endswith("__main__"):
             try:
@@ -218,14 +214,7 @@ def prepare(root: Path) -> None:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a process ended.
-
-    Attributes:
-        code: its exit code; negative, the signal that ended it.
-        errors: what it wrote on stderr.
-        seconds: it took [s].
-        writes: events of writing in its folder.
-    """
+    """How a process ended: exit code (negative for a signal), stderr, time [s], and writes."""
 
     code: int
     errors: str
@@ -233,11 +222,7 @@ class Ended:
     writes: int
 
     def check(self) -> Ended:
-        """Itself.
-
-        Raises:
-            RuntimeError: if it failed.
-        """
+        """Itself; RuntimeError if it failed."""
         if self.code not in (0, 1):
             raise RuntimeError(f"exit code {self.code}: {self.errors}")
         return self
@@ -407,38 +392,29 @@ def faults(
             if not killed and not (parts and "/" not in name):
                 yield f"{name} was left"
         elif name == command.checkpoint and not whole:
-            yield from _parsed(path)
+            yield from _fault(path, lambda file: json.loads(file.read_text(encoding="utf-8")))
         elif command.kept and name.startswith(command.kept) and not whole:
-            yield from _read(path)
+            yield from _fault(path, _read_table)
         elif name not in right:
             yield f"{name} is not of the result"
         elif what := _difference(path, right[name], near):
             yield f"{name}: {what}"
         elif path.name == "params.toml" and b"[rig]" in path.read_bytes():
-            yield from _loaded(path.parent)
+            yield from _fault(path.parent, pamsim.load_rig)
     if whole:
         yield from (f"{name} is missing" for name in right if name not in there)
 
 
-def _parsed(path: Path) -> Iterator[str]:
+def _fault(path: Path, read: Callable[[Path], object]) -> Iterator[str]:
+    """What is wrong with what a reader makes of a file or folder."""
     try:
-        json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        yield f"{path.name}: {error}"
+        read(path)
+    except (OSError, ValueError, pyarrow.ArrowException, PamsimError) as error:
+        yield f"{path.name} cannot be read: {error}"
 
 
-def _read(path: Path) -> Iterator[str]:
-    try:
-        parquet.read_table(path, use_threads=False, page_checksum_verification=True)
-    except (OSError, pyarrow.ArrowException) as error:
-        yield f"{path.name}: {error}"
-
-
-def _loaded(folder: Path) -> Iterator[str]:
-    try:
-        pamsim.load_rig(folder)
-    except PamsimError as error:
-        yield f"{folder.name} cannot be loaded: {error}"
+def _read_table(path: Path) -> object:
+    return parquet.read_table(path, use_threads=False, page_checksum_verification=True)
 
 
 def _difference(path: Path, right: Path, near: float | None) -> str:
