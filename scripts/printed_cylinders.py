@@ -37,12 +37,11 @@ OUT = ROOT / "out" / "printed_cylinders"
 SCHEMA = "pamsim-printed-cylinders/1"
 
 DATA = Path("results_pneumatic-actuator/data")
-SEALS = {"O-ring": 25.0, "NAPN": 25.0, "NAP310": 25.0, "PK": 25.0, "KDN": 25.0}
+SEALS = dict.fromkeys(("O-ring", "NAPN", "NAP310", "PK", "KDN"), 25.0)
 SEALS |= {"O-ring257": 25.7, "X-ring257": 25.7}
 """Seal -> diameter of its bore [mm], results_friction_force.py."""
 BARS = (1, 3, 5, 7)
-RERUNS = ("repeatability/rerun/friction/1_", "repeatability/rerun/friction/2_")
-RERUNS += ("repeatability/rerun/friction/3_",)
+RERUNS = tuple(f"repeatability/rerun/friction/{number}_" for number in (1, 2, 3))
 COPIES = "repeatability/reconnected/friction/2_"
 """Said to be byte copies of the second rerun."""
 

@@ -444,13 +444,12 @@ def environment(vector: bool) -> Function:
                 frame_skip=STEPS,
             )
             env.reset(seed=1)
-            got = env.step(np.stack([action] * 2))[-1]
-            command = single.step(action) and single.unwrapped.data.ctrl.copy()
-            pressure = np.asarray(got["pressure"])[0]
+            pressure = np.asarray(env.step(np.stack([action] * 2))[-1]["pressure"])[0]
             env.close()
+            single.step(action)
         else:
-            got = single.step(action)[-1]
-            pressure, command = np.ravel(got["pressure"]), single.unwrapped.data.ctrl.copy()
+            pressure = np.ravel(single.step(action)[-1]["pressure"])
+        command = single.unwrapped.data.ctrl.copy()
         model = copy.copy(single.unwrapped.model)
         single.close()
         data = mujoco.MjData(model)
