@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -77,58 +77,54 @@ def recorded(name: str) -> dict[str, Any]:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+def row(
+    what: str, peer: str, ratio: float, script: str, each: Sequence[float] = ()
+) -> tuple[str, str, float, str, str]:
+    """Of the table: what, against what, ratio, spread of several, script."""
+    spread = f"{min(each):.3g} to {max(each):.3g}" if each else ""
+    return what, peer, ratio, spread, f"{script}.py"
+
+
 def rows() -> Iterator[tuple[str, str, float, str, str]]:
-    """Of the table: what, against what, ratio, spread, script."""
+    """All of the table."""
     steps = recorded("steps_per_second")
     for key, peer in (
         ("full_law_over_builtin_muscle", "MuJoCo's `<muscle>`, the same arm"),
         ("full_law_over_python_callback", "the same laws as a Python callback"),
     ):
         each = [run[key] for run in steps["runs"]]
-        spread = f"{min(each):.3g} to {max(each):.3g}"
-        yield "time step, full law", peer, steps[key], spread, "steps_per_second.py"
+        yield row("time step, full law", peer, steps[key], "steps_per_second", each)
     batch = recorded("scaling")
-    low, high = batch["range"]
-    spread, gain = f"{low:.3g} to {high:.3g}", batch["two_threads_over_one"]
-    yield "batch of 16 step responses on two threads", "on one", gain, spread, "scaling.py"
+    what, gain = "batch of 16 step responses on two threads", batch["two_threads_over_one"]
+    yield row(what, "on one", gain, "scaling", batch["range"])
     lsoda = recorded("batch_vs_lsoda")
-    for row in lsoda["rows"]:
-        low, high = row["range"]
-        what = f"{lsoda['simulations']} step responses in steps of {row['timestep_ms']:g} ms"
-        peer = f"scipy's LSODA at equal error, {row['error_deg']:.0e} deg"
-        ratio, spread = row["lsoda_over_pamsim"], f"{low:.3g} to {high:.3g}"
-        yield what, peer, ratio, spread, "batch_vs_lsoda.py"
-    for row in recorded("operator_steps")["rows"]:
-        what = f"{row['operator'].replace('_', ' ')}, {row['size']}"
-        yield what, row["peer"], row["ratio"], "", "operator_steps.py"
-    each = [row["ratio"] for row in recorded("environment_steps")["rows"]]
-    spread = f"{min(each):.3g} to {max(each):.3g}"
-    peer = "`InvertedPendulum-v5` at equal frame skip"
-    what = f"environment's step, {len(each)} cases"
-    yield what, peer, statistics.median(each), spread, "environment_steps.py"
+    for one in lsoda["rows"]:
+        what = f"{lsoda['simulations']} step responses in steps of {one['timestep_ms']:g} ms"
+        peer = f"scipy's LSODA at equal error, {one['error_deg']:.0e} deg"
+        yield row(what, peer, one["lsoda_over_pamsim"], "batch_vs_lsoda", one["range"])
+    for one in recorded("operator_steps")["rows"]:
+        what = f"{one['operator'].replace('_', ' ')}, {one['size']}"
+        yield row(what, one["peer"], one["ratio"], "operator_steps")
+    each = [one["ratio"] for one in recorded("environment_steps")["rows"]]
+    what, peer = (
+        f"environment's step, {len(each)} cases",
+        "`InvertedPendulum-v5` at equal frame skip",
+    )
+    yield row(what, peer, statistics.median(each), "environment_steps", each)
     task = recorded("myosuite_steps")
-    each = task["ratios"]
-    what, peer = "environment's step", f"MyoSuite's `{task['peer']}` at equal frame skip"
-    spread = f"{min(each):.3g} to {max(each):.3g}"
-    yield what, peer, statistics.median(each), spread, "myosuite_steps.py"
-    frames = recorded("frames")["rows"]
-    each = [row["ratio"] for row in frames]
-    spread = f"{min(each):.3g} to {max(each):.3g}"
+    each, peer = task["ratios"], f"MyoSuite's `{task['peer']}` at equal frame skip"
+    yield row("environment's step", peer, statistics.median(each), "myosuite_steps", each)
+    each = [one["ratio"] for one in recorded("frames")["rows"]]
     what = f"frame of 480 x 480 pixels, {len(each)} environments"
-    yield what, "`InvertedPendulum-v5`, time", statistics.median(each), spread, "frames.py"
-    sysid = recorded("calibrate_vs_mujoco_sysid")
-    runs = sysid["white_noise"]
-    each = [
-        theirs["seconds"] / own["seconds"]
-        for own, theirs in zip(runs["pamsim"], runs["mujoco.sysid"], strict=True)
-    ]
-    spread = f"{min(each):.3g} to {max(each):.3g}"
-    ratio = 1.0 / sysid["summary"]["seconds_pamsim_over_sysid"]
-    script = "calibrate_vs_mujoco_sysid.py"
-    yield "calibration of 8 parameters", "`mujoco.sysid`", ratio, spread, script
-    checked = recorded("checked_steps")
-    what = "time step with `pamsim.checks`"
-    yield what, "without", 1.0 / checked["on_over_off"], "", "checked_steps.py"
+    yield row(what, "`InvertedPendulum-v5`, time", statistics.median(each), "frames", each)
+    script = "calibrate_vs_mujoco_sysid"
+    runs, summary = recorded(script)["white_noise"], recorded(script)["summary"]
+    pairs = zip(runs["pamsim"], runs["mujoco.sysid"], strict=True)
+    each = [theirs["seconds"] / own["seconds"] for own, theirs in pairs]
+    ratio = 1.0 / summary["seconds_pamsim_over_sysid"]
+    yield row("calibration of 8 parameters", "`mujoco.sysid`", ratio, script, each)
+    ratio = 1.0 / recorded("checked_steps")["on_over_off"]
+    yield row("time step with `pamsim.checks`", "without", ratio, "checked_steps")
 
 
 def large() -> str:

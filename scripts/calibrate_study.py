@@ -15,26 +15,23 @@ Finished runs are kept in out/calibrate_study: a stopped study goes on where it 
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
-import platform
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
+from records import parser, write
 from scipy.signal import lfilter
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
+from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import write_recording
 
-RESULTS = Path("scripts/results")
 KEPT = Path("out/calibrate_study")
 RUNS, BLIND_RUNS = 200, 20
 REPEATS = 4  # from here on intervals rest on the scatter of trials, not on a model of the noise
@@ -199,11 +196,7 @@ def study(workers: int) -> dict[str, Any]:
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)
     return {
         "command": "python scripts/calibrate_study.py",
-        "versions": {
-            "python": platform.python_version(),
-            "mujoco": mujoco.__version__,
-            "numpy": np.__version__,
-        },
+        "versions": versions(),
         "timestep_s": TIMESTEP,
         "repeats": REPEATS,
         "noise": {"angle_deg": float(np.degrees(ANGLE_NOISE)), "pressure_pa": PRESSURE_NOISE},
@@ -219,14 +212,10 @@ def study(workers: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run the study."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--json", type=Path, default=RESULTS / "calibrate_study.json")
-    options = parser.parse_args()
+    target = Path("scripts/results/calibrate_study.json")
+    options = parser(__doc__, target, workers=2).parse_args()
     began = time.perf_counter()
-    result = study(options.workers)
-    options.json.parent.mkdir(parents=True, exist_ok=True)
-    options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(study(options.workers), options.json)
     print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")
 
 

@@ -11,14 +11,13 @@ hysteresis.
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import gymnasium
+from records import parser, write
 from tqdm import tqdm
 
 import pamsim
@@ -128,9 +127,7 @@ def _round(value: float) -> float | None:
 
 def main() -> int:
     """Drive, print the RMSE, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=RESULTS)
-    target = parser.parse_args().json
+    target = parser(__doc__, RESULTS).parse_args().json
     rows: list[dict[str, object]] = []
     cells = sum(len(plant.tasks) for plant in PLANTS) * (len(FAMILIES) + len(POLICIES))
     with tqdm(total=cells, file=sys.stderr) as bar:
@@ -144,7 +141,7 @@ def main() -> int:
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),
     }
-    target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    write(page, target)
     for row in rows:
         print(f"{row['plant']:34} {row['task']:12} {row['controller']:32} {row['rmse_deg']} deg")
     return 0

@@ -13,9 +13,7 @@ of one processor, the diagnosis a minute.
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
-import platform
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,11 +21,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
+from pictures import save_small_png
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
@@ -39,13 +38,11 @@ from pamsim.report.style import (
     VERMILION,
     finish_axes,
     new_figure,
-    save_png,
     styled,
 )
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "equimus_leg.json"
-PICTURES = ROOT / "docs" / "images"
 OUT = ROOT / "out" / "equimus_leg"
 SCHEMA = "pamsim-equimus-leg/1"
 PARTS = ("open", "static", "calibrate", "diagnose", "judge", "pictures")
@@ -195,15 +192,22 @@ def rms(found: dict[str, dict[str, FloatArray]]) -> dict[str, float]:
     }
 
 
+def cycles(source: Path) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Time in a cycle (n,) [s], and channel -> its measured cycles (cycles, n) [rad]."""
+    trials = pamsim.read_recordings(source).trials
+    rows = min(t.time.size for t in trials)
+    return trials[0].time[:rows], {
+        c: np.stack([t.measured[c][:rows] for t in trials]) for c in CHANNELS
+    }
+
+
 def floors(folder: Path) -> dict[str, float]:
     """Joint -> what cycles 2 to 10 of TriStatic differ by from their mean [rad]."""
-    trials = pamsim.read_recordings(triangle(folder)).trials
-    rows = min(t.time.size for t in trials)
-    found: dict[str, float] = {}
-    for joint, channel in zip(JOINTS, CHANNELS, strict=True):
-        stack = np.stack([t.measured[channel][:rows] for t in trials])
-        found[joint] = float(np.sqrt(stack.var(axis=0, ddof=1).mean()))
-    return found
+    _, measured = cycles(triangle(folder))
+    return {
+        joint: float(np.sqrt(measured[channel].var(axis=0, ddof=1).mean()))
+        for joint, channel in zip(JOINTS, CHANNELS, strict=True)
+    }
 
 
 def log(folder: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -230,20 +234,11 @@ def notebook_score(rig: Rig, folder: Path, seconds: float) -> dict[str, float]:
     )
     run = pamsim.simulate(rig, experiment).completed()
     at = SCORED_FROM + np.arange(0.0, seconds, 0.01)
-    return {
-        joint: float(
-            np.sqrt(
-                np.mean(
-                    (
-                        np.interp(at, time, angle[:, k])
-                        - np.interp(at, run.time - 2.0, run.signal(f"{joint}.angle"))
-                    )
-                    ** 2
-                )
-            )
-        )
-        for k, joint in enumerate(JOINTS)
-    }
+    found: dict[str, float] = {}
+    for joint, channel, measured in zip(JOINTS, CHANNELS, angle.T, strict=True):
+        simulated = np.interp(at, run.time - 2.0, run.signal(channel))
+        found[joint] = float(np.sqrt(np.mean((np.interp(at, time, measured) - simulated) ** 2)))
+    return found
 
 
 def open_loop(folder: Path) -> dict[str, Any]:
@@ -301,33 +296,23 @@ def calibration(folder: Path, workers: int, only: str | None) -> dict[str, Any]:
     """Fit to ToCenter, with the authors' kinds of numbers alone and with the valves'."""
     sources = [released(folder, FITTED, "release"), released(folder, CHECKED, "release_more")]
     results: dict[str, Any] = {"fitted_steps": [*FITTED, *CHECKED]}
-    for name, free in FREES.items():
-        if only in (None, name):
-            results[name] = one_calibration(name, free, sources, workers)
-    return results
-
-
-def one_calibration(
-    name: str, free: Mapping[str, tuple[float, float] | None], sources: list[Path], workers: int
-) -> dict[str, Any]:
-    """Fit some numbers of the rig; the calibrated rig is kept under its name."""
-    out = OUT / name
-    found = pamsim.calibrate(
-        sources,
-        rig="equimus_leg",
-        free=tuple(free),
-        bounds={n: ends for n, ends in free.items() if ends is not None},
-        channels=["angle"],
-        threads=workers,
-        out=out,
-    )
-    print(found.summary())
-    return {
-        "parameters": [
+    for name in [only] if only else FREES:
+        found = pamsim.calibrate(
+            sources,
+            rig="equimus_leg",
+            free=tuple(FREES[name]),
+            bounds={n: ends for n, ends in FREES[name].items() if ends is not None},
+            channels=["angle"],
+            threads=workers,
+            out=OUT / name,
+        )
+        print(found.summary())
+        parameters = [
             {"name": p.name, "value": p.value, "interval95": p.interval95, "flags": p.flags}
             for p in found.parameters
-        ],
-    }
+        ]
+        results[name] = {"parameters": parameters}
+    return results
 
 
 def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
@@ -346,8 +331,8 @@ def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
     return {key: kept[key] for key in KEPT}
 
 
-LEVELS = {"first": (0.0, 2.0), "second": (2.0, 4.0), "third": (4.0, 6.0)}
-"""Of a cycle: from its beginning on [s]."""
+LEVELS = {"first": 2.0, "second": 4.0, "third": 6.0}
+"""Ends of a cycle's levels, from its beginning on [s]."""
 LEAST_SET = 5e3
 """Commands below this are taken as no pressure, to see whether the regulators do so [Pa]."""
 
@@ -369,7 +354,7 @@ def judged(folder: Path) -> dict[str, Any]:
                                       for r in found.values()]))
                 for joint, c in zip(JOINTS, CHANNELS, strict=True)
             }
-            for level, (_, end) in LEVELS.items()
+            for level, end in LEVELS.items()
         }  # fmt: skip
         results["rigs"][name] = {"rms": rms(found), "held": held}
         results["rigs"][name]["tocenter"] = rms(residuals(rig, fitted))
@@ -383,15 +368,13 @@ def judged(folder: Path) -> dict[str, Any]:
 
 def mean_cycle(source: Path, rigs: Mapping[str, Rig]) -> dict[str, Any]:
     """Mean over the cycles, measured and simulated, and the range of the measured ones [deg]."""
-    trials = pamsim.read_recordings(source).trials
-    rows = min(t.time.size for t in trials)
+    time, measured = cycles(source)
 
     def rounded(values: FloatArray) -> list[float]:
         return np.round(np.degrees(values), 3).tolist()
 
-    measured = {c: np.stack([t.measured[c][:rows] for t in trials]) for c in CHANNELS}
     found: dict[str, Any] = {
-        "time": np.round(trials[0].time[:rows], 4).tolist(),
+        "time": np.round(time, 4).tolist(),
         "measured": {
             c: {"mean": rounded(m.mean(0)), "low": rounded(m.min(0)), "high": rounded(m.max(0))}
             for c, m in measured.items()
@@ -400,7 +383,9 @@ def mean_cycle(source: Path, rigs: Mapping[str, Rig]) -> dict[str, Any]:
     for name, rig in rigs.items():
         missed = list(residuals(rig, source).values())
         found[name] = {
-            c: rounded((measured[c] - np.stack([miss[c][:rows] for miss in missed])).mean(axis=0))
+            c: rounded(
+                (measured[c] - np.stack([miss[c][: time.size] for miss in missed])).mean(axis=0)
+            )
             for c in CHANNELS
         }
     return found
@@ -426,15 +411,6 @@ def cycle_figure(record: dict[str, Any]) -> Figure:
     hip.legend(loc="upper left")
     finish_axes(knee, y="knee [deg]", x="time in the cycle [s]", zero=False)
     return figure
-
-
-def draw(record: dict[str, Any]) -> None:
-    """Write the picture of docs/real_data.md."""
-    path = PICTURES / "equimus_leg.png"
-    save_png(cycle_figure(record), path)
-    with Image.open(path) as picture:
-        few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    few.save(path, optimize=True)
 
 
 def without_small_commands(folder: Path) -> Path:
@@ -469,10 +445,7 @@ def main() -> None:
         "schema": SCHEMA,
         "command": "python scripts/equimus_leg.py FOLDER",
         "data": "github.com/fly-pigTH/EquiMus, commit 095f3a5, MIT",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
     }
     jobs = {
         "open": lambda: open_loop(asked.folder),
@@ -489,7 +462,7 @@ def main() -> None:
             print(part, json.dumps(record[part])[:2000])
             write_json(RESULTS, record)
     if asked.only in (None, "pictures"):
-        draw(record)
+        save_small_png(cycle_figure(record), "equimus_leg")
 
 
 if __name__ == "__main__":

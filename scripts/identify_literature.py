@@ -30,7 +30,6 @@ The peers need an environment of their own and are fitted once:
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import tempfile
@@ -41,6 +40,7 @@ from typing import Any
 
 import numpy as np
 from free_runs import grows, started_freely
+from records import parser, write
 
 import pamsim
 from pamsim.core.computation import versions
@@ -225,13 +225,12 @@ def study(folder: Path, names: list[str], peers: dict[str, Any]) -> dict[str, An
 
 def main() -> None:
     """Run the study, or write the records that peers are given."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--sets", default=",".join(SETS), help="names joined by commas")
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--peers", type=Path, default=RESULTS / "identify_literature_peers.json")
-    parser.add_argument("--write-records", type=Path, metavar="FILE")
-    options = parser.parse_args()
+    asked = parser(__doc__)
+    asked.add_argument("folder", type=Path)
+    asked.add_argument("--sets", default=",".join(SETS), help="names joined by commas")
+    asked.add_argument("--peers", type=Path, default=RESULTS / "identify_literature_peers.json")
+    asked.add_argument("--write-records", type=Path, metavar="FILE")
+    options = asked.parse_args()
     arrays = records(options.folder)
     if options.write_records:
         options.write_records.parent.mkdir(parents=True, exist_ok=True)
@@ -239,15 +238,13 @@ def main() -> None:
         return
     names = [name.strip() for name in options.sets.split(",")]
     if unknown := [name for name in names if name not in SETS]:
-        parser.error(f"no set {unknown[0]!r}; there are {', '.join(SETS)}")
+        asked.error(f"no set {unknown[0]!r}; there are {', '.join(SETS)}")
     peers = json.loads(options.peers.read_text(encoding="utf-8"))
     if peers["records_sha256"] != digest(arrays):
-        parser.error(f"{options.peers} was fitted to other records; fit the peers again")
+        asked.error(f"{options.peers} was fitted to other records; fit the peers again")
     result = study(options.folder, names, peers)
     print("\n".join(lines(result["sets"])))
-    if options.json:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
 
 
 if __name__ == "__main__":

@@ -21,9 +21,7 @@ Finished rows are kept in out/identify_planted_INPUTS.
 
 from __future__ import annotations
 
-import argparse
 import json
-import platform
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,9 +32,10 @@ import numpy as np
 import scipy
 from kept_rows import Task, as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
+from records import parser, with_rows_on_lines
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
-from pamsim.core.computation import one_blas_thread
+from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.choice import recommend
@@ -45,7 +44,6 @@ from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.pole_coordinates import pole_coordinates
 from pamsim.linear.signal_record import SignalRecord
 
-SYSTEMS = 200
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01
 DRIFT = 0.1
 
@@ -278,12 +276,9 @@ def scores(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, score, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--systems", type=int, default=SYSTEMS)
-    parser.add_argument("--inputs", type=int, default=1, choices=(1, 2))
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    arguments = parser(__doc__, systems=200, workers=2)
+    arguments.add_argument("--inputs", type=int, default=1, choices=(1, 2))
+    options = arguments.parse_args()
     tasks: list[Task] = [("planted", str(options.inputs), i) for i in range(options.systems)]
     mark = fingerprint("pamsim", __file__)
     kept = Path(f"out/identify_planted_{options.inputs}")
@@ -292,15 +287,13 @@ def main() -> None:
     result = {
         "command": f"python scripts/identify_planted.py --systems {options.systems}{two}",
         "fingerprint": mark,
-        "versions": {"scipy": scipy.__version__, "python": platform.python_version()},
+        "versions": versions("scipy"),
         "scores": scores(list(rows.values())),
         "rows": [{"number": number, **row} for (_, _, number), row in rows.items()],
     }
     print(json.dumps(result["scores"], indent=1))
     if options.json is not None:
-        head = json.dumps({k: v for k, v in result.items() if k != "rows"}, indent=1)
-        lines = ",\n".join("  " + json.dumps(row) for row in result["rows"])
-        options.json.write_text(f'{head[:-2]},\n "rows": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -21,21 +21,20 @@ and realisation methods; scipy stands for the plain baseline (curve_fit, one sta
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
-import platform
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 from kept_rows import as_text, fingerprint, kept_rows
+from records import parser, write
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
+from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
@@ -256,11 +255,7 @@ def study(workers: int) -> dict[str, Any]:
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)
     return {
         "command": "python scripts/identify_study.py",
-        "versions": {
-            "python": platform.python_version(),
-            "numpy": np.__version__,
-            "scipy": scipy.__version__,
-        },
+        "versions": versions("scipy"),
         "plant": {"K": GAIN, "T1_s": FAST, "T2_s": SLOW, "L_s": DELAY},
         "record": {"sample_time_s": INTERVAL, "samples": SAMPLES, "input": "step, then PRBS"},
         "recovery": {
@@ -277,19 +272,15 @@ def study(workers: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run the study, or write the records that peers are given."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--json", type=Path, default=RESULTS / "identify_study.json")
-    parser.add_argument("--write-records", type=Path, metavar="FILE")
-    options = parser.parse_args()
+    arguments = parser(__doc__, RESULTS / "identify_study.json", workers=2)
+    arguments.add_argument("--write-records", type=Path, metavar="FILE")
+    options = arguments.parse_args()
     if options.write_records:
         options.write_records.parent.mkdir(parents=True, exist_ok=True)
         np.savez(options.write_records, digest=records_digest(), **peer_records())
         return
     began = time.perf_counter()
-    result = study(options.workers)
-    options.json.parent.mkdir(parents=True, exist_ok=True)
-    options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(study(options.workers), options.json)
     print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")
 
 

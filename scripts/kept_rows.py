@@ -69,7 +69,7 @@ def kept_rows(
             tqdm(total=len(tasks), desc="rows") as bar,
         ):
 
-            def shown(done: int, _total: int, _what: str) -> None:
+            def shown(done: int, _total: int | None, _what: str) -> None:
                 bar.update(done - bar.n)
 
             pamsim.sweep(

@@ -34,6 +34,7 @@ from blind_study_cases import DURATION, INPUTS
 from kept_rows import as_text, fingerprint, kept_rows
 from link_study_cases import FILE as CASES
 from link_study_scores import must_show, printed
+from records import with_rows_on_lines
 
 import pamsim
 from pamsim.comparison.effects_on_rig import candidates, rig_effect, rig_name
@@ -190,13 +191,6 @@ def _cases(file: Path) -> list[Mapping[str, Any]]:
     return json.loads(file.read_text(encoding="utf-8"))["cases"]
 
 
-def written(result: Mapping[str, Any]) -> str:
-    """JSON with a line per case."""
-    head = json.dumps({k: v for k, v in result.items() if k != "rows"}, indent=1)
-    lines = ",\n".join("  " + json.dumps(row) for row in result["rows"])
-    return f'{head[:-2]},\n "rows": [\n{lines}\n ]\n}}\n'
-
-
 def main() -> None:
     """Run what is left, count, write."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -237,7 +231,7 @@ def main() -> None:
     }
     print(printed(result["must_show"]))
     if options.json is not None:
-        options.json.write_text(written(result), encoding="utf-8")
+        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
 
 
 if __name__ == "__main__":

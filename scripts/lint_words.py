@@ -19,17 +19,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = Path(__file__).with_suffix(".toml")
 SEARCHED = (
-    *(
-        "README.md",
-        "CHANGELOG.md",
-        "docs/*.md",
-        "docs/**/*.py",
-        "models/*/*.md",
-        "models/*/params.toml",
-        "Makefile",
-    ),
-    *("pamsim/**/*.py", "pamsim/**/*.html", "scripts/**/*.py", "tests/**/*.py"),
-)
+    "README.md", "CHANGELOG.md", "docs/*.md", "docs/**/*.py", "models/*/*.md",
+    "models/*/params.toml", "Makefile", "pamsim/**/*.py", "pamsim/**/*.html", "scripts/**/*.py",
+    "tests/**/*.py",
+)  # fmt: skip
 # From Python 3.12 on, an f-string is several tokens.
 _TEXT = {"COMMENT", "STRING", "FSTRING_START", "FSTRING_MIDDLE", "FSTRING_END"}
 

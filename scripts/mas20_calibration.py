@@ -15,10 +15,8 @@ are not fitted again unless --fresh is given, so that an interrupted run goes on
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
 import math
-import platform
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,6 +25,7 @@ import numpy as np
 from scipy.optimize import brentq
 from tqdm import tqdm
 
+from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
@@ -283,10 +282,7 @@ def main() -> None:
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/mas20_calibration.py",
-        "versions": {
-            "python": platform.python_version(),
-            **{name: importlib.metadata.version(name) for name in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
     }
     if asked.only != "dynamic":
         compare_static_models(rig, record)

@@ -14,7 +14,6 @@ it.
 
 from __future__ import annotations
 
-import argparse
 import ast
 import json
 import os
@@ -29,6 +28,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from records import parser, write
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -55,45 +55,35 @@ _PAGES = "unit/tooling/test_theory_and_effects_pages.py::test_the_page_of_"
 _FIELDS = f"{_PAGES}parameters_is_that_of_the_classes"
 _ENGINE = "unit/engine integration/test_callback.py integration/test_laws_in_engine.py physics"
 
-PARTS: dict[str, tuple[Room, ...]] = {
-    "laws": (
-        Room(
-            ("physics",),
-            (_FIELDS, "unit/physics", "properties", _ENGINE),
-            left_out=("invariants.py", "kernel.py"),
-        ),
+PARTS = {
+    "laws": Room(
+        ("physics",),
+        (_FIELDS, "unit/physics", "properties", _ENGINE),
+        left_out=("invariants.py", "kernel.py"),
     ),
-    "kernel": (
-        Room(
-            ("physics/kernel.py", "engine/muscle_step.py", "engine/gauges.py"),
-            ("unit/physics", _ENGINE),
-        ),
+    "kernel": Room(
+        ("physics/kernel.py", "engine/muscle_step.py", "engine/gauges.py"),
+        ("unit/physics", _ENGINE),
     ),
-    "engine": (
-        Room(
-            ("engine",),
-            (_ENGINE, "integration/test_own_physics.py unit/envs unit/recordings unit/sweeps"),
-            left_out=("muscle_step.py", "gauges.py", "law_table.py", "function_table.py",
-                      "by_address.py", "memory.py", "compiled.py", "jit.py"),
-        ),
+    "engine": Room(
+        ("engine",),
+        (_ENGINE, "integration/test_own_physics.py unit/envs unit/recordings unit/sweeps"),
+        left_out=("muscle_step.py", "gauges.py", "law_table.py", "function_table.py",
+                  "by_address.py", "memory.py", "compiled.py", "jit.py"),
     ),
-    "effects": (
-        Room(
-            ("effects",),
-            (f"{_PAGES}effects_is_that_of_the_catalog", "unit/effects",
-             "unit/comparison physics/test_effects.py unit/diagnosis plant/test_hidden_effects.py"),
-        ),
+    "effects": Room(
+        ("effects",),
+        (f"{_PAGES}effects_is_that_of_the_catalog", "unit/effects",
+         "unit/comparison physics/test_effects.py unit/diagnosis plant/test_hidden_effects.py"),
     ),
-    "verdict": (
-        Room(
-            tuple(
-                f"diagnosis/by_link/{name}.py"
-                for name in ("judge", "held_out", "left_out", "remainder", "diagnose_rest")
-            ),
-            ("unit/diagnosis/by_link/test_rows_at_rest.py unit/diagnosis/by_link/test_loops.py"
-             " unit/diagnosis/by_link/test_link_diagnosis.py",
-             "unit/diagnosis unit/comparison"),
+    "verdict": Room(
+        tuple(
+            f"diagnosis/by_link/{name}.py"
+            for name in ("judge", "held_out", "left_out", "remainder", "diagnose_rest")
         ),
+        ("unit/diagnosis/by_link/test_rows_at_rest.py unit/diagnosis/by_link/test_loops.py"
+         " unit/diagnosis/by_link/test_link_diagnosis.py",
+         "unit/diagnosis unit/comparison"),
     ),
 }  # fmt: skip
 
@@ -131,12 +121,7 @@ class Mutation:
 
 
 def mutations(path: Path, text: str) -> Iterator[Mutation]:
-    """Every mutation of a file that stays within a line.
-
-    Args:
-        path: of the file, relative to the repository.
-        text: its source.
-    """
+    """Every mutation of a file, relative to the repository, that stays within a line."""
     lines = text.splitlines()
     for node in ast.walk(_without_annotations(ast.parse(text))):
         for line, start, end, new in _replacements(node, lines):
@@ -192,33 +177,23 @@ def _replacements(node: ast.AST, lines: list[str]) -> Iterator[tuple[int, int, i
 
 def passes(tests: tuple[str, ...], copy: Path) -> bool:
     """Whether tests pass in a copy of the repository, see `Room`."""
-    return all(_passes(together.split(), copy) for together in tests)
-
-
-def _passes(tests: list[str], copy: Path) -> bool:
-    run = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider"]
-        + [f"tests/{name}" for name in tests],
-        cwd=copy,
-        env={
-            **os.environ,
-            "PYTHONPATH": str(copy),
-            "NUMBA_CACHE_DIR": str(copy.parent / "numba"),
-        },
-        capture_output=True,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
-    )
-    return run.returncode == 0
+    places = {"PYTHONPATH": str(copy), "NUMBA_CACHE_DIR": str(copy.parent / "numba")}
+    pytest = (sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider")
+    for together in tests:
+        run = subprocess.run(
+            [*pytest, *(f"tests/{name}" for name in together.split())],
+            cwd=copy,
+            env=os.environ | places,
+            capture_output=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+        )
+        if run.returncode != 0:
+            return False
+    return True
 
 
 def caught(mutation: Mutation, tests: tuple[str, ...], copy: Path) -> bool:
-    """Whether a test fails once the line is changed.
-
-    Args:
-        mutation: to apply.
-        tests: files and folders that run.
-        copy: repository to change and to put right again.
-    """
+    """Whether a test fails once the line is changed in a copy, which is put right again."""
     path = copy / mutation.file
     original = path.read_text()
     lines = original.splitlines(keepends=True)
@@ -254,7 +229,8 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
         RuntimeError: if the result is of other sources, tests or options; if tests that noticed
             every mutation fail where nothing is changed, too.
     """
-    every = [(mutation, room) for room in PARTS[part] for mutation in possible(room)]
+    room = PARTS[part]
+    every = possible(room)
     drawn = random.Random(f"{seed} {part}").sample(every, min(count, len(every)))
     command = f"python scripts/mutation_check.py {part} --count {count} --seed {seed}"
     if not result:
@@ -270,7 +246,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
         copy = Path(folder) / "repository"
         skipped = shutil.ignore_patterns(".git", ".venv", "out", "build", "dist", ".*_cache")
         shutil.copytree(ROOT, copy, ignore=skipped)
-        for mutation, room in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
+        for mutation in tqdm(drawn[result["tried"] :], desc=part, unit="mutation"):
             found = caught(mutation, room.tests, copy)
             result["tried"] += 1
             result["caught"] += found
@@ -278,11 +254,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
                 result["survivors"].append(asdict(mutation))
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
             yield
-        survived = {(one["file"], one["line"], one["after"]) for one in result["survivors"]}
-        proven = {room.tests for m, room in drawn if (m.file, m.line, m.after) in survived}
-        rooms = [room.tests for _, room in drawn if room.tests not in proven]
-        tests = tuple(dict.fromkeys(name for names in rooms for name in names))
-        if tests and not passes(tests, copy):
+        if not result["survivors"] and not passes(room.tests, copy):
             raise RuntimeError(f"{part}: the tests fail where nothing is changed")
 
 
@@ -293,18 +265,14 @@ def _git(*args: str) -> str:
 
 def main() -> None:
     """Read the arguments, check, print and write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
-    parser.add_argument("--count", type=int, default=20, help="mutations of each part")
-    parser.add_argument("--seed", type=int, default=0, help="random seed of the draw")
-    parser.add_argument("--json", type=Path, help="write the result here, and go on from it")
-    given = parser.parse_args()
+    asked = parser(__doc__, count=20, seed=0)
+    asked.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
+    given = asked.parse_args()
     kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
     for part in given.parts:
         result = kept.setdefault(part, {})
         for _ in check(part, given.count, given.seed, result):
-            if given.json:
-                given.json.write_text(json.dumps(kept, indent=1) + "\n")
+            write(kept, given.json)
         print(f"{part}: {result['caught']} of {result['tried']} mutations caught", flush=True)
 
 

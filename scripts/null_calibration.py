@@ -13,25 +13,20 @@ minute.
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
+from records import parser, write
 from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
-import pamsim
 from pamsim.comparison.links import PARTS, Link
+from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.remainder import remainders
@@ -44,9 +39,10 @@ from pamsim.inference.projected_effect import FreeForms, compare_effects
 Found = tuple[dict[str, float], dict[str, bool]]
 """Of one data set: test -> its p-value, and rule -> whether it found something."""
 
-RESULT = Path("scripts/results/null_calibration.json")
+Draw = Callable[[np.random.Generator], Found]
+
 COMMAND = "python scripts/null_calibration.py --json scripts/results/null_calibration.json"
-RUNS = 500
+INPUTS, SAMPLES = 4, 400  # of recordings: their inputs, and samples of a trial
 LEVELS = (0.001, 0.01, 0.05)
 
 KEPT = 0.88  # of drifting noise from one reading to the next
@@ -62,19 +58,6 @@ PLANTED = 0.3  # what two equally wrong models miss, in standard deviations of t
 TRUE_SIZE = 2.0  # of the true effect, in standard deviations of the noise
 
 
-@dataclass(frozen=True)
-class Case:
-    """One kind of data under the null hypothesis.
-
-    Attributes:
-        data: in words.
-        draw: random generator -> what the tests find in one data set.
-    """
-
-    data: str
-    draw: Callable[[np.random.Generator], Found]
-
-
 def _noise(rng: np.random.Generator, shape: tuple[int, int], colour: str) -> FloatArray:
     """Noise of standard deviation 1."""
     if colour == "heavy tails":
@@ -86,57 +69,42 @@ def _noise(rng: np.random.Generator, shape: tuple[int, int], colour: str) -> Flo
     return lfilter([1.0], [1.0, -KEPT], white, axis=1)
 
 
-class Table:
-    """Rows of angles at rest whose model is linear in its parameters.
-
-    Args:
-        rows: number of them.
-        colour: of the errors.
-    """
-
-    def __init__(self, rows: int, colour: str) -> None:
-        rng = np.random.default_rng(3)
-        self.colour = colour
-        self.low = np.where(np.arange(rows) % 2, rng.uniform(0.0, 4.0, rows), 0.0)
-        self.step = rng.uniform(0.4, 4.5, rows)
-        self.load = rng.choice([0.0, 1.2, 2.1], rows)
-        self.names = tuple(map(str, range(rows)))
-        self.gain = self.step
-        self.effects = (self.step**3, self.step * self.low, self.load, np.ones(rows))
-
-
-def row_tests(table: Table, rng: np.random.Generator) -> Found:
-    """Tests on a table whose model is perfect but for its gain, or equally wrong."""
+def row_tests(count: int, colour: str, rng: np.random.Generator) -> Found:
+    """Tests on angles at rest whose linear model is perfect but for its gain, or equally wrong."""
+    fixed = np.random.default_rng(3)
+    low = np.where(np.arange(count) % 2, fixed.uniform(0.0, 4.0, count), 0.0)
+    step = fixed.uniform(0.4, 4.5, count)
+    load = fixed.choice([0.0, 1.2, 2.1], count)
+    effects = (step**3, step * low, load, np.ones(count))
     seed = int(rng.integers(2**31))
-    residual = _noise(rng, (1, table.step.size), table.colour)[0]
-    columns = [np.stack([table.gain, *more], axis=1) for more in [(), *zip(table.effects)]]
+    residual = _noise(rng, (1, count), colour)[0]
+    columns = [np.stack([step, *more], axis=1) for more in [(), *zip(effects)]]
     base, *extended = [_left(residual, jacobian) for jacobian in columns]
     p_values = best_of_many_p_values(
         base, columns[0], list(zip(extended, columns[1:], strict=True)), seed=seed
     )
     rows = Stack(
-        units=table.names,
-        unit=np.arange(table.step.size),
+        units=tuple(map(str, range(count))),
+        unit=np.arange(count),
         residual=base,
         jacobian=columns[0],
     )
-    beside = FreeForms(rows, np.empty((table.step.size, 0)))
-    effects = [beside.effect(-own) for own in table.effects]
-    scores = [float(compare_effects([one], seed=seed).p_value[0]) for one in effects]
+    beside = FreeForms(rows, np.empty((count, 0)))
+    found = [beside.effect(-own) for own in effects]
+    scores = [float(compare_effects([one], seed=seed).p_value[0]) for one in found]
     unseen = [
-        compare_with_reference(beside.losses, one.losses[:, np.newaxis], seed=seed)
-        for one in effects
+        compare_with_reference(beside.losses, one.losses[:, np.newaxis], seed=seed) for one in found
     ]
-    wrong = PLANTED * np.sign(table.effects[0] - np.median(table.effects[0]))
+    wrong = PLANTED * np.sign(effects[0] - np.median(effects[0]))
     equally = compare_with_reference(
         (residual + wrong) ** 2, ((residual - wrong) ** 2)[:, np.newaxis], seed=seed
     )
-    true = residual - TRUE_SIZE * table.effects[0] / float(np.std(table.effects[0]))
-    both = np.column_stack([columns[1], table.effects[1]])
+    true = residual - TRUE_SIZE * effects[0] / float(np.std(effects[0]))
+    both = np.column_stack([columns[1], effects[1]])
     adds = best_of_many_p_values(
         _left(true, columns[1]), columns[1], [(_left(true, both), both)], seed=seed
     )
-    near = nearest_units(np.stack([table.low, table.step, table.load], axis=1))
+    near = nearest_units(np.stack([low, step, load], axis=1))
     _, left = missed_together(base, columns[0], near, seed=seed)
     return (
         {
@@ -162,36 +130,17 @@ def _left(residual: FloatArray, jacobian: FloatArray) -> FloatArray:
     return residual - span @ (span.T @ residual)
 
 
-class Recordings:
-    """Held-out trials: inputs of some repeats, two links of one channel each.
+def trial_tests(repeats: int, kind: str, rng: np.random.Generator) -> Found:
+    """Tests on held-out trials whose model is perfect, or beside one that is as wrong.
 
-    Args:
-        repeats: of each input.
-        kind: of what repeats differ by.
+    Trials are of some inputs, each repeated, and of two links of one channel each; ``kind`` is what
+    repeats differ by.
     """
-
-    inputs, samples = 4, 400
-
-    def __init__(self, repeats: int, kind: str) -> None:
-        self.repeats, self.kind = repeats, kind
-        time = np.linspace(0.0, 1.0, self.samples)
-        self.signal = np.stack([np.sin(2.0 * np.pi * (k + 1) * time) for k in range(self.inputs)])
-
-    def noise(self, rng: np.random.Generator) -> FloatArray:
-        """What trials (inputs, repeats, samples) of one link differ by; white it is 1."""
-        shape = (self.inputs, self.repeats, self.samples)
-        if self.kind != "trials that vary as a whole":
-            flat = _noise(rng, (self.inputs * self.repeats, self.samples), self.kind)
-            return flat.reshape(shape)
-        size = rng.standard_normal((self.inputs, self.repeats, 1))
-        return rng.standard_normal(shape) + size * self.signal[:, np.newaxis]
-
-
-def trial_tests(recordings: Recordings, rng: np.random.Generator) -> Found:
-    """Tests on trials whose model is perfect, or beside one that is as wrong."""
     seed = int(rng.integers(2**31))
-    noise = [recordings.noise(rng) for _ in range(2)]
-    wrong = PLANTED * recordings.signal[:, np.newaxis]
+    time = np.linspace(0.0, 1.0, SAMPLES)
+    signal = np.stack([np.sin(2.0 * np.pi * (k + 1) * time) for k in range(INPUTS)])
+    noise = [_trial_noise(rng, repeats, kind, signal) for _ in range(2)]
+    wrong = PLANTED * signal[:, np.newaxis]
     losses = [np.mean((noise[0] + sign * wrong) ** 2, axis=-1).ravel() for sign in (1.0, -1.0)]
     equally = compare_with_reference(losses[0], losses[1][:, np.newaxis], seed=seed)
     links = [Link(PARTS[:1]), Link(PARTS[1:])]
@@ -209,50 +158,47 @@ def trial_tests(recordings: Recordings, rng: np.random.Generator) -> Found:
     )
 
 
-class Readings:
-    """One loop, read at the same levels up and down.
-
-    Args:
-        levels: number of them.
-        colour: of the readings' errors.
-    """
-
-    def __init__(self, levels: int, colour: str) -> None:
-        self.colour = colour
-        self.level = np.linspace(0.0, 4.0, levels)
-        self.error = 0.05 + 0.02 * np.concatenate([self.level, self.level[::-1]])
+def _trial_noise(
+    rng: np.random.Generator, repeats: int, kind: str, signal: FloatArray
+) -> FloatArray:
+    """What trials (inputs, repeats, samples) of one link differ by; white it is 1."""
+    shape = (INPUTS, repeats, SAMPLES)
+    if kind != "trials that vary as a whole":
+        return _noise(rng, (INPUTS * repeats, SAMPLES), kind).reshape(shape)
+    size = rng.standard_normal((INPUTS, repeats, 1))
+    return rng.standard_normal(shape) + size * signal[:, np.newaxis]
 
 
-def loop_tests(readings: Readings, rng: np.random.Generator) -> Found:
-    """The test for a loop where there is none: near levels open by the same."""
-    noise = readings.error * _noise(rng, (1, readings.error.size), readings.colour)[0]
-    levels = readings.level.size
+def loop_tests(levels: int, colour: str, rng: np.random.Generator) -> Found:
+    """The test for a loop, read up and down, where there is none: near levels open by the same."""
+    level = np.linspace(0.0, 4.0, levels)
+    error = 0.05 + 0.02 * np.concatenate([level, level[::-1]])
+    noise = error * _noise(rng, (1, error.size), colour)[0]
     opened = noise[:levels] - noise[levels:][::-1]
-    near = nearest_units(readings.level[:, np.newaxis])
-    rows, none = opened / readings.error[:levels], np.empty((levels, 0))
+    near = nearest_units(level[:, np.newaxis])
+    rows, none = opened / error[:levels], np.empty((levels, 0))
     _, left = missed_together(rows, none, near, seed=int(rng.integers(2**31)))
     return {NEAR_LEVELS: left}, {"remainder in a loop": left <= ALPHA}
 
 
-def cases() -> Iterator[Case]:
-    """All kinds of data."""
+def cases() -> Iterator[tuple[str, Draw]]:
+    """All kinds of data, in words, and what draws one data set of it and tests it."""
     for repeats in (3, 5):
         for kind in ("white", "drifting", "trials that vary as a whole"):
-            data = f"{Recordings.inputs} inputs of {repeats} repeats, {kind}"
-            yield Case(data, partial(trial_tests, Recordings(repeats, kind)))
+            data = f"{INPUTS} inputs of {repeats} repeats, {kind}"
+            yield data, partial(trial_tests, repeats, kind)
     for rows, colour in ((10, "white"), (24, "white"), (24, "heavy tails")):
-        data = f"{rows} rows, {colour}"
-        yield Case(data, partial(row_tests, Table(rows, colour)))
+        yield f"{rows} rows, {colour}", partial(row_tests, rows, colour)
     for levels, colour in ((6, "white"), (10, "white"), (10, "drifting")):
-        yield Case(f"{levels} levels, {colour}", partial(loop_tests, Readings(levels, colour)))
+        yield f"{levels} levels, {colour}", partial(loop_tests, levels, colour)
 
 
-def drawn(case: Case, runs: int) -> tuple[dict[str, FloatArray], dict[str, int]]:
+def drawn(data: str, draw: Draw, runs: int) -> tuple[dict[str, FloatArray], dict[str, int]]:
     """Test -> its p-values over some data sets, and rule -> how often it found something."""
     p_values: dict[str, list[float]] = {}
     alarms: dict[str, int] = {}
     for run in range(runs):
-        found, rules = case.draw(np.random.default_rng([*case.data.encode(), run]))
+        found, rules = draw(np.random.default_rng([*data.encode(), run]))
         for test, p_value in found.items():
             p_values.setdefault(test, []).append(p_value)
         for rule, alarm in rules.items():
@@ -327,36 +273,29 @@ def _range(shares: Sequence[Mapping[str, Any]]) -> str:
 
 def main() -> None:
     """Draw, judge and print the tables; write the record where it is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=RUNS)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    options = parser(__doc__, runs=500).parse_args()
     began = time.process_time()
     rows: list[dict[str, Any]] = []
     rules: list[dict[str, Any]] = []
-    for case in cases():
-        p_values, alarms = drawn(case, options.runs)
-        rows += [{"test": t, "data": case.data, **measured(p)} for t, p in p_values.items()]
+    for data, draw in cases():
+        p_values, alarms = drawn(data, draw, options.runs)
+        rows += [{"test": t, "data": data, **measured(p)} for t, p in p_values.items()]
         rules += [
-            {"rule": rule, "data": case.data, "runs": options.runs, **share(hits, options.runs)}
+            {"rule": rule, "data": data, "runs": options.runs, **share(hits, options.runs)}
             for rule, hits in alarms.items()
         ]
-        print(f"{case.data}: {time.process_time() - began:.0f} s", file=sys.stderr)
+        print(f"{data}: {time.process_time() - began:.0f} s", file=sys.stderr)
     for row in rows:
         row["verdict"] = judged(row, len(rows))
     record = {
         "command": COMMAND,
-        "pamsim": pamsim.__version__,
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "python": platform.python_version(),
+        **versions("scipy"),
         "cpu_seconds": round(time.process_time() - began),
         "tests": rows,
         "rules": rules,
     }
     print("\n".join(rendered(record)))
-    if options.json:
-        options.json.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    write(record, options.json)
 
 
 if __name__ == "__main__":

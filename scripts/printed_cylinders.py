@@ -12,38 +12,36 @@ Each pressure between the lowest and the highest is left out in turn.
 from __future__ import annotations
 
 import argparse
-import importlib.metadata
 import json
 import math
-import platform
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from PIL import Image
+from numpy.typing import NDArray
+from pictures import save_small_png
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
-from pamsim.report.style import finish_axes, new_figure, save_png, series_look, styled
+from pamsim.report.style import finish_axes, new_figure, series_look, styled
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "scripts" / "results" / "printed_cylinders.json"
-PICTURE = ROOT / "docs" / "images" / "printed_cylinders.png"
 RIG = ROOT / "scripts" / "printed_cylinder"
 OUT = ROOT / "out" / "printed_cylinders"
 SCHEMA = "pamsim-printed-cylinders/1"
 
 DATA = Path("results_pneumatic-actuator/data")
-SEALS = {"O-ring": 25.0, "NAPN": 25.0, "NAP310": 25.0, "PK": 25.0, "KDN": 25.0}
+SEALS = dict.fromkeys(("O-ring", "NAPN", "NAP310", "PK", "KDN"), 25.0)
 SEALS |= {"O-ring257": 25.7, "X-ring257": 25.7}
 """Seal -> diameter of its bore [mm], results_friction_force.py."""
 BARS = (1, 3, 5, 7)
-RERUNS = ("repeatability/rerun/friction/1_", "repeatability/rerun/friction/2_")
-RERUNS += ("repeatability/rerun/friction/3_",)
+RERUNS = tuple(f"repeatability/rerun/friction/{number}_" for number in (1, 2, 3))
 COPIES = "repeatability/reconnected/friction/2_"
 """Said to be byte copies of the second rerun."""
 
@@ -96,24 +94,19 @@ def recording(folder: Path, seal: str, prefix: str = "friction/") -> Path:
     return made
 
 
-def read_friction(position: FloatArray, time: FloatArray, rest: FloatArray) -> float:
-    """Half of what the force differs by between the two directions at mid-stroke [N].
-
-    Args:
-        position: (n,) of the rod [m].
-        time: (n,) [s].
-        rest: (n,) force less pressure times area [N].
-    """
-    smooth = np.convolve(position, np.ones(9) / 9.0, mode="same")
-    speed = np.gradient(smooth, time)
+def ways(position: FloatArray, time: FloatArray) -> tuple[NDArray[np.bool], NDArray[np.bool]]:
+    """Samples at mid-stroke at which a rod moves out, and back; position in m, time in s."""
+    speed = np.gradient(np.convolve(position, np.ones(9) / 9.0, mode="same"), time)
     low, high = np.quantile(position, MIDDLE)
     inside = (position > low) & (position < high)
-    out, back = inside & (speed > SLOW), inside & (speed < -SLOW)
-    return 0.5 * float(rest[out].mean() - rest[back].mean())
+    return inside & (speed > SLOW), inside & (speed < -SLOW)
 
 
 def frictions(source: Path, rig: pamsim.Rig | None = None) -> dict[int, float]:
-    """Pressure [bar] -> friction [N], measured or, of a rig, simulated."""
+    """Pressure [bar] -> friction [N], measured or, of a rig, simulated.
+
+    It is half of what the force less pressure times area differs by between the two directions.
+    """
     data = read_calibration_data([source])
     model = rig or pamsim.load_rig(RIG)
     data = data.of_rig(model)
@@ -129,7 +122,8 @@ def frictions(source: Path, rig: pamsim.Rig | None = None) -> dict[int, float]:
         command = dict(zip(("pressure", "position"), trial.command.T, strict=True))
         rest = force + command["pressure"] * area
         bar = int(trial.protocol.removeprefix("bar_"))
-        found[bar] = read_friction(command["position"], trial.time, rest)
+        out, back = ways(command["position"], trial.time)
+        found[bar] = 0.5 * float(rest[out].mean() - rest[back].mean())
     return found
 
 
@@ -138,12 +132,9 @@ def areas(source: Path) -> dict[int, float]:
     found: dict[int, float] = {}
     for trial in pamsim.read_recordings(source).trials:
         pressure, position = trial.command.T
-        speed = np.gradient(np.convolve(position, np.ones(9) / 9.0, mode="same"), trial.time)
-        low, high = np.quantile(position, MIDDLE)
-        inside = (position > low) & (position < high)
         ratio = [
-            -trial.measured["rod.force"][inside & way].mean() / pressure[inside & way].mean()
-            for way in (speed > SLOW, speed < -SLOW)
+            -trial.measured["rod.force"][way].mean() / pressure[way].mean()
+            for way in ways(position, trial.time)
         ]
         found[int(trial.protocol.removeprefix("bar_"))] = float(np.mean(ratio))
     return found
@@ -229,10 +220,7 @@ def main() -> None:
         "schema": SCHEMA,
         "command": "python scripts/printed_cylinders.py FOLDER",
         "data": "github.com/EvaZillen/3D-printed-pneumatic-actuator, commit 6e0bcb4, CC0",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
         "seconds": [BEGIN, END],
         "seals": {},
         "repeats": repeats(asked.folder),
@@ -240,10 +228,7 @@ def main() -> None:
     for seal in SEALS:
         record["seals"][seal] = seal_result(asked.folder, seal, asked.workers)
         write_json(RESULTS, json.loads(json.dumps(record)))
-    save_png(friction_figure(json.loads(json.dumps(record))), PICTURE)
-    with Image.open(PICTURE) as picture:
-        few = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    few.save(PICTURE, optimize=True)
+    save_small_png(friction_figure(json.loads(json.dumps(record))), "printed_cylinders")
 
 
 if __name__ == "__main__":

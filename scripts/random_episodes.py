@@ -9,13 +9,14 @@ that muscles are driven to both ends; a third of the runs has randomized arms, l
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
+from records import parser, write
 from tqdm import tqdm
 
 import pamsim.envs  # registers the environments
@@ -23,6 +24,18 @@ from pamsim.envs import MAS20
 
 RIGS, STEPS, FRAME_SKIP = 200, 100, 40
 RESULTS = Path("scripts/results/random_episodes.json")
+
+
+def random_steps(
+    env: gymnasium.vector.VectorEnv, rng: np.random.Generator, steps: int
+) -> Iterator[tuple[Any, ...]]:
+    """What an environment answers to steps of random actions, each held for 1 to 20 steps."""
+    held, action = np.zeros(env.num_envs, dtype=int), env.action_space.sample()
+    for _ in range(steps):
+        new = held == 0
+        action[new] = env.action_space.sample()[new]
+        held = np.where(new, rng.integers(1, 21, env.num_envs), held) - 1
+        yield env.step(action)
 
 
 def play(name: str, episodes: int) -> dict[str, object]:
@@ -47,13 +60,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
         supply = env.rigs.top_pressure
         env.action_space.seed(number)
         env.reset(seed=RIGS * number)
-        held = np.zeros(RIGS, dtype=int)
-        action = env.action_space.sample()
-        for _ in range(STEPS):
-            new = held == 0
-            action[new] = env.action_space.sample()[new]
-            held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
-            observation, reward, terminated, _, info = env.step(action)
+        for observation, reward, terminated, _, info in random_steps(env, rng, STEPS):
             strange += int((~np.isfinite(observation)).sum() + (~np.isfinite(reward)).sum())
             broken += int(terminated.sum())
             lowest = min(lowest, float(info["pressure"].min()))
@@ -74,10 +81,7 @@ def play(name: str, episodes: int) -> dict[str, object]:
 
 def main() -> int:
     """Play, print, write; 1 if something broke."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=10_000)
-    parser.add_argument("--json", type=Path, default=RESULTS)
-    options = parser.parse_args()
+    options = parser(__doc__, RESULTS, episodes=10_000).parse_args()
     rows = [play(name, options.episodes) for name in MAS20]
     page = {
         "command": f"python scripts/random_episodes.py --episodes {options.episodes}",
@@ -89,7 +93,7 @@ def main() -> int:
     }
     for row in rows:
         print(row)
-    options.json.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    write(page, options.json)
     return int(any(r["broke_down"] or r["engine_warnings"] or r["not_finite"] for r in rows))
 
 

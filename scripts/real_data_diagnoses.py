@@ -18,18 +18,17 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import importlib.metadata
 import json
-import platform
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
-from PIL import Image
+from pictures import save_small_png
 
 from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M
 from pamsim.diagnosis.by_link.result import LinkReport
@@ -52,10 +51,8 @@ from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import first_figure
 from pamsim.report.replication_statics import arctangent_loop, static_law
-from pamsim.report.style import save_png
 
 RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
-PICTURES = Path(__file__).parents[1] / "docs" / "images"
 KEPT = Path("out") / "real_data_synthetic"
 SCHEMA = "pamsim-real-data/3"
 
@@ -79,7 +76,6 @@ HYSTERESIS = "muscle_hysteresis"
 
 PARTS = ("table", "loop", "authors", "synthetic", "pictures")
 MM_PER_CM = 10.0
-COLOURS = 64
 
 
 def printed_table() -> dict[str, Any]:
@@ -131,7 +127,7 @@ def synthetic_table(kind: str, name: str, seed: int) -> dict[str, str]:
     return as_text({key: result[key] for key in keep})
 
 
-def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:
+def synthetic_tables(seeds: int, workers: int) -> dict[str, Any]:
     """Every synthetic table with several seeds."""
     tasks = [("synthetic", name, seed) for seed in range(seeds) for name in SYNTHETIC]
     mark = fingerprint("pamsim.", __file__)
@@ -140,7 +136,7 @@ def synthetic_tables(seeds: int, workers: int) -> list[dict[str, Any]]:
     for (_, name, seed), row in sorted(rows.items()):
         print(f"{name}, seed {seed}: {row['verdict']}; {row['sentence']}")
         results.append({"hidden": name, "seed": seed, **row})
-    return results
+    return {"noise_deg": NOISE_DEG, "rows": results}
 
 
 def loop() -> dict[str, Any]:
@@ -207,12 +203,7 @@ def draw(record: dict[str, Any]) -> None:
         ("alraouf2025_equations", first_figure(loops["alraouf2025_equations"])[1]),
         ("alraouf2025_law", arctangent_loop(curves["alraouf2025"])),
     ):
-        path = PICTURES / f"{name}.png"
-        save_png(figure, path)
-        with Image.open(path) as picture:  # a third of the size, and no difference to be seen
-            few = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-        few.save(path, optimize=True)
-        print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
+        save_small_png(figure, name)
 
 
 def main() -> None:
@@ -228,24 +219,18 @@ def main() -> None:
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/real_data_diagnoses.py",
-        "versions": {
-            "python": platform.python_version(),
-            **{n: importlib.metadata.version(n) for n in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
     }
-    if asked.only in (None, "table"):
-        record["mas20"] = printed_table()
-        write_json(RESULTS, record)
-    if asked.only in (None, "loop"):
-        record["alraouf2025"] = loop()
-        write_json(RESULTS, record)
-    if asked.only in (None, "authors"):
-        record["authors"] = authors_models()
-        write_json(RESULTS, record)
-    if asked.only in (None, "synthetic"):
-        rows = synthetic_tables(asked.seeds, asked.workers)
-        record["synthetic"] = {"noise_deg": NOISE_DEG, "rows": rows}
-        write_json(RESULTS, record)
+    jobs = {
+        "table": ("mas20", printed_table),
+        "loop": ("alraouf2025", loop),
+        "authors": ("authors", authors_models),
+        "synthetic": ("synthetic", lambda: synthetic_tables(asked.seeds, asked.workers)),
+    }
+    for part, (key, job) in jobs.items():
+        if asked.only in (None, part):
+            record[key] = job()
+            write_json(RESULTS, record)
     draw(record)
 
 

@@ -9,21 +9,20 @@ use of the plant; all are scored on the plant. Designs on the plant itself show 
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 import sys
 import tempfile
 from pathlib import Path
 
 import gymnasium
+from controller_scoreboard import SEEDS, TUNING, driven
+from records import parser, write
 
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
-from pamsim.envs.closed_loop import mean_score, run_episode, score
 from pamsim.twins.hide import hide
 
 RESULTS = Path("scripts/results/repaired_rig_control.json")
@@ -32,7 +31,6 @@ PROTOCOLS = ("triangle", "multisine", "loaded_steps")
 NAMES = ("PID", "LQG", "feed-forward", "feed-forward + PID", "feed-forward, compensated + PID")
 TASKS = ("sine", "step")
 LOAD = 1.2
-TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)  # as the scoreboard
 
 
 def environment(rig: Rig, task: str) -> gymnasium.Env:
@@ -48,7 +46,7 @@ def rmse(
         controller = FAMILIES[name].make(suite, value)
     except PamsimError:
         return math.inf
-    return mean_score([score(run_episode(env, controller, seed)) for seed in seeds]).rmse
+    return driven(env, controller, seeds).rmse
 
 
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
@@ -76,9 +74,7 @@ def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
 
 def main() -> int:
     """Hide, diagnose, design, drive, write; 1 if the diagnosis names nothing to repair."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=RESULTS)
-    target = parser.parse_args().json
+    target = parser(__doc__, RESULTS).parse_args().json
     filed = load_rig("mas20_arm")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -107,7 +103,7 @@ def main() -> int:
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),
     }
-    target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    write(page, target)
     return 0
 
 

@@ -1,6 +1,6 @@
 """Is what is hidden in recordings of the shipped rigs named, and at the right joint or muscle?
 
-    python scripts/rig_twins.py [--group GROUP]
+    python scripts/rig_twins.py [--group GROUP] [--workers 1] [--json FILE]
 
 Every case hides one effect in a shipped rig, simulates noisy recordings of it by the library's own
 formulas, and diagnoses the files by the public `pamsim.diagnose` with its defaults, in one thread:
@@ -27,16 +27,13 @@ A name is right if this effect, and nothing else, is claimed, whatever its form;
 claimed there. Spurious is a claim of an effect of another family. Tied: the verdict leaves open
 which of several effects it is, and the hidden one, at its place, is among them.
 
-The record results/rig_twins.json is written after every case, and a stopped run goes on where it
-was; a case takes one to two minutes.
+Finished cases are kept in out/rig_twins, so that a stopped run goes on where it was; a case takes
+one to two minutes. The record holds those of all groups.
 """
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
-import platform
 import re
 import subprocess
 import tempfile
@@ -46,19 +43,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
-from tqdm import tqdm
+from kept_rows import as_text, fingerprint, kept_rows
+from records import parser, write
 
 import pamsim
 from pamsim.comparison.effects_on_rig import rig_effect
-from pamsim.core.encoding import write_json
+from pamsim.core.computation import versions
 from pamsim.effects.catalog import TRIAL_EFFECTS
 from pamsim.effects.effect import AT
 from pamsim.engine.rig import Rig
 from pamsim.twins.hide import hide
 
 RESULTS = Path(__file__).parent / "results" / "rig_twins.json"
+KEPT = Path("out/rig_twins")
 SCHEMA = "pamsim-rig-twins/1"
 
 BY_MUSCLE = ("air_leak", "muscle_hysteresis")
@@ -168,19 +166,6 @@ GROUPS = {
 }
 """The cases, the most wanted first."""
 
-Task = tuple[str, int, str]
-"""Group, seed and effect."""
-
-
-def tasks(groups: Sequence[str]) -> list[Task]:
-    """All cases of some groups: every effect with one seed, then with the next."""
-    return [
-        (name, seed, effect)
-        for name in groups
-        for seed in GROUPS[name].seeds
-        for effect in GROUPS[name].hidden
-    ]
-
 
 def recorded(group: Group, rig: Rig, effect: str, seed: int, folder: Path) -> int:
     """Write the recordings of a case; return the number of trials."""
@@ -202,10 +187,9 @@ def asked(rig: Rig, effect: str) -> tuple[str, ...]:
     return (*TRIAL_EFFECTS, *(f"{name}{AT}{muscle}" for muscle in rig.muscles))
 
 
-def run_one(task: Task) -> dict[str, Any]:
-    """Hide, diagnose, and compare what is claimed with what was hidden."""
-    name, seed, effect = task
-    group = GROUPS[name]
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+    """Hide an effect as a group does, diagnose, and compare what is claimed with it."""
+    group, effect = GROUPS[kind], name
     rig = pamsim.load_rig(group.rig)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "data"
@@ -213,8 +197,8 @@ def run_one(task: Task) -> dict[str, Any]:
         began = time.process_time()
         found = pamsim.diagnose(folder, effects=asked(rig, effect), threads=1).to_dict()
         seconds = time.process_time() - began
-    return {
-        "group": name,
+    row = {
+        "group": kind,
         "rig": group.rig,
         "drive": group.drive,
         "hidden": effect,
@@ -225,6 +209,7 @@ def run_one(task: Task) -> dict[str, Any]:
         "processor_seconds": round(seconds, 1),
         "commit": commit(),
     }
+    return as_text(row)
 
 
 def judged(rig: Rig, hidden: str, found: Mapping[str, Any]) -> dict[str, Any]:
@@ -294,26 +279,25 @@ def record(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "command": "python scripts/rig_twins.py",
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
         "groups": counts(rows),
         "rows": rows,
     }
 
 
 def main() -> None:
-    """Run what is left; write the record after every case."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--group", choices=GROUPS)
-    chosen = parser.parse_args().group
+    """Run what is left of a group or of all; write what is finished of all."""
+    asked = parser(__doc__, RESULTS, workers=1)
+    asked.add_argument("--group", choices=GROUPS)
+    options = asked.parse_args()
+    mark = fingerprint("pamsim", __file__)
     rows: list[dict[str, Any]] = []
-    if RESULTS.is_file():
-        rows = json.loads(RESULTS.read_text(encoding="utf-8"))["rows"]
-    done = {(row["group"], row["seed"], row["hidden"]) for row in rows}
-    left = [one for one in tasks([chosen] if chosen else list(GROUPS)) if one not in done]
-    for task in tqdm(left, desc="rig twins", unit="case"):
-        rows.append(run_one(task))
-        write_json(RESULTS, record(rows))
-    write_json(RESULTS, record(rows))
+    for name, group in GROUPS.items():
+        tasks = [(name, effect, seed) for seed in group.seeds for effect in group.hidden]
+        stopped = options.group not in (None, name)
+        own = kept_rows(run_one, tasks, KEPT / name, mark, options.workers, stopped=stopped)
+        rows += own.values()
+    write(record(rows), options.json)
     for group in counts(rows):
         print(group)
 

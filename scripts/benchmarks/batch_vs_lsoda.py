@@ -12,11 +12,7 @@ fails where no tolerance is as good.
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
-import platform
-import statistics
 import sys
 import time
 from collections.abc import Callable
@@ -27,11 +23,12 @@ from typing import Any
 
 import numba
 import numpy as np
-import scipy
 from numba.extending import register_jitable
 from scipy.integrate import solve_ivp
+from timing import in_turn, parser, print_and_write, seconds
 
 import pamsim
+from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.jit import reached_functions
@@ -110,16 +107,12 @@ def by_lsoda(
 
 def timed(own: Callable[[], object], other: Callable[[], object], rounds: int) -> dict[str, Any]:
     """Median processor times [s] of both in turn, and the ratio with its spread."""
-    seconds: list[list[float]] = [[], []]
-    for _ in range(rounds):
-        for work, times in zip((own, other), seconds, strict=True):
-            began = time.process_time()
-            work()
-            times.append(time.process_time() - began)
-    ratios = np.divide(seconds[1], seconds[0])
+    timers = (partial(seconds, work, time.process_time) for work in (own, other))
+    ours, theirs = in_turn(timers, rounds)
+    ratios = theirs / ours
     return {
-        "pamsim_s": statistics.median(seconds[0]),
-        "lsoda_s": statistics.median(seconds[1]),
+        "pamsim_s": float(np.median(ours)),
+        "lsoda_s": float(np.median(theirs)),
         "lsoda_over_pamsim": float(np.median(ratios)),
         "range": [float(ratios.min()), float(ratios.max())],
     }
@@ -127,10 +120,7 @@ def timed(own: Callable[[], object], other: Callable[[], object], rounds: int) -
 
 def main() -> None:
     """Find the tolerance, time both in turn, print and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--rounds", type=int, default=5)
-    args = parser.parse_args()
+    args = parser(__doc__, rounds=5).parse_args()
     rig, steps = pamsim.load_rig("mas20_arm"), experiments()
     jobs = [(rig, step) for step in steps]
     plants = [read_rig(rig, step.load) for step in steps]
@@ -179,11 +169,9 @@ def main() -> None:
         "rows": rows,
         "rounds": args.rounds,
         "load_of_the_machine": os.getloadavg()[0],
-        "versions": {"scipy": scipy.__version__, "python": platform.python_version()},
+        "versions": versions("scipy"),
     }
-    print(json.dumps(result, indent=1))
-    if args.json is not None:
-        args.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, args.json)
 
 
 if __name__ == "__main__":

@@ -18,12 +18,10 @@ Seconds are of the whole call, reading the recordings and judging the result inc
 
 from __future__ import annotations
 
-import argparse
 import io
 import json
 import logging
 import os
-import platform
 import statistics
 import sys
 import tempfile
@@ -35,11 +33,13 @@ from typing import Any
 
 import numpy as np
 import scipy.signal
+from timing import parser, write
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import read_calibration_data
+from pamsim.core.computation import versions
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter
@@ -299,10 +299,7 @@ def medians(runs: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run both tools on every case and print what they find."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--seeds", type=int, default=3)
-    options = parser.parse_args()
+    options = parser(__doc__, seeds=3).parse_args()
     tools = {"pamsim": by_pamsim, "mujoco.sysid": by_sysid}
     white: dict[str, list[dict[str, Any]]] = {tool: [] for tool in tools}
     with tempfile.TemporaryDirectory() as folder:
@@ -311,12 +308,14 @@ def main() -> None:
             given = case(place / str(seed), seed)
             for tool, run in tools.items():
                 white[tool].append(printed(f"{tool}, seed {seed}", run(given)))
-        given = case(place / "coloured", 0, colour=float(np.exp(-0.1)))
-        coloured = {
-            tool: printed(f"{tool}, AR(1) 0.1 s", run(given)) for tool, run in tools.items()
+        others = {
+            "AR(1) 0.1 s": case(place / "coloured", 0, colour=float(np.exp(-0.1))),
+            "filling": case(place / "filling", 0, filling=True),
         }
-        given = case(place / "filling", 0, filling=True)
-        deficient = {tool: printed(f"{tool}, filling", run(given)) for tool, run in tools.items()}
+        coloured, deficient = (
+            {tool: printed(f"{tool}, {what}", run(given)) for tool, run in tools.items()}
+            for what, given in others.items()
+        )
     result = {
         "summary": medians(white),
         "white_noise": white,
@@ -325,15 +324,11 @@ def main() -> None:
         "threads": 1,
         "sysid_options": OPTIONS,
         "machine": {"cores": os.cpu_count(), "load_average_1_5_15_min": os.getloadavg()},
-        "versions": {
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("mujoco", "numpy", "scipy")},
-        },
+        "versions": versions("scipy"),
         "command": "python scripts/benchmarks/calibrate_vs_mujoco_sysid.py",
     }
     print(json.dumps(result["summary"], indent=1))
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
 
 
 if __name__ == "__main__":

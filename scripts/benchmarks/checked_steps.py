@@ -9,18 +9,17 @@ each step, which guards against steps that evaluate muscles between time points.
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
+import functools
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import mujoco
 import numpy as np
+from timing import in_turn, parser, print_and_write
 
 import pamsim
+from pamsim.core.computation import versions
 from pamsim.engine import plugin
 
 ROUNDS, STEPS = 101, 2000
@@ -51,31 +50,23 @@ def seconds(model: mujoco.MjModel, data: mujoco.MjData, how: str) -> float:
 
 def main() -> None:
     """Time them and print the ratios."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     model = pamsim.load_rig("mas20_arm").model_for(command="valve")
     data = mujoco.MjData(model)
     pamsim.reset(model, data, (3e5, 2e5))
     data.ctrl[:] = (0.02, -0.01)
-    for how in HOW:
-        seconds(model, data, how)
-    times: dict[str, list[float]] = {how: [] for how in HOW}
-    for _ in range(ROUNDS):
-        for how in HOW:
-            times[how].append(seconds(model, data, how))
-    ratio = {how: np.array(times[how]) / times["bare"] for how in HOW}
+    timers = [functools.partial(seconds, model, data, how) for how in HOW]
+    in_turn(timers, 1)
+    times = dict(zip(HOW, in_turn(timers, ROUNDS), strict=True))
     result = {
         "microseconds": {how: round(1e6 * float(np.median(times[how])), 2) for how in HOW},
-        "on_over_off": round(float(np.median(np.array(times["on"]) / times["off"])), 2),
-        "off_over_bare": round(float(np.median(ratio["off"])), 2),
+        "on_over_off": round(float(np.median(times["on"] / times["off"])), 2),
+        "off_over_bare": round(float(np.median(times["off"] / times["bare"])), 2),
         "rounds": ROUNDS,
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
         "command": "python scripts/benchmarks/checked_steps.py",
     }
-    print(json.dumps(result, indent=1))
-    if target is not None:
-        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, target)
 
 
 if __name__ == "__main__":

@@ -10,17 +10,18 @@ law and hysteresis operator.
 
 from __future__ import annotations
 
-import argparse
-import json
+import functools
 import os
 import platform
 import statistics
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Any
+
+from timing import parser, print_and_write
+from timing import seconds as seconds_of
 
 COMMAND = ("-m", "pamsim", "step", "--pressure", "100,0", "--duration", "100ms")
 EVERYTHING = """
@@ -44,9 +45,10 @@ compiled.prepare(rows)
 def seconds(*args: str, cache: Path) -> float:
     """Time of a process with a cache of numba."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    began = time.perf_counter()
-    subprocess.run([sys.executable, *args], env=environment, check=True, capture_output=True)
-    return time.perf_counter() - began
+    command = [sys.executable, *args]
+    return seconds_of(
+        functools.partial(subprocess.run, command, env=environment, check=True, capture_output=True)
+    )
 
 
 def measured(*args: str) -> dict[str, Any]:
@@ -61,9 +63,7 @@ def measured(*args: str) -> dict[str, Any]:
 
 def main() -> None:
     """Time them and print."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     result = {
         "command": measured(*COMMAND),
         "everything": measured("-c", EVERYTHING),
@@ -74,10 +74,7 @@ def main() -> None:
         "machine": platform.platform(),
         "python": platform.python_version(),
     }
-    text = json.dumps(result, indent=1)
-    print(text)
-    if target is not None:
-        target.write_text(text + "\n", encoding="utf-8")
+    print_and_write(result, target)
 
 
 if __name__ == "__main__":

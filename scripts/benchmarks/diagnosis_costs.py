@@ -13,21 +13,18 @@ each: it is minutes for the largest. Rigs are planar arms from the templates of 
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import mujoco
 from scaling import exponent
+from timing import parser, print_and_write
 from tqdm import tqdm
 
 import pamsim
-from pamsim.core.encoding import write_json
+from pamsim.core.computation import versions
 from pamsim.engine.new_rig import new_rig
 
 PROTOCOLS = ("triangle", "multisine", "bursts")
@@ -105,9 +102,7 @@ def run(joints: int, muscles: int, repeats: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run every case once, print and write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    target = parser(__doc__).parse_args().json
     done: dict[tuple[int, int, int], dict[str, Any]] = {}
     rows: list[dict[str, Any]] = []
     for work, size, joints, muscles, repeats in tqdm(list(cases()), unit="diagnosis"):
@@ -128,12 +123,9 @@ def main() -> None:
         "seconds_of_a_trial": DURATION,
         "rows": rows,
         "exponents": exponents,
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
     }
-    if options.json is not None:
-        write_json(options.json, result)
-    else:
-        print(json.dumps(result, indent=1))
+    print_and_write(result, target)
 
 
 if __name__ == "__main__":

@@ -11,20 +11,15 @@ arm's is one Euler step, one evaluation of mechanics, air and hysteresis of two 
 
 from __future__ import annotations
 
-import argparse
 import functools
-import json
-import platform
-import statistics
-import time
 from collections.abc import Callable
-from pathlib import Path
 
 import gymnasium
-import mujoco
 import numpy as np
+from timing import in_turn, parser, write
+from timing import seconds as seconds_of
 
-import pamsim.envs
+from pamsim.core.computation import versions
 from pamsim.envs import MAS20
 
 VECTOR = "pamsim/PamArmPressure-v0"
@@ -68,30 +63,23 @@ def many(env: gymnasium.vector.VectorEnv) -> Callable[[int], None]:
 def compare(ours: Callable[[int], None], theirs: Callable[[int], None]) -> tuple[float, float]:
     """Median seconds per step of ours, and median of theirs by ours."""
     steps = [_calibrated(run) for run in (ours, theirs)]
-    times, ratios = [], []
-    for _ in range(ROUNDS):
-        own, other = (_seconds(run, n) / n for run, n in zip((ours, theirs), steps, strict=True))
-        times.append(own)
-        ratios.append(other / own)
-    return statistics.median(times), statistics.median(ratios)
+    timers = (functools.partial(_per_step, *one) for one in zip((ours, theirs), steps, strict=True))
+    own, other = in_turn(timers, ROUNDS)
+    return float(np.median(own)), float(np.median(other / own))
 
 
-def _seconds(run: Callable[[int], None], steps: int) -> float:
-    began = time.perf_counter()
-    run(steps)
-    return time.perf_counter() - began
+def _per_step(run: Callable[[int], None], steps: int) -> float:
+    return seconds_of(functools.partial(run, steps)) / steps
 
 
 def _calibrated(run: Callable[[int], None]) -> int:
     run(5)
-    return max(3, round(SECONDS_PER_RUN * 20 / _seconds(run, 20)))
+    return max(3, round(SECONDS_PER_RUN / _per_step(run, 20)))
 
 
 def main() -> None:
     """Time the peers, print a table, write it if asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     rows = []
     for frame_skip in FRAME_SKIPS:
         for name in MAS20:
@@ -112,21 +100,14 @@ def main() -> None:
                 many(gymnasium.vector.SyncVectorEnv(peers)),
             )
             rows.append(_row(VECTOR, frame_skip, count, own, ratio))
-    if target:
-        page = {
-            "command": "python scripts/benchmarks/environment_steps.py",
-            "peer": PEER,
-            "rounds": ROUNDS,
-            "rows": rows,
-            "versions": {
-                "python": platform.python_version(),
-                "pamsim": pamsim.__version__,
-                "mujoco": mujoco.__version__,
-                "gymnasium": gymnasium.__version__,
-                "numpy": np.__version__,
-            },
-        }
-        target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    page = {
+        "command": "python scripts/benchmarks/environment_steps.py",
+        "peer": PEER,
+        "rounds": ROUNDS,
+        "rows": rows,
+        "versions": versions("gymnasium"),
+    }
+    write(page, target)
 
 
 def _row(name: str, frame_skip: int, count: int, seconds: float, ratio: float) -> dict[str, object]:

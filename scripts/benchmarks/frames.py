@@ -9,18 +9,17 @@ median over rounds. Processor time, not wall time: software OpenGL takes several
 
 from __future__ import annotations
 
-import argparse
-import json
+import functools
 import os
 import statistics
 import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 
 import gymnasium
 import numpy as np
+from timing import in_turn, parser, write
 
 from pamsim.core.computation import versions
 from pamsim.envs import MAS20
@@ -58,11 +57,14 @@ def draw() -> float:
     return statistics.median(_drawn[0]() for _ in range(FRAMES))
 
 
+def drawn(pool: ProcessPoolExecutor) -> float:
+    """`draw` in a pool's process."""
+    return pool.submit(draw).result()
+
+
 def main() -> None:
     """Time the frames, print a table, write it if asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     os.environ.setdefault("MUJOCO_GL", "egl")  # for the workers, which import MuJoCo afresh
     names = (PEER, *MAS20, "pamsim/Rig-v0")
     spawn = get_context("spawn")
@@ -70,13 +72,11 @@ def main() -> None:
         name: ProcessPoolExecutor(1, mp_context=spawn, initializer=start, initargs=(name,))
         for name in names
     }
-    rounds = [
-        {name: pool.submit(draw).result() for name, pool in pools.items()} for _ in range(ROUNDS)
-    ]
+    timers = (functools.partial(drawn, pool) for pool in pools.values())
+    peer, *times = in_turn(timers, ROUNDS)
     rows = []
-    for name in names[1:]:
-        ratios = sorted(one[name] / one[PEER] for one in rounds)
-        seconds = statistics.median(one[name] for one in rounds)
+    for name, own in zip(names[1:], times, strict=True):
+        seconds, ratios = float(np.median(own)), np.sort(own / peer).tolist()
         ratio, spread = statistics.median(ratios), [ratios[ROUNDS // 6], ratios[-1 - ROUNDS // 6]]
         print(
             f"{name:26} {1e3 * seconds:6.1f} ms, {ratio:.2f} x ({spread[0]:.2f} to {spread[1]:.2f})"
@@ -91,15 +91,14 @@ def main() -> None:
         )
     for pool in pools.values():
         pool.shutdown()
-    if target:
-        page = {
-            "command": "python scripts/benchmarks/frames.py",
-            "peer": PEER,
-            "rounds": ROUNDS,
-            "rows": rows,
-            "versions": versions("gymnasium"),
-        }
-        target.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    page = {
+        "command": "python scripts/benchmarks/frames.py",
+        "peer": PEER,
+        "rounds": ROUNDS,
+        "rows": rows,
+        "versions": versions("gymnasium"),
+    }
+    write(page, target)
 
 
 if __name__ == "__main__":

@@ -10,20 +10,14 @@ two pneumatic muscles on fixed ones. Both as `gymnasium.make` gives them, timed 
 
 from __future__ import annotations
 
-import argparse
 import importlib
-import importlib.metadata
-import json
 import os
-import platform
-from pathlib import Path
 
 import gymnasium
-import mujoco
 from environment_steps import ROUNDS, compare, single
+from timing import parser, print_and_write
 
-import pamsim
-import pamsim.envs
+from pamsim.core.computation import versions
 
 OURS, PEER = "pamsim/PamArmPressure-v0", "myoElbowPose1D6MRandom-v0"
 FRAME_SKIP = 10
@@ -32,9 +26,7 @@ FRAME_SKIP = 10
 
 def main() -> None:
     """Time both, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     try:
         importlib.import_module("myosuite")  # registers its tasks
     except ModuleNotFoundError:
@@ -53,16 +45,9 @@ def main() -> None:
         "ratios": [round(ratio, 3) for _, ratio in runs],
         "steps_per_second": [round(1.0 / seconds) for seconds, _ in runs],
         "load_average": os.getloadavg()[0],
-        "versions": {
-            "python": platform.python_version(),
-            "pamsim": pamsim.__version__,
-            "mujoco": mujoco.__version__,
-            "myosuite": importlib.metadata.version("myosuite"),
-        },
+        "versions": versions("myosuite"),
     }
-    print(json.dumps(result, indent=1))
-    if target is not None:
-        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, target)
 
 
 if __name__ == "__main__":

@@ -13,18 +13,15 @@ Rounds alternate between them; the figures are medians.
 
 from __future__ import annotations
 
-import argparse
-import json
+import functools
 import math
-import platform
-import statistics
-import time
-from pathlib import Path
 from types import FunctionType
 
 import numba
 import numpy as np
+from timing import in_turn, parser, seconds, write
 
+from pamsim.core.computation import versions
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.vandamme2008.relays import levels_of, printed_weight, relay_weights
 from pamsim.physics.hysteresis import fractional_maxwell, preisach
@@ -126,14 +123,12 @@ def seconds_per_step(peers, inputs) -> tuple[list[float], list[np.ndarray]]:
     outputs = [np.zeros(len(inputs)) for _ in peers]
     for run, par, memory in peers:
         run(par, memory.copy(), inputs[:2], np.zeros(2))
-    times: list[list[float]] = [[] for _ in peers]
-    for _ in range(ROUNDS):
-        for k, (run, par, memory) in enumerate(peers):
-            fresh = memory.copy()
-            began = time.perf_counter()
-            run(par, fresh, inputs, outputs[k])
-            times[k].append((time.perf_counter() - began) / len(inputs))
-    return [statistics.median(t) for t in times], outputs
+
+    def timed(run, par, memory, output) -> float:
+        return seconds(functools.partial(run, par, memory.copy(), inputs, output)) / len(inputs)
+
+    timers = [functools.partial(timed, *one, out) for one, out in zip(peers, outputs, strict=True)]
+    return np.median(in_turn(timers, ROUNDS), axis=1).tolist(), outputs
 
 
 def preisach_row(n: int) -> dict[str, object]:
@@ -199,9 +194,7 @@ def fractional_row() -> dict[str, object]:
 
 def main() -> None:
     """Time the peers, print microseconds per step and ratios, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     rows = [*map(preisach_row, LEVELS), fractional_row()]
     for row in rows:
         print(
@@ -212,10 +205,9 @@ def main() -> None:
         "command": "python scripts/benchmarks/operator_steps.py",
         "rounds": ROUNDS,
         "rows": rows,
-        "versions": {"numba": numba.__version__, "python": platform.python_version()},
+        "versions": versions("numba"),
     }
-    if target is not None:
-        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, target)
 
 
 if __name__ == "__main__":

@@ -13,23 +13,21 @@ Two threads of `simulate_batch` are timed against one by the clock on the wall, 
 
 from __future__ import annotations
 
-import argparse
 import functools
-import json
 import os
-import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
+from timing import in_turn, parser, seconds, write
 
 import pamsim
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import TrialPredictor
+from pamsim.core.computation import versions
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.batch import simulate_batch
 from pamsim.physics.hysteresis.fractional_maxwell import FractionalMaxwell
@@ -147,21 +145,11 @@ def kinds() -> dict[str, tuple[tuple[int, ...], Callable[[int], Work]]]:
     }
 
 
-def seconds(work: Work, clock: Callable[[], float]) -> float:
-    """Time of one call [s]."""
-    began = clock()
-    work()
-    return clock() - began
-
-
-def best_of(
-    works: Sequence[Work], rounds: int, clock: Callable[[], float] = time.process_time
-) -> list[float]:
-    """Least time of each [s] over rounds in which they alternate."""
-    for work in works:
-        work()
-    times = [[seconds(work, clock) for work in works] for _ in range(rounds)]
-    return np.min(times, axis=0).tolist()
+def best_of(works: Sequence[Work], rounds: int) -> list[float]:
+    """Least processor time of each [s] over rounds in which they alternate."""
+    timers = [functools.partial(seconds, work, time.process_time) for work in works]
+    in_turn(timers, 1)
+    return np.min(in_turn(timers, rounds), axis=1).tolist()
 
 
 def exponent(sizes: Sequence[int], times: Sequence[float]) -> tuple[float, float]:
@@ -183,16 +171,13 @@ def threads_gains(rounds: int) -> list[float]:
     jobs = [(rig, pamsim.pressure_step((p, p), (p, 1e5), duration=2.0)) for p in starts]
     works = [functools.partial(simulate_batch, jobs, threads=threads) for threads in (1, 2)]
     simulate_batch(jobs)
-    times = [[seconds(work, time.perf_counter) for work in works] for _ in range(rounds)]
-    return sorted(one / two for one, two in times)
+    one, two = in_turn((functools.partial(seconds, work) for work in works), rounds)
+    return np.sort(one / two).tolist()
 
 
 def main() -> None:
     """Time every kind of work and print its exponents."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--rounds", type=int, default=30)
-    options = parser.parse_args()
+    options = parser(__doc__, rounds=30).parse_args()
     rows: list[dict[str, Any]] = []
     for name, (sizes, of_size) in kinds().items():
         times = best_of([of_size(size) for size in sizes], options.rounds)
@@ -218,11 +203,10 @@ def main() -> None:
         "load_average": load,
         "processors": os.cpu_count(),
         "rounds": options.rounds,
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
         "command": "python scripts/benchmarks/scaling.py",
     }
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
 
 
 if __name__ == "__main__":

@@ -13,24 +13,22 @@ library.
 
 from __future__ import annotations
 
-import argparse
-import json
+import functools
 import math
 import os
-import platform
 import statistics
-import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from pathlib import Path
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import mujoco
 import numba
 import numpy as np
 from numba import types
+from timing import in_turn, parser, seconds, write
 
 import pamsim
+from pamsim.core.computation import versions
 from pamsim.engine import plugin
 from pamsim.engine.mjcf import leave_out_visual_geoms
 from pamsim.engine.rig import Rig
@@ -38,7 +36,7 @@ from pamsim.engine.rig import Rig
 RUNS = 3
 ROUNDS = 150
 SECONDS_PER_RUN = 0.02
-EMPTY = "pamsim, empty law"
+EMPTY, PYTHON = "pamsim, empty law", "pamsim, python"
 
 
 def builtin_arm(rig: Rig) -> mujoco.MjModel:
@@ -112,26 +110,7 @@ def seconds_in_c_library(muscles: int) -> float:
     """Time per step that `c_library` takes [s]."""
     steps = 20_000
     c_library(1, muscles, 0.03, 3e5)
-    began = time.perf_counter()
-    c_library(steps, muscles, 0.03, 3e5)
-    return (time.perf_counter() - began) / steps
-
-
-def rate(model: mujoco.MjModel, data: mujoco.MjData, steps: int) -> float:
-    """Steps per second of one run."""
-    began = time.perf_counter()
-    mujoco.mj_step(model, data, steps)
-    return steps / (time.perf_counter() - began)
-
-
-def calibrated_steps(model: mujoco.MjModel, data: mujoco.MjData) -> int:
-    """Number of steps that take about `SECONDS_PER_RUN`."""
-    return max(200, round(rate(model, data, 2000) * SECONDS_PER_RUN))
-
-
-def law_of(peer: str) -> AbstractContextManager[None]:
-    """What a peer's muscles are computed by."""
-    return empty_law() if peer == EMPTY else nullcontext()
+    return seconds(functools.partial(c_library, steps, muscles, 0.03, 3e5)) / steps
 
 
 def one_run() -> dict[str, Any]:
@@ -146,27 +125,28 @@ def one_run() -> dict[str, Any]:
     ours_data.ctrl[:] = (0.02, -0.01)
     theirs_data.ctrl[:] = (0.4, 0.2)
     peers = {
-        "pamsim, compiled": (ours, ours_data, "compiled"),
-        "mujoco <muscle>": (theirs, theirs_data, "compiled"),
-        EMPTY: (idle, mujoco.MjData(idle), "compiled"),
-        "pamsim, python": (ours, ours_data, "python"),
+        "pamsim, compiled": (ours, ours_data),
+        "mujoco <muscle>": (theirs, theirs_data),
+        EMPTY: (idle, mujoco.MjData(idle)),
+        PYTHON: (ours, ours_data),
     }
-    steps = {}
-    for name, (model, data, backend) in peers.items():
-        with pamsim.live(ours, backend=backend), law_of(name):
-            steps[name] = calibrated_steps(model, data)
-    rates: dict[str, list[float]] = {name: [] for name in peers}
-    in_library: list[float] = []
-    for _ in range(ROUNDS):
-        for name, (model, data, backend) in peers.items():
-            with pamsim.live(ours, backend=backend), law_of(name):
-                rates[name].append(rate(model, data, steps[name]))
-        in_library.append(seconds_in_c_library(ours.nu))
+
+    def per_step(peer: str, steps: int) -> float:
+        backend = "python" if peer == PYTHON else "compiled"
+        law = empty_law() if peer == EMPTY else nullcontext()
+        with pamsim.live(ours, backend=backend), law:
+            return seconds(functools.partial(mujoco.mj_step, *peers[peer], steps)) / steps
+
+    counts = {peer: max(200, round(SECONDS_PER_RUN / per_step(peer, 2000))) for peer in peers}
+    timers = [functools.partial(per_step, *one) for one in counts.items()]
+    timers.append(functools.partial(seconds_in_c_library, ours.nu))
+    *rates, in_library = 1.0 / in_turn(timers, ROUNDS)
     assert np.isfinite(ours_data.act).all()
-    full, builtin_rate, bare, python = map(np.array, rates.values())
-    with_library = 1.0 / (1.0 / bare + in_library)
+    full, builtin_rate, bare, python = rates
+    with_library = 1.0 / (1.0 / bare + 1.0 / in_library)
+    medians = (float(np.median(values)) for values in rates)
     return {
-        "steps_per_second": {name: statistics.median(values) for name, values in rates.items()},
+        "steps_per_second": dict(zip(peers, medians, strict=True)),
         "full_law_over_builtin_muscle": float(np.median(full / builtin_rate)),
         "full_law_over_python_callback": float(np.median(full / python)),
         "empty_law_over_builtin_muscle": float(np.median(bare / builtin_rate)),
@@ -177,9 +157,7 @@ def one_run() -> dict[str, Any]:
 
 def main() -> None:
     """Time the peers in several runs and print steps per second and ratios."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", type=Path)
-    target = parser.parse_args().json
+    target = parser(__doc__).parse_args().json
     runs = [one_run() for _ in range(RUNS)]
     result: dict[str, Any] = {
         name: statistics.median(run[name] for run in runs)
@@ -189,7 +167,7 @@ def main() -> None:
     result |= {
         "runs": runs,
         "rounds": ROUNDS,
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+        "versions": versions(),
         "command": "python scripts/benchmarks/steps_per_second.py",
     }
     for run in runs:
@@ -199,8 +177,7 @@ def main() -> None:
     print(f"full law / Python callback     {result['full_law_over_python_callback']:.1f}")
     print(f"empty law / built-in <muscle>  {result['empty_law_over_builtin_muscle']:.2f}")
     print(f"C library / built-in <muscle>  {result['c_library_alone_over_builtin_muscle']:.2f}")
-    if target is not None:
-        target.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, target)
 
 
 if __name__ == "__main__":

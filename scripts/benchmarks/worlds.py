@@ -13,20 +13,16 @@ precision; the largest difference at any sample.
 
 from __future__ import annotations
 
-import argparse
 import functools
-import json
 import os
-import platform
-import statistics
-import time
 from collections.abc import Callable
-from pathlib import Path
 
 import mujoco
 import numpy as np
+from timing import in_turn, parser, seconds, write
 
 import pamsim
+from pamsim.core.computation import versions
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.envs.plant import ManyRigs
@@ -73,23 +69,19 @@ def speed(counts: list[int], device: str | None) -> list[dict[str, object]]:
         batch = ManyRigs(run.model, count, 0)
         batch.put(states)
         peers["batch"] = functools.partial(batch.step, command, STEPS)
-        for peer in peers.values():
-            peer()
-        times = {name: [] for name in peers}
-        for _ in range(ROUNDS):
-            for name, peer in peers.items():
-                began = time.perf_counter()
-                peer()
-                times[name].append(time.perf_counter() - began)
+        timers = [functools.partial(seconds, peer) for peer in peers.values()]
+        in_turn(timers, 1)
+        times = dict(zip(peers, in_turn(timers, ROUNDS), strict=True))
+        rates = {name: round(count * STEPS / np.median(own)) for name, own in times.items()}
         for precision in PRECISIONS:
-            ratios = np.divide(times["batch"], times[precision]).tolist()
+            ratios = times["batch"] / times[precision]
             row = {
                 "worlds": count,
                 "precision": precision,
-                "steps_per_second": round(count * STEPS / statistics.median(times[precision])),
-                "batch_steps_per_second": round(count * STEPS / statistics.median(times["batch"])),
-                "ratio": float(f"{statistics.median(ratios):.3g}"),
-                "ratio_range": [float(f"{one:.3g}") for one in (min(ratios), max(ratios))],
+                "steps_per_second": rates[precision],
+                "batch_steps_per_second": rates["batch"],
+                "ratio": float(f"{np.median(ratios):.3g}"),
+                "ratio_range": [float(f"{one:.3g}") for one in (ratios.min(), ratios.max())],
             }
             print(row)
             rows.append(row)
@@ -147,11 +139,9 @@ def rounding(device: str | None) -> list[dict[str, object]]:
 
 def main() -> None:
     """Measure both, write them if asked."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--device")
-    parser.add_argument("--counts", default="1,16,128,1024")
-    parser.add_argument("--json", type=Path)
-    arguments = parser.parse_args()
+    options = parser(__doc__, counts="1,16,128,1024")
+    options.add_argument("--device")
+    arguments = options.parse_args()
     counts = [int(one) for one in arguments.counts.split(",")]
     device = warp().get_device(arguments.device)
     page = {
@@ -165,15 +155,12 @@ def main() -> None:
         "speed": speed(counts, arguments.device),
         "rounding_over_10_s": rounding(arguments.device),
         "versions": {
-            "python": platform.python_version(),
-            "pamsim": pamsim.__version__,
-            "mujoco": mujoco.__version__,
+            **versions(),
             "mujoco_warp": mujoco_warp().__version__,
             "warp": warp().__version__,
         },
     }
-    if arguments.json:
-        arguments.json.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    write(page, arguments.json)
 
 
 if __name__ == "__main__":

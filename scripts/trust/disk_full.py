@@ -90,14 +90,7 @@ def tried(
             found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
     found += [f"full: {what}" for what in faults(command, folder, reference, whole=not full)]
     resize(folder, PLENTY)
-    args = again(command, folder)
-    end = Process(args, folder).wait()
-    if end.code != code or end.errors:
-        found.append(f"again: exit code {end.code}: {end.errors.strip()[-200:]!r}")
-    found += [f"again: {what}" for what in faults(
-        command, folder, reference, whole=True, resumed="--resume" in args
-    )]  # fmt: skip
-    return full, found
+    return full, found + again(command, folder, reference, code)[1]
 
 
 def points_of(name: str, points: int, seed: int, root: Path) -> dict[str, object]:

@@ -25,7 +25,6 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,13 +36,12 @@ from writing_commands import (
     Process,
     again,
     emptied,
+    ended,
     faults,
     study,
 )
 
 INTERRUPTED = 130
-LONGEST = 600.0
-"""Of a run [s]; what takes longer is blocked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,15 +78,6 @@ def drawn(rng: np.random.Generator, seconds: float, writes: int) -> Kill:
     return Kill(signal=sent, over=over, write=at, seconds=wait)
 
 
-@dataclass
-class Tried:
-    """What became of a command's kills."""
-
-    kills: int = 0
-    missed: int = 0
-    resumed: int = 0
-
-
 def hit(process: Process, kill: Kill) -> bool:
     """Kill a process at its moment; False if it ended before."""
     while kill.write and process.writes() < kill.write and process.runs():
@@ -102,20 +91,10 @@ def hit(process: Process, kill: Kill) -> bool:
     return True
 
 
-def ended(process: Process) -> Iterator[str]:
-    """Wait for the end of a process that may be blocked."""
-    due = time.monotonic() + LONGEST
-    while process.runs():
-        if time.monotonic() > due:
-            process.send(signal.SIGKILL)
-            yield "did not end"
-        time.sleep(0.005)
-
-
 def tried(
-    command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Tried
+    command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Counter[str]
 ) -> list[str]:
-    """What is wrong after a kill; counts it."""
+    """What is wrong after a kill; counts ``kills``, ``missed`` and ``resumed``."""
     emptied(folder, reference if kill.over else None)
     args = (*command.args, "--force") if kill.over else command.args
     at_once = kill.write if kill.seconds == 0.0 else 0
@@ -124,9 +103,9 @@ def tried(
     found = list(ended(process))
     end = process.wait()
     if not reached or (at_once and end.writes < at_once):
-        count.missed += 1
+        count["missed"] += 1
         return []
-    count.kills += 1
+    count["kills"] += 1
     killed = kill.signal == signal.SIGKILL or end.code == -kill.signal
     allowed = {code, -kill.signal} if killed else {code, INTERRUPTED}
     if end.code not in allowed or "Traceback" in end.errors:
@@ -135,17 +114,9 @@ def tried(
     found += [f"after the kill: {what}" for what in faults(
         command, folder, reference, whole=done, killed=killed
     )]  # fmt: skip
-    args = again(command, folder)
-    count.resumed += "--resume" in args
-    process = Process(args, folder)
-    found += ended(process)
-    end = process.wait()
-    if end.code != code or end.errors:
-        found.append(f"again: exit code {end.code}: {end.errors.strip()[-200:]!r}")
-    found += [f"again: {what}" for what in faults(
-        command, folder, reference, whole=True, parts=killed, resumed="--resume" in args
-    )]  # fmt: skip
-    return found
+    resumed, wrong = again(command, folder, reference, code, parts=killed)
+    count["resumed"] += resumed
+    return found + wrong
 
 
 def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
@@ -156,13 +127,13 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
     whole = Process(command.args, emptied(folder)).wait().check()
     shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
     rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
-    count, failed, wrong = Tried(), 0, {}
-    kinds: Counter[str] = Counter()
+    failed, wrong = 0, {}
+    count, kinds = Counter[str](), Counter[str]()
     with tqdm.tqdm(total=kills, desc=name, unit="kill") as bar:
-        while count.kills < kills:
-            kill, before = drawn(rng, whole.seconds, whole.writes), count.kills
+        while count["kills"] < kills:
+            kill, before = drawn(rng, whole.seconds, whole.writes), count["kills"]
             found = tried(command, kill, folder, reference, whole.code, count)
-            if count.kills == before:
+            if count["kills"] == before:
                 continue
             bar.update()
             kinds[kill.signal.name] += 1
@@ -177,10 +148,10 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
         "args": " ".join(command.args),
         "seconds": round(whole.seconds, 1),
         "writes": whole.writes,
-        "kills": count.kills,
+        "kills": count["kills"],
         **kinds,
-        "resumed": count.resumed,
-        "missed": count.missed,
+        "resumed": count["resumed"],
+        "missed": count["missed"],
         "failed": failed,
         "faults": {what: when[:3] for what, when in wrong.items()},
     }

@@ -13,7 +13,6 @@ must name.
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import sys
@@ -33,6 +32,7 @@ from pamsim.recordings.recording import write_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from kept_rows import as_text, fingerprint, kept_rows
+from records import parser, write
 from unit_slips import ATMOSPHERE, MBAR, PSI, Table, altered, checked, plus, times
 
 KEPT = Path("out/off_rigs")
@@ -198,13 +198,9 @@ def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, count, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    asked = parser(__doc__, count=200, seed=0, workers=2)
+    asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
+    options = asked.parse_args()
     cases = [(RIGS[k % len(RIGS)], options.seed + k) for k in range(options.count)]
     tasks = [(kind, *case) for case in cases for kind in ("valid", "mistake")]
     mark = fingerprint("pamsim", __file__)
@@ -215,8 +211,7 @@ def main() -> None:
     for row in (*result["each_false_alarm"], *result["each_missed"]):
         print(json.dumps(row))
     print(", ".join(f"{key} {value}" for key, value in result.items() if isinstance(value, int)))
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Random rigs under random inputs with every step checked: is a state ever reached that cannot be?
 
-    python scripts/trust/random_steps.py [--steps 1e8] [--seed 0] [--workers 1] [--kept FILE]
+    python scripts/trust/random_steps.py [--steps 1e8] [--seed 0] [--workers 1] [--kept FOLDER]
         [--json FILE]
 
 A third of the batches run `pamsim.simulate`: a shipped rig with up to three effects that a
@@ -17,17 +17,13 @@ are kept one by one: a run that was cut off goes on. Exits 1 if one failed unrep
 
 from __future__ import annotations
 
-import argparse
-import json
 import os
-import platform
 import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import gymnasium
-import mujoco
 import numpy as np
 
 import pamsim
@@ -38,7 +34,9 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from kept_rows import Task, fingerprint, kept_rows
+from kept_rows import Task, as_text, fingerprint, kept_rows
+from random_episodes import random_steps
+from records import head, parser, print_and_write
 
 BATCH = 96_000
 """Steps of a batch."""
@@ -136,12 +134,7 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
     env.action_space.seed(seed)
     for number in range(rounds):
         env.reset(seed=seed + number)
-        held, action = np.zeros(RIGS, dtype=int), env.action_space.sample()
-        for _ in range(per_episode):
-            new = held == 0
-            action[new] = env.action_space.sample()[new]
-            held = np.where(new, rng.integers(1, 21, RIGS), held) - 1
-            _, _, broken, _, info = env.step(action)
+        for _, _, broken, _, info in random_steps(env, rng, per_episode):
             reported |= bool(broken.any())
             lowest = min(lowest, float(info["pressure"].min()))
             highest = max(highest, float(info["pressure"].max()))
@@ -155,23 +148,18 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
     }
 
 
-def batch(task: Task) -> tuple[str, str, int, dict[str, Any]]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     """One batch with the switch on, and if it failed once more without, for its outcome."""
-    kind, name, seed = task
+    task = kind, name, seed
     try:
-        return kind, name, seed, one_batch(task, on=True)
+        return as_text(one_batch(task, on=True))
     except InvariantError as error:
         row = {"steps": 0, "refused": 0, "failed": str(error)}
-    return kind, name, seed, {**row, "reported": one_batch(task, on=False)["reported"]}
+    return as_text({**row, "reported": one_batch(task, on=False)["reported"]})
 
 
 def one_batch(task: Task, on: bool) -> dict[str, Any]:
-    """What a batch counts.
-
-    Args:
-        task: which.
-        on: whether `pamsim.checks` is.
-    """
+    """What a batch counts with `pamsim.checks` on or off."""
     kind, name, seed = task
     rng = np.random.default_rng([seed, KINDS.index(kind), list(TORQUE).index(name)])
     with pamsim.checks(on):
@@ -180,27 +168,20 @@ def one_batch(task: Task, on: bool) -> dict[str, Any]:
 
 def main() -> int:
     """Run the batches, print and keep what was found."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--steps", type=float, default=1e8)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--kept", type=Path, default=Path("out/random_steps.jsonl"))
-    parser.add_argument("--json", type=Path)
-    given = parser.parse_args()
+    asked = parser(__doc__, steps=1e8, seed=0, workers=1)
+    asked.add_argument("--kept", type=Path, default=Path("out/random_steps"), metavar="FOLDER")
+    given = asked.parse_args()
     per_seed = [(kind, name) for kind in KINDS for name in TORQUE]
     seeds = range(given.seed, given.seed + -(-round(given.steps / BATCH) // len(per_seed)))
     tasks = [(kind, name, seed) for seed in seeds for kind, name in per_seed]
     os.environ["PYTHONWARNINGS"] = "ignore"
     mark = fingerprint("pamsim", __file__)
-    rows = kept_rows(batch, tasks, given.kept, mark, given.workers)
+    rows = kept_rows(run_one, tasks, given.kept, mark, given.workers)
     rows = {task: rows[task] for task in tasks}
     good = [row for row in rows.values() if "failed" not in row]
     failed = {f"{k} {n} {s}": row for (k, n, s), row in rows.items() if "failed" in row}
     result = {
-        "command": f"python scripts/trust/random_steps.py --steps {given.steps:g}"
-        f" --seed {given.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
+        **head(f"python scripts/trust/random_steps.py --steps {given.steps:g} --seed {given.seed}"),
         "batches": Counter(f"{kind} {name}" for kind, name, _ in tasks),
         "steps": sum(row["steps"] for row in good),
         "refused": sum(row["refused"] for row in rows.values()),
@@ -209,9 +190,7 @@ def main() -> int:
         "broke_down": {name: row["failed"] for name, row in failed.items() if row["reported"]},
         "failed": {name: row["failed"] for name, row in failed.items() if not row["reported"]},
     }
-    print(json.dumps(result, indent=1))
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, given.json)
     return 1 if result["failed"] else 0
 
 

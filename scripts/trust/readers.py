@@ -17,10 +17,8 @@ reader; those in it that this call does not run stay. Exits 1 if a run fails.
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
-import platform
 import resource
 import shutil
 import signal
@@ -34,7 +32,6 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pyarrow
 import scipy.io
@@ -50,6 +47,9 @@ from pamsim.recordings.policy_file import read_policy
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.table_reader import read_columns
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
 
 SECONDS, BYTES = 1.0, 1 << 30
 BATCH = 50
@@ -327,19 +327,11 @@ def _command_fault(found: Called, usual: Called) -> str:
 
 def main() -> None:
     """Run, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=1000, help="of each reader")
-    parser.add_argument("--subprocesses", type=int, default=0, help="calls of each command")
-    parser.add_argument("--reader", choices=READERS)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
-    result = {
-        "command": "python scripts/trust/readers.py --runs N --subprocesses M --seed S",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "readers": {},
-    }
+    asked = parser(__doc__, runs=1000, subprocesses=0, seed=0)
+    asked.add_argument("--reader", choices=READERS)
+    options = asked.parse_args()
+    result = head("python scripts/trust/readers.py --runs N --subprocesses M --seed S")
+    result["readers"] = {}
     if options.json is not None and options.json.exists():
         result["readers"] = json.loads(options.json.read_text(encoding="utf-8"))["readers"]
     failed = 0
@@ -357,8 +349,7 @@ def main() -> None:
         own |= _counted("subprocesses", commands, called)
         failed += sum(map(len, (*faults.values(), *called.values())))
         result["readers"][name] = own
-        if options.json is not None:
-            options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+        write(result, options.json)
     print(f"{failed} failed")
     sys.exit(int(failed > 0))
 

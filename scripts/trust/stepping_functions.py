@@ -16,12 +16,9 @@ that change the muscles' force or the time have to be in the table.
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import copy
-import json
 import pickle
-import platform
 import re
 import subprocess
 import sys
@@ -42,6 +39,9 @@ import pamsim
 import pamsim.envs  # registers the environments
 from pamsim.core.units import FloatArray
 from pamsim.engine import plugin
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, print_and_write
 
 Model: TypeAlias = mujoco.MjModel
 Data: TypeAlias = mujoco.MjData
@@ -217,30 +217,19 @@ def resting(*calls: Callable[[Model, Data], None]) -> Callable[[Model, Data], No
 _stages = resting(mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity)
 _dynamics = resting(mujoco.mj_fwdAcceleration, mujoco.mj_fwdConstraint)
 
+STEP = stepping(mujoco.mj_step)
 FUNCTIONS: dict[str, tuple[Function, ...]] = {
-    "mj_step": (stepping(mujoco.mj_step),) * 2,
-    "mj_step(nstep)": (many_steps, stepping(mujoco.mj_step)),
-    "mj_step1, mj_step2": (stepping(mujoco.mj_step1, mujoco.mj_step2), stepping(mujoco.mj_step)),
-    "mj_forward, mj_Euler": (
-        stepping(mujoco.mj_forward, mujoco.mj_Euler),
-        stepping(mujoco.mj_step),
-    ),
-    "mj_forwardSkip, mj_Euler": (
-        stepping(skip(mujoco.mj_forwardSkip), mujoco.mj_Euler),
-        stepping(mujoco.mj_step),
-    ),
+    "mj_step": (STEP, STEP),
+    "mj_step(nstep)": (many_steps, STEP),
+    "mj_step1, mj_step2": (stepping(mujoco.mj_step1, mujoco.mj_step2), STEP),
+    "mj_forward, mj_Euler": (stepping(mujoco.mj_forward, mujoco.mj_Euler), STEP),
+    "mj_forwardSkip, mj_Euler": (stepping(skip(mujoco.mj_forwardSkip), mujoco.mj_Euler), STEP),
     "mj_forward, mj_implicit": (
         stepping(mujoco.mj_forward, mujoco.mj_implicit, integrator=IMPLICIT),
         stepping(mujoco.mj_step, integrator=IMPLICIT),
     ),
-    "mj_forward, mj_RungeKutta": (
-        stepping(mujoco.mj_forward, runge_kutta),
-        stepping(mujoco.mj_step),
-    ),
-    "mj_step, integrator RK4": (
-        stepping(mujoco.mj_step, integrator=RK4),
-        stepping(mujoco.mj_step),
-    ),
+    "mj_forward, mj_RungeKutta": (stepping(mujoco.mj_forward, runge_kutta), STEP),
+    "mj_step, integrator RK4": (stepping(mujoco.mj_step, integrator=RK4), STEP),
     "mj_forward": (instant(mujoco.mj_forward),) * 2,
     "mj_forwardSkip": (instant(skip(mujoco.mj_forwardSkip)), instant(mujoco.mj_forward)),
     "mj_fwdActuation": (
@@ -256,10 +245,10 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "mj_checkVel": (checked(mujoco.mj_checkVel),) * 2,
     "mj_checkAcc": (checked(mujoco.mj_checkAcc),) * 2,
     "mj_checkAcc that resets": (after_bad_acceleration, instant(mujoco.mj_forward)),
-    "rollout, one thread": (rolled_out(1), stepping(mujoco.mj_step)),
-    "rollout, two threads": (rolled_out(2), stepping(mujoco.mj_step)),
-    "Batch.step": (in_batch, stepping(mujoco.mj_step)),
-    "pamsim.live, mj_step": (in_scope, stepping(mujoco.mj_step)),
+    "rollout, one thread": (rolled_out(1), STEP),
+    "rollout, two threads": (rolled_out(2), STEP),
+    "Batch.step": (in_batch, STEP),
+    "pamsim.live, mj_step": (in_scope, STEP),
 }
 """Name -> the function, and what the interpreted kernel is asked for instead."""
 
@@ -408,14 +397,18 @@ def same(found: Array, expected: Array) -> bool:
     return found.shape == expected.shape and np.allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
-def row(name: str, seed: int) -> dict[str, str]:
-    """All situations of one function."""
-    function, reference = FUNCTIONS[name]
-    expected = interpreted(reference, seed)
+def cells(function: Function, expected: Array, seed: int) -> dict[str, str]:
+    """All situations of a function."""
     return {
         situation: verdict(lambda place=place: place(function, seed), expected)
         for situation, place in SITUATIONS.items()
     }
+
+
+def row(name: str, seed: int) -> dict[str, str]:
+    """All situations of one of `FUNCTIONS`."""
+    function, reference = FUNCTIONS[name]
+    return cells(function, interpreted(reference, seed), seed)
 
 
 def simulate_row(seed: int) -> dict[str, str]:
@@ -431,17 +424,13 @@ def simulate_row(seed: int) -> dict[str, str]:
         return np.empty(0) if found is None else found
 
     assert slow is not None
-    return {
-        situation: verdict(lambda place=place: place(fast, seed), slow)
-        for situation, place in SITUATIONS.items()
-    }
+    return cells(fast, slow, seed)
 
 
-def environment(vector: bool) -> Callable[[Model, Data, Between], Array]:
+def environment(vector: bool) -> Function:
     """A step of an environment, beside that of its model by the interpreted kernel."""
 
     def play(_: Model, __: Data, between: Between) -> Array:
-        count = 2 if vector else 1
         single = gymnasium.make("pamsim/Rig-v0", frame_skip=STEPS)
         single.reset(seed=1)
         start = pamsim.save_state(single.unwrapped.model, single.unwrapped.data)
@@ -450,18 +439,17 @@ def environment(vector: bool) -> Callable[[Model, Data, Between], Array]:
         if vector:
             env = gymnasium.make_vec(
                 "pamsim/Rig-v0",
-                num_envs=count,
+                num_envs=2,
                 vectorization_mode="vector_entry_point",
                 frame_skip=STEPS,
             )
             env.reset(seed=1)
-            got = env.step(np.stack([action] * count))[-1]
-            command = single.step(action) and single.unwrapped.data.ctrl.copy()
-            pressure = np.asarray(got["pressure"])[0]
+            pressure = np.asarray(env.step(np.stack([action] * 2))[-1]["pressure"])[0]
             env.close()
+            single.step(action)
         else:
-            got = single.step(action)[-1]
-            pressure, command = np.ravel(got["pressure"]), single.unwrapped.data.ctrl.copy()
+            pressure = np.ravel(single.step(action)[-1]["pressure"])
+        command = single.unwrapped.data.ctrl.copy()
         model = copy.copy(single.unwrapped.model)
         single.close()
         data = mujoco.MjData(model)
@@ -530,44 +518,31 @@ def mjb_in_another_process() -> dict[str, str]:
 
 def main() -> int:
     """Fill the table, print and keep it; 1 if a cell is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    given = parser.parse_args()
+    given = parser(__doc__, seed=0).parse_args()
     pamsim.load_rig("mas20_arm")
     plugin.load_kernel()
     table = {name: row(name, given.seed) for name in FUNCTIONS}
     table["pamsim.simulate"] = simulate_row(given.seed)
     for name, vector in (("environment", False), ("vector environment", True)):
-        expected = np.zeros(2)
-        table[name] = {
-            situation: verdict(
-                lambda place=place, vector=vector: place(environment(vector), given.seed), expected
-            )
-            for situation, place in SITUATIONS.items()
-        }
+        table[name] = cells(environment(vector), np.zeros(2), given.seed)
     missing = sorted(
         name for name in evaluating_functions() if not any(name in one for one in table)
     )
     bad = [
         f"{name}, {situation}: {cell}"
-        for name, cells in table.items()
-        for situation, cell in cells.items()
+        for name, own in table.items()
+        for situation, cell in own.items()
         if cell == "wrong" or (cell == "no number") != (name in NO_NUMBER)
     ]
     result = {
-        "command": f"python scripts/trust/stepping_functions.py --seed {given.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
+        **head(f"python scripts/trust/stepping_functions.py --seed {given.seed}"),
         "functions": table,
         "no_number_is_right": NO_NUMBER,
         "mjb_in_another_process": mjb_in_another_process(),
         "missing_functions": missing,
         "bad": bad,
     }
-    print(json.dumps(result, indent=1))
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, given.json)
     return 1 if bad or missing else 0
 
 

@@ -17,11 +17,9 @@ Coulomb friction) is run in these ways, each in processes of its own:
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import json
 import os
-import platform
 import resource
 import signal
 import subprocess
@@ -31,11 +29,14 @@ import time
 from pathlib import Path
 from typing import Any
 
-import mujoco
 from pyarrow import parquet
 
+from pamsim.core.computation import versions
 from pamsim.sweeps.run_table import CHUNKS, FILE
 from pamsim.sweeps.simulated import BLOCK
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import parser, print_and_write
 
 COST_RUNS = 1500
 
@@ -85,14 +86,12 @@ print((time.process_time() - began) / inside[0])
 """
 
 SWEEP = """
-import sys, time
+import sys
 from pamsim.sweeps.study import read_study
 from pamsim.sweeps.sweep import sweep
 plan = read_study(sys.argv[1])
 plan.job.rows(plan.runs[:2], None)
-began = time.process_time()
 sweep(plan, out=sys.argv[2])
-print(time.process_time() - began)
 """
 
 CLUSTER = """
@@ -117,18 +116,17 @@ if __name__ == "__main__":
 """
 
 
-def child(code: str, *words: str) -> tuple[float, float]:
+def child(code: str, *words: str | Path) -> tuple[str, float]:
     """What a program prints, and the most memory that any program here has had so far [MB]."""
     done = subprocess.run(
         [sys.executable, "-c", code, *words], check=True, capture_output=True, text=True
     )
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
-    return float(done.stdout.split()[-1]), peak
+    return done.stdout, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
 
 
 def killed_and_resumed(study: Path, out: Path, blocks: int) -> int:
     """Kill a sweep twice and let it end; the number of blocks that were written twice."""
-    command = [sys.executable, "-m", "pamsim", "sweep", str(study), "--out", str(out)]
+    command = [sys.executable, "-m", "pamsim", "sweep", study, "--out", out]
     seen: dict[str, int] = {}
     again = 0
     for share in (1 / 3, 2 / 3, None):
@@ -155,7 +153,7 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
         study = Path(temporary) / "study.toml"
         study.write_text(STUDY.format(runs=COST_RUNS, duration=duration), encoding="utf-8")
         ratios = [
-            round(child(COST, str(study), str(Path(temporary) / f"out_{number}"))[0], 3)
+            round(float(child(COST, study, Path(temporary) / f"out_{number}")[0].split()[-1]), 3)
             for number in range(2)
         ]
     return {"runs": COST_RUNS, "sweep_over_batch": ratios}
@@ -163,20 +161,15 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
 
 def main() -> None:
     """Run all, compare, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=10_000)
-    parser.add_argument("--duration", type=float, default=2.0)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--cost", action="store_true")
-    options = parser.parse_args()
+    asked = parser(__doc__, runs=10_000, duration=2.0)
+    asked.add_argument("--cost", action="store_true")
+    options = asked.parse_args()
+    result: dict[str, Any] = {}
     if options.cost:
-        result = {"cost": cost_over_batch(options.duration)}
         if options.json is not None:
-            kept = json.loads(options.json.read_text(encoding="utf-8")) | result
-            options.json.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-        print(json.dumps(result, indent=1))
+            result = json.loads(options.json.read_text(encoding="utf-8"))
+        print_and_write(result | {"cost": cost_over_batch(options.duration)}, options.json)
         return
-    result: dict[str, Any]
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         study, quarter = folder / "study.toml", folder / "quarter.toml"
@@ -184,14 +177,14 @@ def main() -> None:
             text = STUDY.format(runs=runs, duration=options.duration)
             path.write_text(text, encoding="utf-8")
         blocks = -(-options.runs // BLOCK)
-        _, memory_quarter = child(SWEEP, str(quarter), str(folder / "quarter"))
-        _, memory = child(SWEEP, str(study), str(folder / "whole"))
+        _, memory_quarter = child(SWEEP, quarter, folder / "quarter")
+        _, memory = child(SWEEP, study, folder / "whole")
         whole = parquet.read_table(folder / "whole" / FILE)
         again = killed_and_resumed(study, folder / "killed", blocks)
         result = {
             "command": f"python scripts/trust/sweeps.py --runs {options.runs}"
             f" --duration {options.duration:g}",
-            "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
+            "versions": versions(),
             "processors": os.cpu_count(),
             "runs": options.runs,
             "blocks": blocks,
@@ -204,14 +197,11 @@ def main() -> None:
         if importlib.util.find_spec("distributed") is not None:
             script = folder / "cluster.py"
             script.write_text(CLUSTER, encoding="utf-8")
-            words = [sys.executable, str(script), str(study), str(folder / "dask"), str(blocks)]
+            words = [sys.executable, script, study, folder / "dask", str(blocks)]
             subprocess.run(words, check=True, capture_output=True)
             lost = parquet.read_table(folder / "dask" / FILE)
             result["dask_worker_killed_equal"] = lost.equals(whole)
-    text = json.dumps(result, indent=1)
-    print(text)
-    if options.json is not None:
-        options.json.write_text(text + "\n", encoding="utf-8")
+    print_and_write(result, options.json)
 
 
 if __name__ == "__main__":

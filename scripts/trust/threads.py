@@ -12,11 +12,8 @@ state differs. Exits 1 if one fails.
 
 from __future__ import annotations
 
-import argparse
 import functools
 import hashlib
-import json
-import platform
 import sys
 import threading
 from collections import Counter
@@ -34,6 +31,9 @@ import pamsim
 import pamsim.envs  # registers the environments
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, print_and_write
 
 STEPS = 200
 RIGS = ("mas20_arm", "two_joint_arm")
@@ -144,12 +144,7 @@ def another_library(stop: threading.Event) -> None:
 
 def main() -> int:
     """Run, compare, print and keep the counts."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=1000)
-    parser.add_argument("--threads", type=int, default=4)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    given = parser.parse_args()
+    given = parser(__doc__, runs=1000, threads=4, seed=0).parse_args()
     seeds = range(given.seed, given.seed + given.runs)
     alone = [run(seed) for seed in tqdm(seeds, desc="alone", file=sys.stderr)]
     stop = threading.Event()
@@ -165,16 +160,14 @@ def main() -> int:
     differ = [seed for seed, a, b in zip(seeds, alone, together, strict=True) if a != b]
     failed = Counter(way(seed) for seed in differ)
     result = {
-        "command": f"python scripts/trust/threads.py --runs {given.runs}"
-        f" --threads {given.threads} --seed {given.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
+        **head(
+            f"python scripts/trust/threads.py --runs {given.runs}"
+            f" --threads {given.threads} --seed {given.seed}"
+        ),
         "runs": {one: sum(way(s) == one for s in seeds) for one in WAYS},
         "failed": {one: failed[one] for one in WAYS},
     }
-    print(json.dumps(result, indent=1))
-    if given.json:
-        given.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print_and_write(result, given.json)
     return 1 if differ else 0
 
 

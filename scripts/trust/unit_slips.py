@@ -13,9 +13,6 @@ found, or a valid recording is suspected.
 
 from __future__ import annotations
 
-import argparse
-import json
-import platform
 import re
 import sys
 import tempfile
@@ -25,7 +22,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 from tqdm import tqdm
 
@@ -37,6 +33,9 @@ from pamsim.engine.rig import Rig
 from pamsim.twins.synthetic_recording import SyntheticRecording
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
+
 import tests.plant.hide
 
 Table = dict[str, FloatArray]
@@ -136,26 +135,25 @@ SEEDED = 3
 """Seeds of each of `ALTERED` that are checked without a mistake; the other valid ones have one."""
 
 
-def times(pattern: str, factor: float) -> Change:
-    """Columns in another unit."""
+def changed(pattern: str, new: Callable[[FloatArray], FloatArray]) -> Change:
+    """Columns whose name matches, with new numbers."""
 
     def change(table: Table) -> None:
         for name in table:
             if re.fullmatch(pattern, name):
-                table[name] = table[name] * factor
+                table[name] = new(table[name])
 
     return change
+
+
+def times(pattern: str, factor: float) -> Change:
+    """Columns in another unit."""
+    return changed(pattern, lambda values: values * factor)
 
 
 def plus(pattern: str, offset: float) -> Change:
     """Columns from another zero."""
-
-    def change(table: Table) -> None:
-        for name in table:
-            if re.fullmatch(pattern, name):
-                table[name] = table[name] + offset
-
-    return change
+    return changed(pattern, lambda values: values + offset)
 
 
 def swapped(*pairs: tuple[str, str]) -> Change:
@@ -302,16 +300,9 @@ def run(seed: int) -> dict[str, Any]:
 
 def main() -> None:
     """Run, print, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
-    result = {
-        "command": f"python scripts/trust/unit_slips.py --seed {options.seed}",
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        **run(options.seed),
-    }
+    options = parser(__doc__, seed=0).parse_args()
+    command = f"python scripts/trust/unit_slips.py --seed {options.seed}"
+    result = {**head(command), **run(options.seed)}
     for one in result["each_mistake"]:
         mark = "" if one["correction_named"] else "  <- not named"
         print(f"{one['recording']}: {one['mistake']}: {one['how']}{mark}")
@@ -322,8 +313,7 @@ def main() -> None:
     print(
         f"{found} of {count} mistakes found, {alarms} false alarms in {result['valid']} recordings"
     )
-    if options.json is not None:
-        options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write(result, options.json)
     sys.exit(int(found < FOUND * count or alarms > 0))
 
 

@@ -6,14 +6,12 @@ that hundreds of runs need not import it again. Inputs are small, so that a run 
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import json
 import mmap
 import os
 import pkgutil
-import platform
 import re
 import shutil
 import signal
@@ -28,7 +26,6 @@ from pathlib import Path
 from typing import Any
 
 import imageio.v3 as iio
-import mujoco
 import numpy as np
 import pyarrow
 import tqdm
@@ -38,6 +35,12 @@ import pamsim
 from pamsim.cli.main import main as pamsim_command
 from pamsim.core.errors import PamsimError
 from pamsim.core.files import LOCK
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
+
+LONGEST = 600.0
+"""Of a run [s]; what takes longer is blocked."""
 
 SAME_COLOUR, OTHER_PIXELS = 8, 1e-3
 """Levels of 255 by which a pixel may differ and be the same, and share of pixels that may not."""
@@ -189,11 +192,7 @@ def left_out() -> dict[str, str]:
 
 
 def prepare(root: Path) -> None:
-    """Import pamsim whole, compile what is not compiled, and write the inputs.
-
-    Args:
-        root: of the commands' folders.
-    """
+    """Import pamsim whole, compile what is not compiled, and write the inputs below a folder."""
     for module in pkgutil.walk_packages(pamsim.__path__, "pamsim."):
         if not module.name.endswith("__main__"):
             try:
@@ -215,14 +214,7 @@ def prepare(root: Path) -> None:
 
 @dataclass(frozen=True)
 class Ended:
-    """How a process ended.
-
-    Attributes:
-        code: its exit code; negative, the signal that ended it.
-        errors: what it wrote on stderr.
-        seconds: it took [s].
-        writes: events of writing in its folder.
-    """
+    """How a process ended: exit code (negative for a signal), stderr, time [s], and writes."""
 
     code: int
     errors: str
@@ -230,11 +222,7 @@ class Ended:
     writes: int
 
     def check(self) -> Ended:
-        """Itself.
-
-        Raises:
-            RuntimeError: if it failed.
-        """
+        """Itself; RuntimeError if it failed."""
         if self.code not in (0, 1):
             raise RuntimeError(f"exit code {self.code}: {self.errors}")
         return self
@@ -342,11 +330,30 @@ def emptied(folder: Path, like: Path | None = None) -> Path:
     return folder
 
 
-def again(command: Command, folder: Path) -> tuple[str, ...]:
-    """Arguments to go on with in a folder that a run has left."""
-    if command.checkpoint and (folder / command.checkpoint).exists():
-        return (*command.args, "--resume", "--force")
-    return (*command.args, "--force") if any(folder.iterdir()) else command.args
+def ended(process: Process) -> Iterator[str]:
+    """Wait for the end of a process that may be blocked."""
+    due = time.monotonic() + LONGEST
+    while process.runs():
+        if time.monotonic() > due:
+            process.send(signal.SIGKILL)
+            yield "did not end"
+        time.sleep(0.005)
+
+
+def again(
+    command: Command, folder: Path, reference: Path, code: int, *, parts: bool = False
+) -> tuple[bool, list[str]]:
+    """Run a command in a folder that a run has left: whether it resumed, and what is wrong."""
+    resume = bool(command.checkpoint) and (folder / command.checkpoint).exists()
+    options = ("--resume",) if resume else ()
+    options += ("--force",) if any(folder.iterdir()) else ()
+    process = Process((*command.args, *options), folder)
+    found = list(ended(process))
+    end = process.wait()
+    if end.code != code or end.errors:
+        found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
+    found += faults(command, folder, reference, whole=True, parts=parts, resumed=resume)
+    return resume, [f"again: {what}" for what in found]
 
 
 def files(folder: Path) -> dict[str, Path]:
@@ -385,38 +392,29 @@ def faults(
             if not killed and not (parts and "/" not in name):
                 yield f"{name} was left"
         elif name == command.checkpoint and not whole:
-            yield from _parsed(path)
+            yield from _fault(path, lambda file: json.loads(file.read_text(encoding="utf-8")))
         elif command.kept and name.startswith(command.kept) and not whole:
-            yield from _read(path)
+            yield from _fault(path, _read_table)
         elif name not in right:
             yield f"{name} is not of the result"
         elif what := _difference(path, right[name], near):
             yield f"{name}: {what}"
         elif path.name == "params.toml" and b"[rig]" in path.read_bytes():
-            yield from _loaded(path.parent)
+            yield from _fault(path.parent, pamsim.load_rig)
     if whole:
         yield from (f"{name} is missing" for name in right if name not in there)
 
 
-def _parsed(path: Path) -> Iterator[str]:
+def _fault(path: Path, read: Callable[[Path], object]) -> Iterator[str]:
+    """What is wrong with what a reader makes of a file or folder."""
     try:
-        json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        yield f"{path.name}: {error}"
+        read(path)
+    except (OSError, ValueError, pyarrow.ArrowException, PamsimError) as error:
+        yield f"{path.name} cannot be read: {error}"
 
 
-def _read(path: Path) -> Iterator[str]:
-    try:
-        parquet.read_table(path, use_threads=False, page_checksum_verification=True)
-    except (OSError, pyarrow.ArrowException) as error:
-        yield f"{path.name}: {error}"
-
-
-def _loaded(folder: Path) -> Iterator[str]:
-    try:
-        pamsim.load_rig(folder)
-    except PamsimError as error:
-        yield f"{folder.name} cannot be loaded: {error}"
+def _read_table(path: Path) -> object:
+    return parquet.read_table(path, use_threads=False, page_checksum_verification=True)
 
 
 def _difference(path: Path, right: Path, near: float | None) -> str:
@@ -505,7 +503,7 @@ def study(
 
     Args:
         script: its name.
-        description: for ``--help``, of which the first line is taken.
+        description: for ``--help``.
         tries: what is tried, which names the option of their number.
         most: tries of all commands together, if the option is left out.
         row_of: command, tries, seed and folder to its row.
@@ -514,23 +512,14 @@ def study(
     Returns:
         Exit code: 1 if one failed.
     """
-    parser = argparse.ArgumentParser(description=(description or "").splitlines()[0])
-    parser.add_argument(f"--{tries}", type=int, default=most, help="of all commands together")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args()
+    asked = parser(description, **{tries: most}, seed=0)
+    asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    options = asked.parse_args()
     count = getattr(options, tries)
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
     command = f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}"
-    result = {
-        "command": command,
-        "mujoco": mujoco.__version__,
-        "python": platform.python_version(),
-        "commands": {},
-        "left_out": out,
-    }
+    result = {**head(command), "commands": {}, "left_out": out}
     if options.json is not None and options.json.exists():
         before = json.loads(options.json.read_text(encoding="utf-8"))
         result["commands"] = before["commands"]
@@ -548,8 +537,7 @@ def study(
                 row["command"] = f"{command} --command '{name}'"
             failed += int(row["failed"])
             result["commands"][name] = row
-            if options.json is not None:
-                options.json.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+            write(result, options.json)
     done = sum(row[tried] for row in result["commands"].values())
     print(f"{done} {tries} tried, {failed} failed now")
     return int(failed > 0)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = " ".join((ROOT / "docs" / "real_data.md").read_text(encoding="utf-8").split())
+from tests.records import recorded, words
+
+PAGE = words("real_data")
 JOINTS = ("hip", "knee")
 RIGS = {
     "as_shipped": "authors' numbers, assumed valves",
@@ -19,8 +17,7 @@ RIGS = {
 
 @pytest.fixture(scope="module")
 def leg():
-    path = ROOT / "scripts" / "results" / "equimus_leg.json"
-    return json.loads(path.read_text(encoding="utf-8"))
+    return recorded("results/equimus_leg")
 
 
 def row(what, numbers):

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGE = " ".join((ROOT / "docs" / "real_data.md").read_text(encoding="utf-8").split())
+from tests.records import recorded, words
+
+PAGE = words("real_data")
 
 
 @pytest.fixture(scope="module")
 def cylinders():
-    path = ROOT / "scripts" / "results" / "printed_cylinders.json"
-    return json.loads(path.read_text(encoding="utf-8"))
+    return recorded("results/printed_cylinders")
 
 
 def test_friction_of_the_seals_is_the_record(cylinders):

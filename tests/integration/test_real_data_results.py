@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-TEXT = (ROOT / "docs" / "real_data.md").read_text(encoding="utf-8")
-PAGE = " ".join(TEXT.split())
-EXPECTED = (ROOT / "scripts" / "results" / "real_data_expectations.md").read_text(encoding="utf-8")
+from tests.records import ROOT, SCRIPTS, page, recorded, words
+
+TEXT, PAGE = page("real_data"), words("real_data")
+EXPECTED = (SCRIPTS / "results" / "real_data_expectations.md").read_text(encoding="utf-8")
 LOOPS = ("alraouf2025", "alraouf2025_equations")
 
 
 @pytest.fixture(scope="module")
 def record():
-    path = ROOT / "scripts" / "results" / "real_data_diagnoses.json"
-    return json.loads(path.read_text(encoding="utf-8"))
+    return recorded("results/real_data_diagnoses")
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import re
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -12,20 +10,14 @@ import numpy as np
 from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.engine.rig import load_rig
 from pamsim.envs.closed_loop import run_episode
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-def recorded(name):
-    return json.loads((ROOT / "scripts" / name).read_text(encoding="utf-8"))
+from tests.records import SCRIPTS, page, recorded, words
 
 
 def test_identify_s_table_is_that_of_the_study():
-    study = recorded("results/identify_study.json")
+    study = recorded("results/identify_study")
     own = study["side_by_side_without_dead_time"]
     peers = study["peers_on_the_same_records"]["scenarios"]
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
-    text = page.partition("## Identification beside other")[2].partition("\n## ")[0]
+    text = page("validation").partition("## Identification beside other")[2].partition("\n## ")[0]
     lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in text.splitlines() if "|" in line]
     head = next(cells for cells in lines if cells[0].startswith("median error"))
     scenarios = head[1:-1]
@@ -47,7 +39,7 @@ def found_seconds(own, peers, method):
 
 def test_identify_study_meets_what_is_promised():
     """Errors, dead times and coverage over 200 records of each kind."""
-    recovery = recorded("results/identify_study.json")["recovery"]
+    recovery = recorded("results/identify_study")["recovery"]
     for name, found in recovery.items():
         assert found["runs"] == 200
         assert found["dead_time_within_one_sample_percent"] > 95.0
@@ -62,7 +54,7 @@ def test_identify_study_meets_what_is_promised():
 
 def test_calibrate_study_meets_what_is_promised():
     """Coverage over 200 calibrations under white and 200 under drifting noise."""
-    study = recorded("results/calibrate_study.json")
+    study = recorded("results/calibrate_study")
     for name, found in study["coverage"].items():
         assert found["runs"] == 200
         for parameter, row in found["parameters"].items():
@@ -80,8 +72,7 @@ def test_calibrate_study_meets_what_is_promised():
 
 def table_after(document, first_cell):
     """Rows of the table of a document whose head begins with a cell: first cell -> others."""
-    text = (ROOT / "docs" / document).read_text(encoding="utf-8")
-    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in text.splitlines()]
+    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in page(document).splitlines()]
     start = next(i for i, cells in enumerate(lines) if cells[0] == first_cell and len(cells) > 1)
     rows = {}
     for cells in lines[start + 2 :]:
@@ -92,9 +83,9 @@ def table_after(document, first_cell):
 
 
 def test_the_scoreboard_s_table_is_that_of_its_result():
-    board = recorded("results/controller_scoreboard.json")
+    board = recorded("results/controller_scoreboard")
     got = {(r["plant"], r["task"], r["controller"]): r for r in board["rows"]}
-    plants, rows = table_after("control.md", "controller on a sine")
+    plants, rows = table_after("control", "controller on a sine")
     assert len(rows) == 12
     for name, cells in rows.items():
         for plant, cell in zip(plants, cells, strict=True):
@@ -104,7 +95,7 @@ def test_the_scoreboard_s_table_is_that_of_its_result():
 def test_the_scoreboard_meets_what_is_promised():
     got = {
         (r["plant"], r["controller"]): r["rmse_deg"]
-        for r in recorded("results/controller_scoreboard.json")["rows"]
+        for r in recorded("results/controller_scoreboard")["rows"]
         if r["task"] == "sine"
     }
     ahead = "feed-forward, compensated"
@@ -114,8 +105,8 @@ def test_the_scoreboard_meets_what_is_promised():
 
 
 def test_random_episodes_broke_nothing():
-    text = " ".join((ROOT / "docs" / "control.md").read_text(encoding="utf-8").split())
-    for row in recorded("results/random_episodes.json")["rows"]:
+    text = words("control")
+    for row in recorded("results/random_episodes")["rows"]:
         assert row["episodes"] >= 10_000
         assert row["broke_down"] == row["engine_warnings"] == row["not_finite"] == 0
         assert row["lowest_pressure_kpa"] >= 0.0
@@ -127,9 +118,9 @@ def test_random_episodes_broke_nothing():
 
 
 def test_environments_are_as_fast_as_is_promised():
-    rows = recorded("benchmarks/results/environment_steps.json")["rows"]
+    rows = recorded("benchmarks/results/environment_steps")["rows"]
     ratios = [row["ratio"] for row in rows]
-    text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
+    text = page("control")
     assert f"A step is {min(ratios):.1f} to {max(ratios):.0f} times as quick" in text
     at_the_peer_s = [row for row in rows if row["frame_skip"] == 2]
     assert {row["arms"] for row in at_the_peer_s} == {1, 64, 256}
@@ -140,14 +131,14 @@ def test_environments_are_as_fast_as_is_promised():
 
 
 def test_frames_are_as_quick_as_is_promised():
-    ratios = [row["ratio"] for row in recorded("benchmarks/results/frames.json")["rows"]]
+    ratios = [row["ratio"] for row in recorded("benchmarks/results/frames")["rows"]]
     assert max(ratios) < 3.0
 
 
 def test_the_repaired_rig_s_table_is_that_of_its_result():
-    result = recorded("results/repaired_rig_control.json")
+    result = recorded("results/repaired_rig_control")
     got = {(r["designed_on"], r["task"], r["controller"]): r for r in result["rows"]}
-    head, rows = table_after("control.md", "sine RMSE [deg] of a controller designed on")
+    head, rows = table_after("control", "sine RMSE [deg] of a controller designed on")
     assert rows
     for name, cells in rows.items():
         for place, cell in zip(head, cells, strict=True):
@@ -155,13 +146,13 @@ def test_the_repaired_rig_s_table_is_that_of_its_result():
 
 
 def test_the_policy_of_four_muscles_is_as_good_as_the_documents_state():
-    text = " ".join((ROOT / "docs" / "control.md").read_text(encoding="utf-8").split())
-    page = recorded("results/policy_two_joint.json")
-    curve = page["curve"]["mean_episode_reward"]
-    assert f"took {page['seconds']} s beside" in text
+    text = words("control")
+    trained = recorded("results/policy_two_joint")
+    curve = trained["curve"]["mean_episode_reward"]
+    assert f"took {trained['seconds']} s beside" in text
     assert f"from {curve[0]:.0f} to {curve[-1]:.0f}. On" in text
     rig = load_rig("two_joint_arm")
-    policy = NeuralPolicy.read(ROOT / "scripts/results/policy_two_joint.npz", rig)
+    policy = NeuralPolicy.read(SCRIPTS / "results/policy_two_joint.npz", rig)
     env = gymnasium.make("pamsim/Rig-v0", rig=rig, task="regulation")
     learned = [run_episode(env, policy, seed) for seed in range(100, 105)]
     env.close()
@@ -171,8 +162,8 @@ def test_the_policy_of_four_muscles_is_as_good_as_the_documents_state():
 
 
 def test_runs_in_threads_are_as_the_document_states():
-    result = recorded("results/threads.json")
-    text = (ROOT / "docs" / "callback.md").read_text(encoding="utf-8")
+    result = recorded("results/threads")
+    text = page("callback")
     assert len(result["runs"]) == 7
     failed, runs = (sum(result[name].values()) for name in ("failed", "runs"))
     assert f"{failed} of {runs} runs differ" in text
@@ -180,9 +171,9 @@ def test_runs_in_threads_are_as_the_document_states():
 
 
 def test_the_five_tasks_are_as_recorded():
-    record = recorded("benchmarks/results/five_tasks.json")
-    _, rows = table_after("compared.md", "task")
-    _, answers = table_after("compared.md", "task, answer")
+    record = recorded("benchmarks/results/five_tasks")
+    _, rows = table_after("compared", "task")
+    _, answers = table_after("compared", "task, answer")
     assert list(rows) == list(answers) == list(record["tasks"])
     for task, both in record["tasks"].items():
         own, peer = both["pamsim"], both["peer"]
@@ -191,7 +182,7 @@ def test_the_five_tasks_are_as_recorded():
         assert tools == peer["tools"]
         assert lines == str(peer["lines"])
         assert (seconds, others) == (f"{own['cpu_s']:.1f}", f"{peer['cpu_s']:.1f}")
-        folder = ROOT / "scripts" / "benchmarks" / "five_tasks"
+        folder = SCRIPTS / "benchmarks" / "five_tasks"
         assert all((folder / name).is_file() for name in peer["scripts"])
         for side, shown in zip((own, peer), answers[task], strict=True):
             printed = re.findall(r"-?\d+\.?\d*", side["printed"])

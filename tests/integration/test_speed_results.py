@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import runpy
-from pathlib import Path
+from tests.records import page, recorded, script, words
 
-ROOT = Path(__file__).parents[2]
-RESULTS = ROOT / "scripts" / "benchmarks" / "results"
-TEXT = " ".join((ROOT / "docs" / "callback.md").read_text(encoding="utf-8").split())
+TEXT = words("callback")
 HIGHEST = 1.1
 """No cost is meant to grow by a higher power of the work."""
 
 
 def test_the_ratios_of_a_step_are_those_of_the_benchmark():
-    result = json.loads((RESULTS / "steps_per_second.json").read_text(encoding="utf-8"))
+    result = recorded("benchmarks/results/steps_per_second")
     full = result["full_law_over_builtin_muscle"]
     python, bound = (
         result["full_law_over_python_callback"],
@@ -31,7 +27,7 @@ def test_the_ratios_of_a_step_are_those_of_the_benchmark():
 
 
 def test_no_cost_grows_faster_than_the_work():
-    result = json.loads((RESULTS / "scaling.json").read_text(encoding="utf-8"))
+    result = recorded("benchmarks/results/scaling")
     rows = result["rows"]
     assert {row["work"] for row in rows} == {
         "muscles",
@@ -49,17 +45,16 @@ def test_no_cost_grows_faster_than_the_work():
 
 
 def test_the_page_of_benchmarks_is_that_of_the_records():
-    written = runpy.run_path(str(ROOT / "scripts" / "benchmark_page.py"))["page"]()
-    shown = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
-    assert shown == written, "python scripts/benchmark_page.py"
+    written = script("benchmark_page").page()
+    assert page("benchmarks") == written, "python scripts/benchmark_page.py"
 
 
 def test_what_the_checks_cost_is_that_of_the_record():
-    cost = json.loads((RESULTS / "checked_steps.json").read_text(encoding="utf-8"))["on_over_off"]
+    cost = recorded("benchmarks/results/checked_steps")["on_over_off"]
     assert f"takes {cost:.2f} times as long" in TEXT
 
 
 def test_what_compiling_costs_is_that_of_the_record():
-    result = json.loads((RESULTS / "compile_times.json").read_text(encoding="utf-8"))
+    result = recorded("benchmarks/results/compile_times")
     assert f"first command of an installation takes {result['command']['cold_s']:.0f} s" in TEXT
     assert result["command"]["warm_s"] < result["command"]["cold_s"]

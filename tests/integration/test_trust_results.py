@@ -2,28 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
-TEXT = " ".join((ROOT / "docs" / "callback.md").read_text(encoding="utf-8").split())
+from tests.records import page, recorded, script, words
+
+TEXT = words("callback")
 PLACES = ["plain", "other callbacks", "two models", "copied model", "another thread"]
 
 
-def recorded(name):
-    return json.loads((ROOT / "scripts" / name).read_text(encoding="utf-8"))
-
-
-def script(name):
-    return runpy.run_path(str(ROOT / "scripts/trust" / f"{name}.py"), run_name=name)
-
-
 def test_no_function_gives_a_wrong_number():
-    result = recorded("results/stepping_functions.json")
+    result = recorded("results/stepping_functions")
     assert not result["bad"]
     assert not result["missing_functions"]
     assert result["mjb_in_another_process"] == {"register": "right", "without": "crash"}
@@ -35,22 +24,22 @@ def test_no_function_gives_a_wrong_number():
 @pytest.mark.usefixtures("unchecked")
 @pytest.mark.parametrize("name", ["mj_step1, mj_step2", "mj_inverse", "mj_forward, mj_RungeKutta"])
 def test_some_functions_again(name):
-    study = script("stepping_functions")
-    expected = recorded("results/stepping_functions.json")["functions"][name]
-    assert study["row"](name, 1) == expected
+    study = script("trust/stepping_functions")
+    expected = recorded("results/stepping_functions")["functions"][name]
+    assert study.row(name, 1) == expected
 
 
 @pytest.mark.usefixtures("unchecked")
 def test_every_function_that_evaluates_muscles_is_in_the_table():
-    study, table = script("stepping_functions"), recorded("results/stepping_functions.json")
-    found = study["evaluating_functions"]()
+    study, table = script("trust/stepping_functions"), recorded("results/stepping_functions")
+    found = study.evaluating_functions()
     assert {"mj_step", "mj_step2", "mj_forward", "mj_fwdActuation", "mj_Euler"} <= found
     for name in found:
         assert any(name in one for one in table["functions"]), name
 
 
 def test_random_steps_reached_no_state_that_cannot_be():
-    result = recorded("results/random_steps.json")
+    result = recorded("results/random_steps")
     assert not result["failed"]
     assert result["steps"] >= 1e8
     assert f"{result['steps']:,} steps" in TEXT
@@ -60,38 +49,37 @@ def test_random_steps_reached_no_state_that_cannot_be():
 
 @pytest.mark.parametrize("kind", ["simulate", "environment", "on_off"])
 def test_random_steps_again(kind, monkeypatch):
-    study = script("random_steps")
-    monkeypatch.setitem(study["one_batch"].__globals__, "BATCH", 2000)
-    row = study["one_batch"]((kind, "mas20_arm", 2), on=True)
+    study = script("trust/random_steps")
+    monkeypatch.setitem(study.one_batch.__globals__, "BATCH", 2000)
+    row = study.one_batch((kind, "mas20_arm", 2), on=True)
     assert row["steps"] >= 2000
     assert not row["reported"]
 
 
 def test_the_cost_of_the_checks_is_that_of_the_benchmark():
-    result = recorded("benchmarks/results/checked_steps.json")
+    result = recorded("benchmarks/results/checked_steps")
     assert f"{result['on_over_off']:.2f} times as long" in TEXT
     assert 0.95 <= result["off_over_bare"] <= 1.05
 
 
 def test_the_record_of_the_readers_holds_those_that_there_are():
-    found = recorded("results/readers.json")["readers"]
-    text = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
+    found = recorded("results/readers")["readers"]
+    text = page("files")
     assert f"None of the {len(found)} readers failed" in text
-    assert set(found) <= set(script("readers")["READERS"])
+    assert set(found) <= set(script("trust/readers").READERS)
 
 
 def test_the_page_counts_what_the_records_hold():
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
-    text = page.partition("## Wrong numbers")[2]
+    text = page("validation").partition("## Wrong numbers")[2]
     rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
     shown = [(row[1], row[2]) for row in rows[1:]]
     threads, functions = (
-        recorded("results/threads.json"),
-        recorded("results/stepping_functions.json"),
+        recorded("results/threads"),
+        recorded("results/stepping_functions"),
     )
-    steps, readers = recorded("results/random_steps.json"), recorded("results/readers.json")
-    kills, disk = recorded("results/kills.json"), recorded("results/disk_full.json")
-    slips, mutations = recorded("results/unit_slips.json"), recorded("results/mutation_check.json")
+    steps, readers = recorded("results/random_steps"), recorded("results/readers")
+    kills, disk = recorded("results/kills"), recorded("results/disk_full")
+    slips, mutations = recorded("results/unit_slips"), recorded("results/mutation_check")
     read = readers["readers"].values()
     killed, filled = kills["commands"].values(), disk["commands"].values()
     counts = [
@@ -116,8 +104,8 @@ def test_the_page_counts_what_the_records_hold():
 
 
 def test_the_page_of_sweeps_is_that_of_its_study():
-    result = recorded("results/sweeps.json")
-    text = " ".join((ROOT / "docs" / "sweep.md").read_text(encoding="utf-8").split())
+    result = recorded("results/sweeps")
+    text = words("sweep")
     assert result["runs"] == 10_000
     assert result["killed_twice_equal"]
     assert result["dask_worker_killed_equal"]

@@ -13,16 +13,16 @@ from __future__ import annotations
 
 import argparse
 import ast
-import json
 import os
-import platform
 import resource
 import subprocess
 import sys
 import tempfile
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+from pamsim.core.computation import versions
+from pamsim.core.encoding import write_json
 
 HERE = Path(__file__).resolve().parent
 ARM = "plain_arm.py"
@@ -118,13 +118,12 @@ def main() -> None:
     file = parser.parse_args().json
     with tempfile.TemporaryDirectory() as folder:
         tasks = measured(Path(folder))
-    packages = ("mujoco", "scipy", "control", "gymnasium", "stable-baselines3", "torch")
     record = {
         "command": "python scripts/benchmarks/five_tasks/run.py",
-        "versions": {"python": platform.python_version()} | {p: version(p) for p in packages},
+        "versions": versions("scipy", "control", "gymnasium", "stable-baselines3", "torch"),
         "tasks": tasks,
     }
-    file.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    write_json(file, record)
 
 
 if __name__ == "__main__":

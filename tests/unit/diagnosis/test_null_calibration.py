@@ -2,32 +2,27 @@
 
 from __future__ import annotations
 
-import json
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-ROOT = Path(__file__).parents[3]
-SCRIPT = runpy.run_path(str(ROOT / "scripts/null_calibration.py"), run_name="null_calibration")
-RECORD = json.loads((ROOT / "scripts/results/null_calibration.json").read_text(encoding="utf-8"))
+from tests.records import page, recorded, script
+
+STUDY, RECORD = script("null_calibration"), recorded("results/null_calibration")
 DRAWS = 60
 MOST = int(binom.ppf(0.9999, DRAWS, 0.05))  # p-values below 0.05, of so many draws
 
 
 def test_the_tables_of_the_document_are_those_of_the_record():
-    text = (ROOT / "docs/validation.md").read_text(encoding="utf-8")
-    assert "\n".join(SCRIPT["rendered"](RECORD)) in text
+    assert "\n".join(STUDY.rendered(RECORD)) in page("validation")
 
 
 def test_the_record_is_judged_as_it_says():
     rows = RECORD["tests"]
-    assert all(row["verdict"] == SCRIPT["judged"](row, len(rows)) for row in rows)
+    assert all(row["verdict"] == STUDY.judged(row, len(rows)) for row in rows)
     assert {row["runs"] for row in rows} == {500}
     assert len({(row["test"], row["data"]) for row in rows}) == len(rows)
-    assert {case.data for case in SCRIPT["cases"]()} == {row["data"] for row in rows}
+    assert set(dict(STUDY.cases())) == {row["data"] for row in rows}
     # Readings of a single loop that drift do depend on the direction.
     eager = {row["data"] for row in rows if row["verdict"] == "too eager"}
     assert eager == {"10 levels, drifting"}
@@ -37,7 +32,6 @@ def test_the_record_is_judged_as_it_says():
     "kind", ["4 inputs of 3 repeats, drifting", "10 rows, white", "6 levels, white"]
 )
 def test_false_alarms_are_no_more_than_promised(kind):
-    case = next(case for case in SCRIPT["cases"]() if case.data == kind)
-    p_values, _ = SCRIPT["drawn"](case, DRAWS)
+    p_values, _ = STUDY.drawn(kind, dict(STUDY.cases())[kind], DRAWS)
     for test, values in p_values.items():
         assert np.sum(values <= 0.05) <= MOST, test

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import re
-from pathlib import Path
 
 import gymnasium
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[3]
-PAGE = (ROOT / "docs" / "gpu.md").read_text(encoding="utf-8")
-RECORD = json.loads((ROOT / "scripts" / "results" / "worlds.json").read_text(encoding="utf-8"))
+from tests.records import page, recorded
+
+PAGE, RECORD = page("gpu"), recorded("results/worlds")
 SNIPPETS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 DRIVES = {"set points": "pressure_set", "openings of the valves": "valve"}
 

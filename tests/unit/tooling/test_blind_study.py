@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import collections
-import json
-import runpy
-from pathlib import Path
-from types import SimpleNamespace
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.records import recorded, script
 
-SCRIPTS = Path(__file__).parents[3] / "scripts"
-generator = SimpleNamespace(**runpy.run_path(str(SCRIPTS / "blind_study_cases.py")))
-CASES = json.loads(generator.FILE.read_text(encoding="utf-8"))["cases"]
+generator, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]
 
 
 def test_cases_name_what_can_be_hidden_and_belong_to_their_tier():

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import runpy
-import sys
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,21 +10,14 @@ from scipy.signal import dlsim
 
 from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.signal_record import SignalRecord
+from tests.records import page, recorded, script
 
-SCRIPTS = Path(__file__).parents[3] / "scripts"
-RESULTS = SCRIPTS / "results"
-
-runs = SimpleNamespace(**runpy.run_path(str(SCRIPTS / "free_runs.py")))
+runs = script("free_runs")
 
 
 @pytest.fixture(scope="module")
 def study():
-    """The script, which imports its neighbour."""
-    sys.path.insert(0, str(SCRIPTS))
-    try:
-        return SimpleNamespace(**runpy.run_path(str(SCRIPTS / "identify_literature.py")))
-    finally:
-        sys.path.remove(str(SCRIPTS))
+    return script("identify_literature")
 
 
 @pytest.mark.parametrize(
@@ -87,8 +75,7 @@ def test_pamsim_s_models_are_scored_as_its_own_free_start_does(study):
 
 
 def test_the_record_names_the_peers_it_was_compared_with():
-    own = json.loads((RESULTS / "identify_literature.json").read_text(encoding="utf-8"))
-    peers = json.loads((RESULTS / "identify_literature_peers.json").read_text(encoding="utf-8"))
+    own, peers = (recorded(f"results/identify_literature{one}") for one in ("", "_peers"))
     assert own["versions"]["peers"] == peers["versions"]
     assert list(own["sets"]) == list(peers["sets"])
     for name, entry in own["sets"].items():
@@ -100,9 +87,8 @@ def test_the_record_names_the_peers_it_was_compared_with():
 
 
 def test_the_table_in_the_document_is_that_of_the_record():
-    sets = json.loads((RESULTS / "identify_literature.json").read_text(encoding="utf-8"))["sets"]
-    text = (RESULTS.parents[1] / "docs" / "validation.md").read_text(encoding="utf-8")
-    for name, entry in sets.items():
+    text = page("validation")
+    for name, entry in recorded("results/identify_literature")["sets"].items():
         (line,) = [line for line in text.splitlines() if line.startswith(f"| {name} |")]
         _, model, own, *peers = [cell.strip() for cell in line.strip("|").split("|")]
         assert model == entry["pamsim"]["shown"].replace("_", " ")
@@ -114,11 +100,8 @@ def test_the_table_in_the_document_is_that_of_the_record():
 
 
 def test_the_counts_of_planted_systems_in_the_document_are_those_of_the_record():
-    study, two = (
-        json.loads((RESULTS / f"identify_planted{inputs}.json").read_text(encoding="utf-8"))
-        for inputs in ("", "_two_inputs")
-    )
-    text = (RESULTS.parents[1] / "docs" / "validation.md").read_text(encoding="utf-8")
+    study, two = (recorded(f"results/identify_planted{one}") for one in ("", "_two_inputs"))
+    text = page("validation")
     for label, score in (
         ("number of poles right within one", "poles_within_one"),
         ("number of poles exact", "poles_exact"),

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
-import runpy
-import sys
 from itertools import combinations
-from pathlib import Path
 
 import pytest
 
-SCRIPTS = Path(__file__).parents[3] / "scripts"
+from tests.records import page, recorded, script
+
 FRICTION, LEAK = ["coulomb_friction", "stribeck_friction"], ["air_leak"]
 FAMILIES = {"coulomb_friction": "joint_friction", "air_leak": "leak", "valve_flow": "valve"}
 PLACES = {"coulomb_friction": "joint", "air_leak": "air", "valve_flow": "air"}
@@ -19,29 +16,21 @@ PLACES = {"coulomb_friction": "joint", "air_leak": "air", "valve_flow": "air"}
 
 @pytest.fixture(scope="module")
 def drawn():
-    sys.path.insert(0, str(SCRIPTS))
-    try:
-        return runpy.run_path(str(SCRIPTS / "link_study_cases.py"))
-    finally:
-        sys.path.remove(str(SCRIPTS))
+    return script("link_study_cases")
 
 
 @pytest.fixture(scope="module")
 def must_show():
-    return runpy.run_path(str(SCRIPTS / "link_study_scores.py"))["must_show"]
+    return script("link_study_scores").must_show
 
 
 def test_the_table_of_the_document_is_that_of_the_record():
-    scores = runpy.run_path(str(SCRIPTS / "link_study_scores.py"))
-    record, fresh = (
-        json.loads((SCRIPTS / "results" / name).read_text(encoding="utf-8"))
-        for name in ("link_study.json", "link_study_fresh.json")
-    )
-    text = (SCRIPTS.parent / "docs/validation.md").read_text(encoding="utf-8")
-    assert "\n".join(scores["table"]({"rules before": record, "these rules": fresh})) in text
+    scores, text = script("link_study_scores"), page("validation")
+    record, fresh = recorded("results/link_study"), recorded("results/link_study_fresh")
+    assert "\n".join(scores.table({"rules before": record, "these rules": fresh})) in text
     for one in (record, fresh):
-        assert scores["must_show"](one["rows"]) == one["must_show"]
-    cases = json.loads((SCRIPTS / "link_study_cases.json").read_text(encoding="utf-8"))["cases"]
+        assert scores.must_show(one["rows"]) == one["must_show"]
+    cases = recorded("link_study_cases")["cases"]
     drawn = {case["name"]: case["seed"] for case in cases}
     assert all(drawn[row["name"]] == row["seed"] for row in fresh["rows"])
     count = f"the first {len(fresh['rows'])} of {len(cases)} cases"
@@ -53,13 +42,13 @@ def test_the_table_of_the_document_is_that_of_the_record():
 
 
 def test_effects_together_are_of_different_families_on_the_sides_of_their_tier(drawn):
-    cases = drawn["planned"]()
+    cases = drawn.planned()
     assert len({case["seed"] for case in cases}) == len(cases)
     for case in cases:
         effects = list(case["effects"])
-        families = [drawn["families"](effect) for effect in effects]
+        families = [drawn.families(effect) for effect in effects]
         assert not any(one & other for one, other in combinations(families, 2))
-        air = sum(map(drawn["of_air"], effects))
+        air = sum(map(drawn.of_air, effects))
         sides = {"two_links": air == 1, "one_link": air in (0, 2), "three": air in (1, 2)}
         assert sides.get(case["tier"], True), case["name"]
 

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import runpy
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 import pamsim
+from tests.records import recorded as record_of
+from tests.records import script, words
 
-ROOT = Path(__file__).parents[3]
-study = SimpleNamespace(**runpy.run_path(str(ROOT / "scripts" / "trust" / "unit_slips.py")))
-RECORD = json.loads((ROOT / "scripts/results/unit_slips.json").read_text(encoding="utf-8"))
+study, RECORD = script("trust/unit_slips"), record_of("results/unit_slips")
 
 
 @pytest.fixture(scope="module")
@@ -70,19 +66,16 @@ def test_the_record_is_of_these_mistakes_and_the_page_states_it():
     kinds = {one["recording"] for one in RECORD["each_valid"]}
     assert kinds == set(study.VALID)
     assert RECORD["false_alarms"] == sum(one["how"] != "silent" for one in RECORD["each_valid"])
-    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    page = words("validation")
     for recording in study.ALTERED:
         own = [n for s, n in zip(study.MISTAKES, named, strict=True) if s.recording == recording]
-        assert f"| {recording} | {len(own)} | {sum(own)} |" in " ".join(page.split())
+        assert f"| {recording} | {len(own)} | {sum(own)} |" in page
     alarms = f"{RECORD['false_alarms']} of {RECORD['valid']} valid recordings"
-    counts = f"{alarms}, of {len(kinds)} kinds"
-    assert counts in " ".join(page.split())
+    assert f"{alarms}, of {len(kinds)} kinds" in page
 
 
 def test_the_page_states_what_was_found_of_rigs_whose_numbers_are_off():
-    path = ROOT / "scripts/results/off_rigs.json"
-    found = json.loads(path.read_text(encoding="utf-8"))
-    page = " ".join((ROOT / "docs" / "validation.md").read_text(encoding="utf-8").split())
+    found, page = record_of("results/off_rigs"), words("validation")
     assert f"{found['false_alarms']} of {found['valid']} recordings raised a suspicion" in page
     assert f"of {found['mistakes']} with a mistake {found['named']} were answered" in page
     assert len(found["each_missed"]) == found["mistakes"] - found["named"]
