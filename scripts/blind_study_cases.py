@@ -112,7 +112,7 @@ NOTHING, PAIRS, REMOVED = 60, 24, 30
 OF_EACH = {"library": 2, "sized": 5, "other": 2, "outside": 10, "similar": 1}
 """Cases of each effect of these kinds."""
 
-ABOUT = """Cases of scripts/blind_study.py, all drawn by the rule of scripts/blind_study_cases.py
+ABOUT = """Cases of scripts/link_study.py, all drawn by the rule of scripts/blind_study_cases.py
 before any of them was run. Sizes are in typical sizes of the effect; excess is the E that each
 effect leaves by itself, in units of the noise variance."""
 
