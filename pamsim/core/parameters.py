@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar, dataclass_transform
 
+from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import ParameterError
 from pamsim.core.units import to_si
 
@@ -35,6 +36,7 @@ class FieldSpec:
         high: largest allowed value.
         low_open: see ``low``.
         doc: what the parameter means.
+        default: value of an effect that is off; None where a user must think about the number.
     """
 
     unit: str
@@ -42,6 +44,7 @@ class FieldSpec:
     high: float
     low_open: bool
     doc: str
+    default: float | None = dataclasses.field(default=None, metadata=NOT_IN_JSON)
 
     def range_text(self) -> str:
         """The allowed range as a mathematician writes it, such as ``(0, 1] m``."""
@@ -58,12 +61,8 @@ def parameter(
     low_open: bool = False,
     default: float | None = None,
 ) -> Any:
-    """Declare one parameter field, see `FieldSpec`.
-
-    A field has a default only where a neutral value exists (an effect that is off): numbers a user
-    must think about have none.
-    """
-    spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
+    """Declare one parameter field, see `FieldSpec`."""
+    spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc, default=default)
     value: Any = dataclasses.MISSING if default is None else default
     return dataclasses.field(default=value, metadata={_META: spec})
 

@@ -15,8 +15,7 @@ from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, unsuitable
-from pamsim.fitting.params_section import coefficient_entries
-from pamsim.fitting.result import FittedLaw
+from pamsim.fitting.result import FittedLaw, coefficient_entries
 from pamsim.fitting.scores import shared_by_group
 from pamsim.inference.coefficient import Coefficient
 from pamsim.physics.braid import Braid
@@ -45,9 +44,6 @@ def fit_force_law(
         held: coefficients to hold [SI].
         hold_out: ``pressure``, ``length`` or ``none``: what is held out in turn.
 
-    Returns:
-        The fit.
-
     Raises:
         InputError: for an unknown law or coefficient, a value out of range, too few points, or a
             law that does not suit the map.
@@ -59,8 +55,7 @@ def fit_force_law(
     coefficients = law_coefficients(law, braid, held)
     every = np.arange(table.force.size)
     fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
-    lengths = grouped(table.contraction)
-    geometry = {name: spec for name, spec in specs(Braid) if name in law.braid_fields}
+    held_out = None if hold_out == "none" else _held_out(table, law, braid, coefficients, hold_out)
     return FittedLaw(
         model=model,
         title=law.title,
@@ -74,23 +69,18 @@ def fit_force_law(
             "predicted": fit.predicted,
         },
         fit=fit,
-        held_out=None
-        if hold_out == "none"
-        else _held_out(table, law, braid, coefficients, hold_out),
-        notes=tuple(_notes(law, table, braid, fit.values, fit.residual, lengths)),
+        held_out=held_out,
+        notes=tuple(_notes(law, table, braid, fit.values, fit.residual)),
         given={
             name: {"value": getattr(braid, name), "unit": spec.unit}
-            for name, spec in geometry.items()
+            for name, spec in specs(Braid)
+            if name in law.braid_fields
         },
     )
 
 
 def _held_out(
-    table: ForceMap,
-    law: ForceLaw,
-    braid: Braid,
-    coefficients: Sequence[Coefficient],
-    by: str,
+    table: ForceMap, law: ForceLaw, braid: Braid, coefficients: Sequence[Coefficient], by: str
 ) -> HeldOut:
     """Errors of a law at each pressure or length, fitted to all others."""
 
@@ -110,20 +100,13 @@ def compare_force_laws(
     hold_out: str,
     progress: Progress | None = None,
 ) -> tuple[list[FittedLaw], dict[str, str]]:
-    """Fit every force law that suits a map, best first.
+    """Fit every force law that suits a map, best first, and why the others were not fitted.
 
-    Args:
-        table: the map.
-        braid: geometry.
-        held: coefficients to hold [SI], in the laws that have them.
-        hold_out: as `fit_force_law`; what is ranked by. With ``none`` AICc ranks instead.
-        progress: called before each law.
-
-    Returns:
-        The fits and, for each law that was not fitted, why.
+    Arguments are those of `fit_force_law`; coefficients are held in the laws that have them. What
+    is held out ranks the laws; with ``none`` AICc does. ``progress`` is called before each law.
 
     Raises:
-        InputError: if no law can be fitted.
+        InputError: for a coefficient that no law has, or if no law can be fitted.
     """
     known = {name for law in FORCE_LAWS.values() for name, _ in specs(law.group)}
     for name in held:
@@ -146,17 +129,11 @@ def compare_force_laws(
 def warnings_about(
     table: ForceMap, braid: Braid, laws: Sequence[FittedLaw], *, held: Mapping[str, float]
 ) -> list[str]:
-    """Where the first of some laws does not generalise: at held-out lengths, or pressures.
+    """Where the first of the laws of `compare_force_laws` does not generalise.
 
-    Args:
-        table: the map.
-        braid: geometry.
-        laws: fits of `compare_force_laws`, best first.
-        held: coefficients that were held [SI].
-
-    Returns:
-        A warning for each of the two if a law with fewer coefficients predicts what is held out
-        as well or better, or the error there is several times that of the fitted points.
+    There is a warning for held-out lengths, and one for held-out pressures, if a law with fewer
+    coefficients predicts them as well or better, or the error there is several times that of the
+    fitted points.
     """
 
     def error(fitted: FittedLaw, by: str) -> float:
@@ -202,11 +179,8 @@ def section_of(
 ) -> dict[str, dict[str, Any]]:
     """The fitted law as sections of a rig's ``params.toml``.
 
-    Args:
-        fitted: the fit.
-        braid: geometry it was made with.
-        braid_source: field of the braid -> source of its value; other fields are at their default
-            and are not written.
+    Of the braid that it was made with, those fields are written of which a source is given; others
+    are at their default.
     """
     sections: dict[str, dict[str, Any]] = {}
     if fitted.given:
@@ -220,12 +194,7 @@ def section_of(
 
 
 def _notes(
-    law: ForceLaw,
-    table: ForceMap,
-    braid: Braid,
-    values: FloatArray,
-    residual: FloatArray,
-    lengths: FloatArray,
+    law: ForceLaw, table: ForceMap, braid: Braid, values: FloatArray, residual: FloatArray
 ) -> list[str]:
     notes: list[str] = []
     low, high = law.contraction_range(values.tolist(), braid)
@@ -243,7 +212,7 @@ def _notes(
                 f"{beyond} of {table.force.size} points lie outside the pressures its source"
                 f" states, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
             )
-    if shared_by_group(residual, lengths) < 0.01:
+    if shared_by_group(residual, grouped(table.contraction)) < 0.01:
         notes.append(
             "residuals are correlated within each length (a common error of the law or of the"
             " length reading): the intervals, which take points as independent, are too narrow"
@@ -252,9 +221,8 @@ def _notes(
 
 
 def _rank(fitted: FittedLaw) -> tuple[bool, float]:
+    aicc = fitted.fit.scores.aicc
+    value = -math.inf if aicc is None else aicc
     if fitted.held_out is not None:
         value = fitted.held_out.rmse
-    else:
-        aicc = fitted.fit.scores.aicc
-        value = -math.inf if aicc is None else aicc
     return math.isnan(value), value

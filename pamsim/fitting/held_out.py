@@ -53,7 +53,7 @@ def leave_one_group_out(
     *,
     by: str,
 ) -> HeldOut:
-    """Predict each group of points from a fit to all others.
+    """Errors of each group of points, predicted from a fit to all others.
 
     Args:
         measured: shape (n,).
@@ -61,9 +61,6 @@ def leave_one_group_out(
         fit_and_predict: called with the rows to fit and the rows to predict; it must use the
             measurements of the first only. Raises InputError where the rows are too few.
         by: name of what is held out.
-
-    Returns:
-        The errors.
 
     Raises:
         InputError: fewer than two groups: nothing is left to fit.
@@ -89,14 +86,9 @@ def leave_one_group_out(
 
 
 def grouped(values: ArrayLike, most: int = 12) -> FloatArray:
-    """Label points by value, or by one of ``most`` neighbouring bins where values scatter.
+    """Mean (n,) of the group of each point's value (n,), such as its contraction.
 
-    Args:
-        values: such as the contraction of each point, shape (n,).
-        most: most groups.
-
-    Returns:
-        The mean value of each point's group, shape (n,).
+    Equal values are a group; where values scatter, one of ``most`` neighbouring bins.
     """
     x = finite_samples(values, "values")
     kinds, index = np.unique(x, return_inverse=True)

@@ -28,11 +28,7 @@ _TINY = 1e-9  # an open lower bound, as a share of the range
 
 
 def named_law(model: str) -> ForceLaw:
-    """The force law of a name.
-
-    Raises:
-        InputError: if there is none, with the nearest name.
-    """
+    """The force law of a name; InputError with the nearest if there is none."""
     if model not in FORCE_LAWS:
         raise InputError(f"no force law {model!r}; {nearest(model, FORCE_LAWS)}")
     return FORCE_LAWS[model]
@@ -63,11 +59,6 @@ def law_coefficients(
     for name in held:
         if name not in fields:
             raise InputError(f"{law.name} has no coefficient {name!r}; {nearest(name, fields)}")
-    defaults = {
-        f.name: f.default
-        for f in dataclasses.fields(law.group)
-        if f.default is not dataclasses.MISSING
-    }
     result: list[Coefficient] = []
     for name, spec in fields.items():
         low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
@@ -80,7 +71,7 @@ def law_coefficients(
                 unit=spec.unit,
                 low=low,
                 high=spec.high,
-                default=defaults.get(name),
+                default=spec.default,
                 held=value,
             )
         )
@@ -92,17 +83,9 @@ def law_coefficients(
 def law_curve(
     law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
 ) -> Callable[[FloatArray], FloatArray]:
-    """The force at some points of a map as a function of the law's coefficients.
+    """The force at some points (m,) of a map as a function of the law's coefficients.
 
-    Args:
-        law: the force law.
-        table: the map.
-        braid: geometry.
-        rows: which points, shape (m,).
-
-    Returns:
-        Function of all coefficients, shape (k,) [SI], to forces, shape (m,) [N]; NaN where the law
-        has none.
+    It takes all coefficients (k,) [SI] and gives forces (m,) [N]; NaN where the law has none.
     """
     points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
     geometry = [float(getattr(braid, name)) for name in law.braid_fields]
@@ -122,7 +105,7 @@ def law_curve(
 
 
 def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
-    """Whether the scale is redundant: its sensitivity lies in the span of the others'.
+    """Whether the scale's sensitivity lies in the span of the others'.
 
     Checked on a grid of its own, since the redundancy is the law's, not the data's.
     """

@@ -45,15 +45,9 @@ class Scores:
 
 
 def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
-    """Score predictions.
+    """Score predictions (n,) of measurements (n,), both in one unit.
 
-    Args:
-        measured: shape (n,), any unit.
-        predicted: shape (n,), same unit.
-        free: number of coefficients fitted to these measurements, 0 for held-out ones.
-
-    Returns:
-        The scores.
+    ``free`` coefficients were fitted to these measurements, 0 for held-out ones.
 
     Raises:
         InputError: no points, differing lengths, or values that are not finite.
@@ -82,18 +76,13 @@ def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
 
 
 def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
-    """P-value of residuals that agree so well within groups, if they were independent.
+    """P-value of residuals (n,) that agree so well within groups, if they were independent.
 
     Points of one length share its reading error. If that is significant (a small p-value), the fit
     has less information than its number of points suggests, and intervals that take them as
-    independent are too narrow.
+    independent are too narrow. ``groups`` (n,) has the same number for points of one group.
 
-    Args:
-        residual: shape (n,).
-        groups: the same number for points of one group, shape (n,).
-
-    Returns:
-        P-value of the one-way analysis of variance (Fisher's F); 1 where it does not apply.
+    The one-way analysis of variance (Fisher's F); 1 where it does not apply.
     """
     r, label = finite_samples(residual, "residual"), finite_samples(groups, "groups")
     kinds, index = np.unique(label, return_inverse=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.fitting.loop_cost import LoopPoints, maxwell_loop
+from pamsim.fitting.maxwell import LoopPoints, maxwell_loop
 from pamsim.papers.claim import printed_number, printed_values
 from pamsim.physics.braid import Braid
 from pamsim.recordings.printed import Printed

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from pamsim.core.units import PA_PER_BAR
-from pamsim.fitting.loop_cost import maxwell_loop
+from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.papers.claim import AGREES, Order, Recomputed, printed_values, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.loop import simulated_loop
