@@ -22,16 +22,8 @@ _REMEMBERED = 4
 class CalibrationProblem:
     """Residuals of a rig against measurements, as a function of its freed parameters.
 
-    Args:
-        rig: to calibrate.
-        data: what it is compared with.
-        freed: its free parameters, in the order of the vectors.
-        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Raises:
-        InputError: see `TrialPredictor`.
+    The rig is compared with ``data``; its ``freed`` parameters are in the order of the vectors.
+    See `TrialPredictor` for what else it takes and raises.
     """
 
     def __init__(
@@ -59,13 +51,9 @@ class CalibrationProblem:
         return self.predictor.data
 
     def __call__(self, vectors: FloatArray) -> list[Blocks | None]:
-        """Residuals of many parameter vectors.
+        """Blocks of residuals, simulated minus measured, of parameter vectors (k, p) [SI].
 
-        Args:
-            vectors: (k, p) [SI].
-
-        Returns:
-            For each its blocks, simulated minus measured; None if a simulation broke down.
+        None for one whose simulation broke down.
         """
         return [
             None if prediction is None else self.predictor.blocks(prediction)

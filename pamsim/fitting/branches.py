@@ -11,8 +11,8 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
-from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
 from pamsim.fitting.result import FittedLaw
+from pamsim.fitting.scores import Rows, grouped, leave_one_group_out
 from pamsim.inference.coefficient import Coefficient, held_coefficients
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS

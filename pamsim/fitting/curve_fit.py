@@ -54,22 +54,14 @@ class CurveFit:
     The intervals are linearised at the optimum, with Student's t. They take the residuals as
     independent; residuals of a law with the wrong shape, or of points that share one misread
     length, are not, and then the intervals are too narrow.
-
-    Attributes:
-        coefficients: in the order given, with intervals and flags.
-        predicted: shape (n,).
-        residual: predicted minus measured, shape (n,).
-        scores: in-sample.
-        converged: False if the solver ran out of evaluations.
-        evaluations: of the curve.
     """
 
-    coefficients: tuple[Estimate, ...]
-    predicted: FloatArray = field(metadata=NOT_IN_JSON)
-    residual: FloatArray = field(metadata=NOT_IN_JSON)
-    scores: Scores
-    converged: bool
-    evaluations: int
+    coefficients: tuple[Estimate, ...]  # in the order given, with intervals and flags
+    predicted: FloatArray = field(metadata=NOT_IN_JSON)  # shape (n,)
+    residual: FloatArray = field(metadata=NOT_IN_JSON)  # predicted minus measured, shape (n,)
+    scores: Scores  # in-sample
+    converged: bool  # False if the solver ran out of evaluations
+    evaluations: int  # of the curve
 
     def __post_init__(self) -> None:
         """State no interval where the search did not converge."""

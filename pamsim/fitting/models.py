@@ -18,15 +18,10 @@ SCHEMA = "pamsim-models/1"
 
 
 def models(name: str | None = None, rig: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-    """Describe all laws and operators, or one.
+    """Describe all laws and operators, those of a ``rig`` folder as well, or one by its name.
 
-    Args:
-        name: of one; None for all.
-        rig: rig folder whose own laws are listed as well.
-
-    Returns:
-        JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
-        source, notes and parameters; ranges in SI, None for an end that is not limited.
+    JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
+    source, notes and parameters; ranges in SI, None for an end that is not limited.
 
     Raises:
         InputError: for an unknown name, with the nearest, or an unknown rig.

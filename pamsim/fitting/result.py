@@ -12,7 +12,7 @@ from pamsim.core.encoding import INLINE, fields_to_dict, to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import CurveFit
-from pamsim.fitting.held_out import HeldOut
+from pamsim.fitting.scores import HeldOut
 from pamsim.fitting.search_comparison import SearchRun
 from pamsim.inference.estimate import Estimate, Flag
 
@@ -30,32 +30,20 @@ _WITH_PARTNERS = (Flag.TRADE_OFF, Flag.FLAT_DIRECTION)
 
 @dataclass(frozen=True, kw_only=True)
 class FittedLaw:
-    """One law fitted to one set of points.
+    """One law fitted to one set of points."""
 
-    Attributes:
-        model: name of the law.
-        part: ``rising`` or ``falling`` branch; empty for all points.
-        title: of the law, for people.
-        equation: in plain text.
-        source: paper and equation.
-        unit: of the measured quantity [SI].
-        points: the points, what was measured and what is predicted there, each shape (n,).
-        fit: coefficients, scores.
-        held_out: errors at held-out points, or None.
-        notes: what a reader must know before using the numbers.
-        given: geometry the law was evaluated with, name -> value and unit [SI].
-    """
-
-    model: str
-    part: str = ""
-    title: str
-    equation: str
-    source: str
-    unit: str
+    model: str  # name of the law
+    part: str = ""  # ``rising`` or ``falling`` branch; empty for all points
+    title: str  # of the law, for people
+    equation: str  # in plain text
+    source: str  # paper and equation
+    unit: str  # of the measured quantity [SI]
+    # The points, what was measured and what is predicted there, each shape (n,)
     points: Mapping[str, FloatArray]
-    fit: CurveFit = field(metadata=INLINE)
-    held_out: HeldOut | None = None
-    notes: tuple[str, ...] = ()
+    fit: CurveFit = field(metadata=INLINE)  # coefficients, scores
+    held_out: HeldOut | None = None  # errors at held-out points, or None
+    notes: tuple[str, ...] = ()  # what a reader must know before using the numbers
+    # Geometry the law was evaluated with, name -> value and unit [SI]
     given: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 

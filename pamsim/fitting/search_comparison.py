@@ -23,21 +23,14 @@ _differential_evolution: Any = scipy.optimize.differential_evolution
 
 @dataclass(frozen=True, kw_only=True)
 class SearchRun:
-    """What one search reached, and how soon.
+    """What one search reached, and how soon."""
 
-    Attributes:
-        method: ``water_cycle``, ``differential_evolution`` or ``least_squares``.
-        x: best point, shape (d,), as a list.
-        value: cost there.
-        evaluations: of the cost, those of finite differences included.
-        evaluations_to_tolerance: until the cost was within the tolerance of the best value any of
-            the three reached; None if it never was.
-    """
-
-    method: str
-    x: list[float]
-    value: float
-    evaluations: int
+    method: str  # ``water_cycle``, ``differential_evolution`` or ``least_squares``
+    x: list[float]  # best point, shape (d,), as a list
+    value: float  # cost there
+    evaluations: int  # of the cost, those of finite differences included
+    # Until the cost was within the tolerance of the best value any of the three reached; None
+    # if it never was
     evaluations_to_tolerance: int | None
 
 

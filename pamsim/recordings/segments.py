@@ -50,13 +50,8 @@ _BRIEF = 3  # rows at one level that may be the end of the level before
 def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
     """Put a log on the clock, and cut it into the trials, that its table says.
 
-    Args:
-        trial: the whole log.
-        entry: what the table has of `ENTRIES`, None where it has none.
-        where: file and trial, for errors.
-
-    Returns:
-        The trials, numbered if there are several; the log itself if its table names none.
+    The table's ``entry`` has all of `ENTRIES`, None where nothing is stated. Several trials are
+    numbered; the log itself is the only one if its table names none.
 
     Raises:
         InputError: for a time without meaning, a segment outside the log or of too few rows, a rate

@@ -197,16 +197,11 @@ class SignalNames:
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A resolved drive, whose values are columns: one per muscle, then one per driven joint.
+    """A resolved drive, whose values are columns: one per muscle, then one per driven joint."""
 
-    Attributes:
-        muscles: kind of each muscle's, of `MUSCLE_DRIVES`.
-        names: of the muscles; none if they go by order.
-        joints: driven joint -> its kind, of `JOINT_DRIVES`.
-    """
-
-    muscles: tuple[str, ...]
-    names: tuple[str, ...] = ()
+    muscles: tuple[str, ...]  # kind of each muscle's, of `MUSCLE_DRIVES`
+    names: tuple[str, ...] = ()  # of the muscles; none if they go by order
+    # driven joint -> its kind, of `JOINT_DRIVES`
     joints: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @classmethod

@@ -44,11 +44,9 @@ class StepMetrics:
 
 
 def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
-    """Read the figures off a step response; one without travel settles at once.
+    """Figures of a step response (n,) in any unit; one without travel settles at once.
 
-    Args:
-        time: (n,) [s], increasing from the step on.
-        response: (n,) in any unit.
+    Its times (n,) [s] increase from the step on.
     """
     t, y = np.asarray(time, dtype=float), np.asarray(response, dtype=float)
     start, final = float(y[0]), float(y[-max(1, len(y) // 50) :].mean())

@@ -10,8 +10,7 @@ import scipy.stats
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.fitting.held_out import grouped, leave_one_group_out
-from pamsim.fitting.scores import scores, shared_by_group
+from pamsim.fitting.scores import grouped, leave_one_group_out, scores, shared_by_group
 
 
 def test_scores_computed_by_hand():
