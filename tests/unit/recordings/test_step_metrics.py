@@ -75,11 +75,8 @@ def test_planted_noise_is_found_on_a_moving_signal_with_jumps():
     assert rough_noise(signal) < 1.0
 
 
-def test_drift_shows_over_a_long_lag_only():
+def test_drift_shows_over_a_long_lag_only_and_too_few_samples_show_nothing():
     drift = lfilter([np.sqrt(1 - 0.95**2)], [1, -0.95], np.random.default_rng(2).normal(size=40000))
     assert rough_noise(drift) < 0.35
     assert rough_noise(drift, lag=200) == pytest.approx(1.0, rel=0.1)
-
-
-def test_too_few_samples_tell_nothing():
     assert rough_noise(np.array([1.0, 5.0])) == 0.0
