@@ -195,9 +195,10 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     what is dead of a channel. Instruments without errors report the same arrays.
     """
     turned = through_backlash(recording.positions, chain.angle_backlash)
-    turned = read_position(lagged(recording.time, turned, chain.angle_lag), chain)
+    turned = read_at_rest(lagged(recording.time, turned, chain.angle_lag), chain, "angle")
     turned = shifted(recording.time, turned, chain.clock_offset)
-    pressed = read_pressure(lagged(recording.time, recording.pressure, chain.pressure_lag), chain)
+    pressed = lagged(recording.time, recording.pressure, chain.pressure_lag)
+    pressed = read_at_rest(pressed, chain, "pressure")
     return dataclasses.replace(
         recording,
         positions=dying(recording.time, turned, chain.angle_dead_share),
@@ -205,39 +206,32 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
-def read_pressure(true: FloatArray, chain: MeasurementChain) -> FloatArray:
-    """A sensor's reading (...) [Pa] at rest of a true pressure (...) [Pa]."""
-    return _read(true, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
-
-
-def read_position(true: FloatArray, chain: MeasurementChain) -> FloatArray:
-    """A sensor's reading (...) [rad or m] at rest of a true position (...) of a joint."""
-    return _read(true, chain.angle_scale, chain.angle_bend, chain.angle_bias)
-
-
-def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
-    """True pressure (...) [Pa] at rest from a sensor's reading (...) [Pa]."""
-    return _true(reading, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
-
-
-def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
-    """True position (...) [rad or m] at rest of a joint from a sensor's reading (...)."""
-    return _true(reading, chain.angle_scale, chain.angle_bend, chain.angle_bias)
-
-
-def _read(true: FloatArray, scale: float, bend: float, bias: float) -> FloatArray:
+def read_at_rest(true: FloatArray, chain: MeasurementChain, of: str) -> FloatArray:
+    """Reading (...) at rest of a true ``pressure`` [Pa] or ``angle`` [rad or m] (...)."""
+    scale, bend, bias = _errors(chain, of)
     if (scale, bend, bias) == (1.0, 0.0, 0.0):
         return true
     return (scale + bend * true) * true + bias
 
 
-def _true(reading: ArrayLike, scale: float, bend: float, bias: float) -> FloatArray:
-    """Of the two true values with one reading, the one on the branch that holds zero."""
+def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatArray:
+    """True ``pressure`` [Pa] or ``angle`` [rad or m] (...) at rest from a sensor's reading (...).
+
+    Of the two true values with one reading, the one on the branch that holds zero.
+    """
+    scale, bend, bias = _errors(chain, of)
     read = np.asarray(reading, dtype=float) - bias
     if bend == 0.0:
         return read / scale
     # Beyond the turning point of the parabola no true value has such a reading: that point.
     return 2.0 * read / (scale + np.sqrt(np.maximum(scale * scale + 4.0 * bend * read, 0.0)))
+
+
+def _errors(chain: MeasurementChain, of: str) -> tuple[float, float, float]:
+    """Scale, bend and bias of a sensor."""
+    if of == "pressure":
+        return chain.pressure_scale, chain.pressure_bend, chain.pressure_bias
+    return chain.angle_scale, chain.angle_bend, chain.angle_bias
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:

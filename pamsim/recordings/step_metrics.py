@@ -38,10 +38,6 @@ class StepMetrics:
     overshoot: float
     reversal: float
 
-    def monotonic(self, tolerance: float) -> bool:
-        """Whether the response never turns back by more than a tolerance, in its own units."""
-        return self.reversal <= tolerance
-
 
 def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
     """Figures of a step response (n,) in any unit; one without travel settles at once.

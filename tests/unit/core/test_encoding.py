@@ -73,7 +73,6 @@ def test_a_dataclass_is_written_as_its_metadata_say():
         (None, None),
         (True, True),
         (np.bool_(True), True),
-        (3, 3),
         (np.int64(3), 3),
         (np.float32(0.5), 0.5),
         (float("inf"), None),

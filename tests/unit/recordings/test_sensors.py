@@ -22,12 +22,10 @@ from pamsim.recordings.sensors import (
     encoder_offset,
     lagged,
     measured,
-    read_position,
-    read_pressure,
+    read_at_rest,
     shifted,
     through_backlash,
-    true_position,
-    true_pressure,
+    true_at_rest,
 )
 from pamsim.recordings.signals import SignalNames
 from tests.unit.core.refusals import refused
@@ -120,16 +118,14 @@ def test_a_bent_scale_changes_over_the_range_and_is_undone_exactly():
         angle_scale=1.1, angle_bend=-0.2, angle_bias=0.02, pressure_scale=0.9, pressure_bend=3e-7
     )
     angle, pressure = np.linspace(-0.6, 0.6, 7), np.linspace(0.0, 6e5, 7)
-    seen = read_position(angle, bent)
+    seen = read_at_rest(angle, bent, "angle")
     np.testing.assert_allclose(seen, 0.02 + 1.1 * angle - 0.2 * angle**2, rtol=1e-13)
-    np.testing.assert_allclose(
-        read_pressure(pressure, bent), 0.9 * pressure + 3e-7 * pressure**2, rtol=1e-13
-    )
-    np.testing.assert_allclose(true_position(seen, bent), angle, atol=1e-14)
-    np.testing.assert_allclose(
-        true_pressure(read_pressure(pressure, bent), bent), pressure, rtol=1e-12, atol=1e-9
-    )
-    assert true_position(9.0, bent) == pytest.approx(2.0 * 8.98 / 1.1)  # none reads so much
+    np.testing.assert_allclose(true_at_rest(seen, bent, "angle"), angle, atol=1e-14)
+    shown = read_at_rest(pressure, bent, "pressure")
+    np.testing.assert_allclose(shown, 0.9 * pressure + 3e-7 * pressure**2, rtol=1e-13)
+    back = true_at_rest(shown, bent, "pressure")
+    np.testing.assert_allclose(back, pressure, rtol=1e-12, atol=1e-9)
+    assert true_at_rest(9.0, bent, "angle") == pytest.approx(2.0 * 8.98 / 1.1)  # none reads so much
 
 
 @pytest.mark.parametrize("lag", [1e-4, 0.02, 3.0])
