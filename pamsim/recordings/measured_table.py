@@ -251,10 +251,8 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
 def _force_loops(table: _Table) -> ForceLoops:
     label = np.array(table.words.get("loop", ["1"] * len(table.columns.lines)))
     names = tuple(dict.fromkeys(label.tolist()))
-    time, force, displacement = (
-        tuple(values[label == name] for name in names)
-        for values in map(table.si, ("time", "force", "displacement"))
-    )
-    return ForceLoops(
-        names=names, time=time, force=force, displacement=displacement, notes=table.notes
-    )
+    records = {
+        quantity: tuple(table.si(quantity)[label == name] for name in names)
+        for quantity in ("time", "force", "displacement")
+    }
+    return ForceLoops(names=names, notes=table.notes, **records)

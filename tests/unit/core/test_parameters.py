@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pint
 import pytest
 
+import pamsim
 from pamsim.core.errors import ParameterError
 from pamsim.core.parameters import (
     FieldSpec,
@@ -19,10 +23,32 @@ from pamsim.core.parameters import (
     specs,
 )
 from pamsim.core.units import to_si
-from tests.unit.core import law_rooms
 from tests.unit.core.refusals import refused
 
-GROUPS = law_rooms.parameter_groups()
+SOURCE = Path(pamsim.__file__).parent
+
+
+def parameter_groups() -> dict[str, type[ParameterGroup]]:
+    """Every parameter group of the whole package; modules without one are not imported."""
+    classes = [  # by their text: to parse every file takes seconds of each start of the tests
+        (path, name, set(re.findall(r"\w+(?=[,\s]|$)", bases)))
+        for path in sorted(SOURCE.rglob("*.py"))
+        for name, bases in re.findall(
+            r"^class (\w+)\(([^)]*)\)", path.read_text(encoding="utf-8"), re.MULTILINE
+        )
+    ]
+    names = {ParameterGroup.__name__}
+    while more := {name for _, name, bases in classes if bases & names} - names:
+        names |= more  # groups of groups as well
+    found = {}
+    for path, name, bases in classes:
+        if bases & names:
+            module = ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
+            found[name] = getattr(importlib.import_module(module), name)
+    return found
+
+
+GROUPS = parameter_groups()
 FIELDS = [(group, name, spec) for group in GROUPS for name, spec in specs(GROUPS[group])]
 UNITS = pint.UnitRegistry()
 
