@@ -16,16 +16,27 @@ from pamsim.recordings.array_files import read_arrays
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PolicyFile:
-    """Layers from a scaled observation of j joints and m muscles to an action; tanh between."""
+    """Layers from a scaled observation of j joints and m muscles to an action, tanh between them.
 
-    joints: tuple[str, ...]  # names of the rig's
-    muscles: tuple[str, ...]  # names of the rig's
-    command: str  # ``pressure_set`` or ``valve``
-    supply: float  # pressure that is commanded by an action of 1 [Pa]
-    centre: FloatArray  # (6j + m,) subtracted from the observation [SI] first
-    scale: FloatArray  # (6j + m,) that it is divided by then [SI]
-    weights: tuple[FloatArray, ...]  # of each layer, (out, in)
-    biases: tuple[FloatArray, ...]  # of each layer, (out,)
+    Attributes:
+        joints: names of the rig's.
+        muscles: names of the rig's.
+        command: ``pressure_set`` or ``valve``.
+        supply: pressure that is commanded by an action of 1 [Pa].
+        centre: (6j + m,) subtracted from the observation [SI] first.
+        scale: (6j + m,) that it is divided by then [SI].
+        weights: of each layer, (out, in).
+        biases: of each layer, (out,).
+    """
+
+    joints: tuple[str, ...]
+    muscles: tuple[str, ...]
+    command: str
+    supply: float
+    centre: FloatArray
+    scale: FloatArray
+    weights: tuple[FloatArray, ...]
+    biases: tuple[FloatArray, ...]
 
 
 def write_policy(path: Path, policy: PolicyFile) -> None:
