@@ -18,6 +18,7 @@ from pamsim.fitting.force_map import (
 )
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.fitting.result import FitResult
+from pamsim.fitting.search_comparison import SearchRun
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.recordings.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
@@ -92,27 +93,25 @@ def fit(
             "fibre_angle": fibre_angle,
         }
         return _force_map(file, table, model, given, hold_out or "length", held, progress)
+    searches: tuple[SearchRun, ...] = ()
     if isinstance(table, LengthLoop):
-        branches = fit_branches(table, held=held, hold_out=hold_out or "pressure")
-        return FitResult(
-            file=str(file),
-            kind=kind,
-            notes=table.notes,
-            fits=branches,
-            section=branch_section(branches, table, nominal_length),
-        )
-    if hold_out not in (None, "none"):
+        fits = fit_branches(table, held=held, hold_out=hold_out or "pressure")
+        section = branch_section(fits, table, nominal_length)
+    elif hold_out not in (None, "none"):
         raise InputError(
             f"`hold_out` {hold_out}: force-displacement loops have none to hold out; use none"
         )
-    element, loops = fit_maxwell(table, held=held)
+    else:
+        element, loops = fit_maxwell(table, held=held)
+        searches = searches_on(loops) if compare else ()
+        fits, section = (element,), maxwell_section(element, nominal_length)
     return FitResult(
         file=str(file),
         kind=kind,
         notes=table.notes,
-        fits=(element,),
-        searches=searches_on(loops) if compare else (),
-        section=maxwell_section(element, nominal_length),
+        fits=fits,
+        searches=searches,
+        section=section,
     )
 
 

@@ -177,10 +177,6 @@ class SignalNames:
         """Channel of each muscle, such as of its ``pressure`` or ``force``."""
         return muscle_channels(quantity, self.named_muscles, len(self.muscles))
 
-    def joint_columns(self) -> tuple[str, ...]:
-        """Column of each joint in a file."""
-        return tuple(map(column_of, self.joint_channels))
-
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
         """Refuse joints -> kind of drive that a rig ``where`` has not or that move otherwise."""
         for joint, kind in driven.items():

@@ -18,6 +18,7 @@ from pamsim.recordings.signals import (
     Drive,
     DriveLike,
     SignalNames,
+    column_of,
     kind_of,
     muscle_channels,
     owner_of,
@@ -120,7 +121,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     names.check_driven(trial.drives.joints, f"{trial.name!r}: rig {rig!r}")
     channels = _channels(trial, names, order)
     left = [channel for channel in trial.measured if channel not in channels]
-    shown = " or ".join(names.joint_columns())
+    shown = " or ".join(map(column_of, names.joint_channels))
     for channel in left:
         joint, asked = owner_of(channel), f"of rig {rig!r}"
         if channel == "angle":
