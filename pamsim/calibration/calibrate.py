@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.calibration.calibration_problem import CalibrationProblem
-from pamsim.calibration.result import Calibration
+from pamsim.calibration.result import Calibration, write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import (
@@ -27,7 +26,7 @@ from pamsim.comparison.measurements import (
     read_calibration_data,
     split_held_out,
 )
-from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, Prediction, check_channels
+from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, check_channels
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
@@ -104,8 +103,9 @@ def calibrate(
     fitted, held_out = split_held_out(data, hold_out)
     wanted = tuple(free) or default_names(loaded, moving=bool(fitted.trials))
     freed = freed_parameters(loaded, wanted, bounds=bounds, prior=prior)
+    names = [f.name for f in freed]
     for name in profiles:
-        if name not in (names := [f.name for f in freed]):
+        if name not in names:
             raise InputError(f"`profiles` {name}: it is not free; {nearest(name, names)}")
     checkpoint = _checkpoint(out, resume)
     counter = _Counter(progress)
@@ -159,8 +159,13 @@ def calibrate(
             *above_supply(loaded.muscles, map(experiment_of, data.trials)),
             *data.notes,
             *(f"{name} stays as it is: these data do not show it" for name in not_shown),
-            *_tie_notes(freed),
-            *_start_notes(data),
+            *(f"{' and '.join(f.names)} are one number in this fit" for f in freed if f.names[1:]),
+            *(
+                f"{table.name}: the pressures from which its rows started are not given; assumed:"
+                " all muscles at the row's highest pressure, then the others vented"
+                for table in data.tables
+                if table.start is None
+            ),
         ),
         freed=freed,
         fit=fit,
@@ -256,49 +261,39 @@ def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:
 
 def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> list[Comparison]:
     """Every channel of some measurements, simulated before and after."""
-    before, after = problem.predictions(pair) if problem.predictor.experiments else (None, None)
-
-    def signal(prediction: Prediction | None, trial: str, channel: str) -> FloatArray | None:
-        if prediction is None:
-            return None
-        if channel == AT_REST:
-            return prediction.tables[trial]
-        return prediction.trials[trial][channel]
-
-    places = [
-        (trial.name, trial.protocol, channel, trial.time, trial.measured[channel], None)
-        for trial in problem.data.trials
-        for channel in problem.predictor.compared(trial)
-    ]
-    places += [
-        (
-            table.name,
-            table.name,
-            AT_REST,
-            1.0 + np.arange(len(table.rows), dtype=np.float64),
-            table.angle,
-            table,
+    both = problem.predictions(pair) if problem.predictor.experiments else (None, None)
+    found: list[Comparison] = []
+    for trial in problem.data.trials:
+        for channel in problem.predictor.compared(trial):
+            before, after = (None if p is None else p.trials[trial.name][channel] for p in both)
+            found.append(
+                Comparison(
+                    trial=trial.name,
+                    protocol=trial.protocol,
+                    channel=channel,
+                    held_out=held,
+                    time=trial.time,
+                    measured=trial.measured[channel],
+                    before=before,
+                    after=after,
+                )
+            )
+    for table in problem.data.tables:
+        before, after = (None if p is None else p.tables[table.name] for p in both)
+        found.append(
+            Comparison(
+                trial=table.name,
+                protocol=table.name,
+                channel=AT_REST,
+                held_out=held,
+                time=1.0 + np.arange(len(table.rows), dtype=np.float64),
+                measured=table.angle,
+                before=before,
+                after=after,
+                table=table,
+            )
         )
-        for table in problem.data.tables
-    ]
-    return [
-        Comparison(
-            trial=trial,
-            protocol=protocol,
-            channel=channel,
-            held_out=held,
-            time=at,
-            measured=measured,
-            before=signal(before, trial, channel),
-            after=signal(after, trial, channel),
-            table=table,
-        )
-        for trial, protocol, channel, at, measured, table in places
-    ]
-
-
-def _tie_notes(freed: Sequence[FreedParameter]) -> list[str]:
-    return [f"{' and '.join(f.names)} are one number in this fit" for f in freed if f.names[1:]]
+    return found
 
 
 def _at_the_start(comparisons: Sequence[Comparison]) -> dict[str, dict[str, FloatArray]]:
@@ -308,12 +303,3 @@ def _at_the_start(comparisons: Sequence[Comparison]) -> dict[str, dict[str, Floa
         if one.table is None and one.before is not None:
             found.setdefault(one.trial, {})[one.channel] = one.before
     return found
-
-
-def _start_notes(data: CalibrationData) -> list[str]:
-    return [
-        f"{table.name}: the pressures from which its rows started are not given; assumed: all"
-        " muscles at the row's highest pressure, then the others vented"
-        for table in data.tables
-        if table.start is None
-    ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -22,16 +21,8 @@ _REMEMBERED = 4
 class CalibrationProblem:
     """Residuals of a rig against measurements, as a function of its freed parameters.
 
-    Args:
-        rig: to calibrate.
-        data: what it is compared with.
-        freed: its free parameters, in the order of the vectors.
-        channels: kinds of channel to compare: ``angle``, ``pressure``, ``force``.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Raises:
-        InputError: see `TrialPredictor`.
+    The rig is compared with ``data``; its ``freed`` parameters are in the order of the vectors.
+    See `TrialPredictor` for what else it takes and raises.
     """
 
     def __init__(
@@ -51,7 +42,7 @@ class CalibrationProblem:
         )
         self._start = np.array([one.free.start for one in freed])
         self._linearised = False
-        self._simulated: OrderedDict[bytes, Prediction | None] = OrderedDict()
+        self._simulated: dict[bytes, Prediction | None] = {}
 
     @property
     def data(self) -> CalibrationData:
@@ -59,13 +50,9 @@ class CalibrationProblem:
         return self.predictor.data
 
     def __call__(self, vectors: FloatArray) -> list[Blocks | None]:
-        """Residuals of many parameter vectors.
+        """Blocks of residuals, simulated minus measured, of parameter vectors (k, p) [SI].
 
-        Args:
-            vectors: (k, p) [SI].
-
-        Returns:
-            For each its blocks, simulated minus measured; None if a simulation broke down.
+        None for one whose simulation broke down.
         """
         return [
             None if prediction is None else self.predictor.blocks(prediction)
@@ -92,13 +79,10 @@ class CalibrationProblem:
         if new:
             found = self.predictor.as_simulated([self._rig(vector) for vector in new.values()])
             self._simulated.update(zip(new, found, strict=True))
-        for key in keys:
-            self._simulated.move_to_end(key)
         answer = [self._simulated[key] for key in keys]
-        if (start := self._start.tobytes()) in self._simulated:  # with which a fit is compared
-            self._simulated.move_to_end(start)
-        while len(self._simulated) > _REMEMBERED:
-            self._simulated.popitem(last=False)
+        used = [*self._simulated, *keys, self._start.tobytes()]  # a fit is compared with its start
+        last = [key for key in dict.fromkeys(reversed(used)) if key in self._simulated]
+        self._simulated = {key: self._simulated[key] for key in reversed(last[:_REMEMBERED])}
         return answer
 
     def linearise_starts(self, vector: FloatArray) -> None:
@@ -114,16 +98,11 @@ class CalibrationProblem:
         else:
             self.predictor.linearise_starts(self._rig(vector), simulated=simulated)
 
-    def values(self, vector: Sequence[float] | FloatArray) -> dict[str, float]:
-        """Rig parameters that a vector stands for [SI]."""
-        return {
-            name: value
-            for freed, number in zip(self.freed, vector, strict=True)
-            for name, value in freed.values(float(number)).items()
-        }
-
     def _rig(self, vector: FloatArray) -> Rig | None:
+        values: dict[str, float] = {}
+        for freed, number in zip(self.freed, vector, strict=True):
+            values |= freed.values(float(number))
         try:
-            return self.rig.with_parameters(self.values(vector))
+            return self.rig.with_parameters(values)
         except ParameterError:  # an open end of a range, such as a length of exactly 0
             return None

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pamsim.calibration.calibrated_rig import write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.free_parameters import FreedParameter
 from pamsim.core.computation import versions
 from pamsim.core.encoding import fields_to_dict, to_dict, write_json
+from pamsim.core.parameters import Sourced
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
-from pamsim.inference.estimate import Estimate
+from pamsim.inference.estimate import Estimate, Flag
 from pamsim.inference.profile_likelihood import Profile
 from pamsim.inference.simulator_fit import FitStatus, SimulatorFit
+from pamsim.recordings.rig_writer import write_rig
 
 SCHEMA = "pamsim-calibrate/1"
 RESULT_FILE = "calibration.json"
+RIG_FOLDER = "rig"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,18 +109,49 @@ class Calibration:
         return "\n".join(_summary_lines(self.to_dict()))
 
     def save(self, folder: str | Path) -> list[Path]:
-        """Write the calibrated rig and the result.
+        """Write the calibrated rig into the subfolder ``rig``, and ``calibration.json`` beside it.
 
-        Args:
-            folder: created if need be; the rig goes into its subfolder ``rig``.
-
-        Returns:
-            The rig's folder and the file of the result, ``calibration.json``.
+        The folder is created if need be; what was written is returned.
         """
         place = Path(folder)
         rig = write_calibrated_rig(self.rig, self.freed, self.fit, self.sources, place)
         write_json(place / RESULT_FILE, {**self.to_dict(), "calibrated_rig": str(rig)})
         return [rig, place / RESULT_FILE]
+
+
+def write_calibrated_rig(
+    rig: Rig,
+    freed: Sequence[FreedParameter],
+    fit: SimulatorFit,
+    sources: Sequence[str],
+    folder: Path,
+) -> Path:
+    """Write the rig with the numbers of the freed parameters' fit, and their sources.
+
+    What the data do not show stays as it was. The rig's folder is ``rig`` in the one given.
+    """
+    data = ", ".join(Path(source).name or source for source in sources)
+    numbers: dict[str, Sourced] = {}
+    for freed_parameter, estimate in zip(freed, fit.parameters, strict=True):
+        if Flag.DEAD in estimate.flags:
+            continue
+        for name in freed_parameter.names:
+            tied = [other for other in freed_parameter.names if other != name]
+            notes = [f"one number with {', '.join(tied)}" if tied else "", estimate.sentence]
+            numbers[name] = Sourced(
+                value=estimate.value,
+                unit=estimate.unit,
+                source=f"identified by pamsim calibrate from {data}",
+                where=f"calibrated {name}",
+                interval95=estimate.interval95,
+                note="; ".join(filter(None, notes)),
+            )
+    heading = (
+        f"Written by pamsim calibrate from {data}.\n"
+        f"Status: {fit.status}: {fit.sentence}.\n"
+        "Other entries are those of the rig that was calibrated."
+    )
+    return write_rig(rig.file, folder / RIG_FOLDER, numbers, heading=heading).parent
 
 
 def _pooled(parts: list[tuple[Comparison, FloatArray | None]]) -> float | None:

@@ -68,7 +68,7 @@ def command(
     the name of each column. Exit 1 if the search did not converge.
     """
     from pamsim.fitting.fit import fit
-    from pamsim.fitting.summary import answer_lines, detail_lines
+    from pamsim.fitting.result import answer_lines, detail_lines
     from pamsim.recordings.rig_file import add_rigs_laws
 
     add_rigs_laws(rig)

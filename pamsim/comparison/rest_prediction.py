@@ -17,7 +17,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Outcome
-from pamsim.recordings.sensors import MeasurementChain, read_position, true_pressure
+from pamsim.recordings.sensors import MeasurementChain, read_at_rest, true_at_rest
 from pamsim.recordings.static_table import StaticTable
 
 Values = Mapping[str, float]
@@ -92,7 +92,7 @@ class RestPredictor:
 
     def reported(self, rig: Rig, angle: FloatArray) -> FloatArray:
         """True angles as the rig's encoder reports them [rad]."""
-        return read_position(angle, rig.sensor or MeasurementChain())
+        return read_at_rest(angle, rig.sensor or MeasurementChain(), "angle")
 
     def _residual(self, rig: Rig | None) -> FloatArray | None:
         if rig is None:
@@ -104,5 +104,5 @@ class RestPredictor:
         self.balances += len(self.table.rows)
         pressure = np.asarray(self.table.pressure)
         if rig.sensor is not None:
-            pressure = np.maximum(true_pressure(pressure, rig.sensor), 0.0)
+            pressure = np.maximum(true_at_rest(pressure, rig.sensor, "pressure"), 0.0)
         return rest_angles(rig, pressure, self.table.load, self._near)

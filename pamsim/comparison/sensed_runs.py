@@ -11,7 +11,7 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.sensors import distorted, true_position, true_pressure
+from pamsim.recordings.sensors import distorted, true_at_rest
 from pamsim.recordings.signals import IMPOSED
 
 
@@ -35,12 +35,13 @@ def as_read(rig: Rig, experiment: Experiment) -> Experiment:
     """An experiment with the true pressures and motion, given what the rig's sensors read."""
     if rig.sensor is None:
         return experiment
-    true = np.maximum(true_pressure(experiment.start_pressure, rig.sensor), 0.0)
+    true = np.maximum(true_at_rest(experiment.start_pressure, rig.sensor, "pressure"), 0.0)
     kinds = np.array(experiment.drives.kinds)
     value = experiment.command_value.copy()
-    value[:, kinds == "measured"] = true_pressure(value[:, kinds == "measured"], rig.sensor)
+    read = kinds == "measured"
+    value[:, read] = true_at_rest(value[:, read], rig.sensor, "pressure")
     moved = np.isin(kinds, IMPOSED)
-    value[:, moved] = true_position(value[:, moved], rig.sensor)
+    value[:, moved] = true_at_rest(value[:, moved], rig.sensor, "angle")
     return replace(experiment, start_pressure=true, command_value=value)
 
 

@@ -108,8 +108,7 @@ class Catalog(Mapping[str, AnyCard], Generic[AnyCard]):
     def group(self, code: float) -> type[ParameterGroup]:
         """Parameter group of the law with a code, also one that a newer of its name has replaced.
 
-        Raises:
-            EngineError: such as for one of a package that is not installed here.
+        EngineError if there is none, such as one of a package that is not installed here.
         """
         if code not in self._with_installed(code, self._by_code):
             raise EngineError(
@@ -166,10 +165,7 @@ def _held(value: Any) -> str:
 def installed(group: str) -> tuple[tuple[Any, str], ...]:
     """What installed packages add to pamsim by entry points of a group, and by which.
 
-    An entry point names an object or a sequence of objects.
-
-    Raises:
-        InputError: if one cannot be loaded.
+    An entry point names an object or a sequence of objects; InputError if it cannot be loaded.
     """
     found: list[tuple[Any, str]] = []
     for point in importlib.metadata.entry_points(group=group):

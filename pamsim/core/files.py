@@ -21,9 +21,7 @@ _PART = ".part-"
 def read_bounded(path: Path, most: int, *, instead: str = "is it the right file?") -> bytes:
     """The content of a file of at most so many bytes that anyone may have written, or of a pipe.
 
-    Raises:
-        OSError: if it cannot be read.
-        InputError: if it is larger; ``instead`` says what to do about that.
+    OSError if it cannot be read, InputError if it is larger; ``instead`` says what to do then.
     """
     with path.open("rb") as file:
         content = file.read(most + 1)

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, ClassVar, dataclass_transform
 
+from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import ParameterError
 from pamsim.core.units import to_si
 
@@ -27,21 +28,15 @@ _META = "pamsim"
 
 @dataclass(frozen=True, kw_only=True)
 class FieldSpec:
-    """What a parameter field allows.
+    """What a parameter field allows."""
 
-    Attributes:
-        unit: SI unit, in the spelling of `pamsim.core.units.to_si`; ``1`` for a pure number.
-        low: smallest allowed value, itself not allowed if ``low_open``.
-        high: largest allowed value.
-        low_open: see ``low``.
-        doc: what the parameter means.
-    """
-
-    unit: str
-    low: float
-    high: float
-    low_open: bool
-    doc: str
+    unit: str  # SI unit, in the spelling of `pamsim.core.units.to_si`; ``1`` for a pure number
+    low: float  # smallest allowed value, itself not allowed if ``low_open``
+    high: float  # largest allowed value
+    low_open: bool  # see ``low``
+    doc: str  # what the parameter means
+    # Value of an effect that is off; None where a user must think about the number
+    default: float | None = dataclasses.field(default=None, metadata=NOT_IN_JSON)
 
     def range_text(self) -> str:
         """The allowed range as a mathematician writes it, such as ``(0, 1] m``."""
@@ -58,12 +53,8 @@ def parameter(
     low_open: bool = False,
     default: float | None = None,
 ) -> Any:
-    """Declare one parameter field, see `FieldSpec`.
-
-    A field has a default only where a neutral value exists (an effect that is off): numbers a user
-    must think about have none.
-    """
-    spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc)
+    """Declare one parameter field, see `FieldSpec`."""
+    spec = FieldSpec(unit=unit, low=low, high=high, low_open=low_open, doc=doc, default=default)
     value: Any = dataclasses.MISSING if default is None else default
     return dataclasses.field(default=value, metadata={_META: spec})
 
@@ -136,25 +127,16 @@ def check_value(name: str, value: object, spec: FieldSpec) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Sourced:
-    """A number as a file states it, with its unit and where it comes from.
+    """A number as a file states it, with its unit and where it comes from."""
 
-    Attributes:
-        value: in ``unit``.
-        unit: as written, such as ``kPa``.
-        source: paper and table, ``datasheet``, ``identified`` or ``assumed``, with detail.
-        where: file and key, for errors.
-        interval95: 95 % interval in ``unit``, if the value was identified.
-        bounds: range in ``unit`` that a fit may move the value in.
-        note: remark for the reader.
-    """
-
-    value: float
-    unit: str
-    source: str
-    where: str
+    value: float  # in ``unit``
+    unit: str  # as written, such as ``kPa``
+    source: str  # paper and table, ``datasheet``, ``identified`` or ``assumed``, with detail
+    where: str  # file and key, for errors
+    # 95 % interval in ``unit``, if the value was identified
     interval95: tuple[float, float] | None = None
-    bounds: tuple[float, float] | None = None
-    note: str = ""
+    bounds: tuple[float, float] | None = None  # range in ``unit`` that a fit may move the value in
+    note: str = ""  # remark for the reader
 
     def si(self, unit: str) -> float:
         """The value in an SI unit; raises as `pamsim.core.units.to_si`."""

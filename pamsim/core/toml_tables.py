@@ -21,19 +21,12 @@ NUMBER = int | float
 
 @dataclass(frozen=True)
 class Entry:
-    """What an entry of a table may be.
+    """What an entry of a table may be."""
 
-    Attributes:
-        kind: its type; text must not be blank, unless the default is.
-        write: what to write instead of another, for errors.
-        default: value of one that is left out; ``...`` if it must be there.
-        holds: what must be true of it beside its type.
-    """
-
-    kind: type | UnionType = str
-    write: str = '"..."'
-    default: Any = ...
-    holds: Callable[[Any], bool] = lambda _: True
+    kind: type | UnionType = str  # its type; text must not be blank, unless the default is
+    write: str = '"..."'  # what to write instead of another, for errors
+    default: Any = ...  # value of one that is left out; ``...`` if it must be there
+    holds: Callable[[Any], bool] = lambda _: True  # what must be true of it beside its type
 
     def accepts(self, value: object) -> bool:
         """Whether a value may stand there."""

@@ -69,13 +69,9 @@ def _registry() -> Any:
 
 
 def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
-    """Convert a number read from a file to SI.
+    """Convert a number in a unit as written, such as ``dm^3/(s*bar)``, ``1`` for none, to SI.
 
-    Args:
-        value: the number as written.
-        unit: the unit as written, such as ``kPa``, ``deg``, ``dm^3/(s*bar)``; ``1`` for none.
-        si_unit: the SI unit wanted, such as ``Pa``.
-        where: file and key, for the error.
+    File and key ``where`` it stands are named in errors.
 
     Raises:
         InputError: if the unit is unknown or measures another quantity.
@@ -122,11 +118,7 @@ _QUANTITY = re.compile(
 def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) -> float:
     """Read a number with an optional unit, such as ``487``, ``4.87 bar`` or ``30deg``, as SI.
 
-    Args:
-        text: as typed; ``nan`` and ``inf`` are passed on for the caller to judge.
-        default_unit: unit of a bare number.
-        si_unit: the SI unit wanted.
-        where: option or key, for the error.
+    A bare number is in the default unit; ``nan`` and ``inf`` are passed on for the caller to judge.
 
     Raises:
         InputError: if it is no number, or its unit is unknown or of another quantity.
@@ -138,8 +130,7 @@ def parse_quantity(text: str, default_unit: str, si_unit: str, *, where: str) ->
 def number_and_unit(text: str, *, where: str) -> tuple[float, str]:
     """A number in any unit, and that unit as written, empty where there is none: ``4.87``, ``bar``.
 
-    Raises:
-        InputError: if it is no number.
+    InputError if it is no number.
     """
     long = len(text) > QUANTITY_CHARACTERS
     match = None if long else _QUANTITY.fullmatch(text)

@@ -11,8 +11,8 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.core.units import FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
-from pamsim.fitting.held_out import Rows, grouped, leave_one_group_out
 from pamsim.fitting.result import FittedLaw
+from pamsim.fitting.scores import Rows, grouped, leave_one_group_out
 from pamsim.inference.coefficient import Coefficient, held_coefficients
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
@@ -23,15 +23,10 @@ from pamsim.recordings.printed import arctangent_law
 def fit_branches(
     table: LengthLoop, *, held: Mapping[str, float], hold_out: str
 ) -> tuple[FittedLaw, ...]:
-    """Fit y = k0 atan(k1 p + k2) + k3 to each branch of a length-pressure loop.
+    """Fit y = k0 atan(k1 p + k2) + k3 to each branch that a length-pressure loop has.
 
-    Args:
-        table: the loop.
-        held: coefficients to hold in both branches [SI].
-        hold_out: ``pressure`` (pressures in turn) or ``none``.
-
-    Returns:
-        The rising and the falling branch, those that the loop has.
+    Coefficients are ``held`` in both branches [SI]; ``hold_out`` is ``pressure`` (pressures in
+    turn) or ``none``.
 
     Raises:
         InputError: for an unknown coefficient, too few points, or held-out lengths, since the
@@ -39,11 +34,11 @@ def fit_branches(
     """
     if hold_out == "length":
         raise InputError("`hold_out` length: length is what is fitted here; hold out pressure")
-    fits: list[FittedLaw] = []
-    for part, rows in (("rising", table.rising), ("falling", ~table.rising)):
-        if np.any(rows):
-            fits.append(_branch(table.pressure[rows], table.length[rows], part, held, hold_out))
-    return tuple(fits)
+    return tuple(
+        _branch(table.pressure[rows], table.length[rows], part, held, hold_out)
+        for part, rows in (("rising", table.rising), ("falling", ~table.rising))
+        if np.any(rows)
+    )
 
 
 def branch_section(
@@ -60,57 +55,44 @@ def branch_section(
     for fitted in fits:
         values = {c.name: c for c in fitted.fit.coefficients}
         k1, k2 = values["k1"], values["k2"]
-        steepness = {"value": abs(k1.value) * (high - low), "unit": "1", "source": "identified"}
-        if k1.interval95 is not None:
-            ends = sorted(abs(end) * (high - low) for end in k1.interval95)
-            if k1.interval95[0] * k1.interval95[1] > 0.0:
-                steepness["interval95"] = ends
-        entries[f"steepness_{fitted.part}"] = steepness
+        steepness = _identified(abs(k1.value) * (high - low))
+        if k1.interval95 is not None and k1.interval95[0] * k1.interval95[1] > 0.0:
+            steepness["interval95"] = sorted(abs(end) * (high - low) for end in k1.interval95)
         place = (-k2.value / k1.value - low) / (high - low)
         spec = known[f"middle_{fitted.part}"]
-        entry: dict[str, Any] = {"value": min(max(place, spec.low), spec.high), "unit": "1"}
-        entry["source"] = "identified"
-        if not spec.low <= place <= spec.high:
-            entry["note"] = (
+        middle = _identified(min(max(place, spec.low), spec.high))
+        if middle["value"] != place:
+            middle["note"] = (
                 f"the steepest point lies outside the measured pressures, at {place:.2f}"
             )
-        entries[f"middle_{fitted.part}"] = entry
+        entries |= {f"steepness_{fitted.part}": steepness, f"middle_{fitted.part}": middle}
     if nominal_length is not None:
-        shortest = float(np.min(table.length))
-        entries["high_contraction"] = {
-            "value": 1.0 - shortest / nominal_length,
-            "unit": "1",
-            "source": "identified",
-            "note": "the shortest measured length",
-        }
+        contraction = 1.0 - float(np.min(table.length)) / nominal_length
+        note = {"note": "the shortest measured length"}
+        entries["high_contraction"] = _identified(contraction) | note
     return {"muscle.hysteresis": entries}
 
 
+def _identified(number: float) -> dict[str, Any]:
+    return {"value": number, "unit": "1", "source": "identified"}
+
+
 def _branch(
-    pressure: FloatArray,
-    length: FloatArray,
-    part: str,
-    held: Mapping[str, float],
-    hold_out: str,
+    pressure: FloatArray, length: FloatArray, part: str, held: Mapping[str, float], hold_out: str
 ) -> FittedLaw:
-    span = float(np.ptp(pressure))
-    size = float(np.ptp(length))
+    span, size = float(np.ptp(pressure)), float(np.ptp(length))
     if span == 0.0 or size == 0.0:
         raise InputError(f"{part} branch: pressure or length does not change; nothing to fit")
     # (k0, k1, k2) and their negatives are the same curve: k0 > 0 picks one.
+    shortest, longest = float(np.min(length)), float(np.max(length))
+    ranges = (
+        ("k0", "m", 0.01 * size, 20.0 * size),
+        ("k1", "1/Pa", -50.0 / span, 50.0 / span),
+        ("k2", "1", -20.0, 20.0),
+        ("k3", "m", shortest - 20.0 * size, longest + 20.0 * size),
+    )
     coefficients = held_coefficients(
-        (
-            Coefficient(name="k0", unit="m", low=0.01 * size, high=20.0 * size),
-            Coefficient(name="k1", unit="1/Pa", low=-50.0 / span, high=50.0 / span),
-            Coefficient(name="k2", unit="1", low=-20.0, high=20.0),
-            Coefficient(
-                name="k3",
-                unit="m",
-                low=float(np.min(length)) - 20.0 * size,
-                high=float(np.max(length)) + 20.0 * size,
-            ),
-        ),
-        held,
+        tuple(Coefficient(name=n, unit=u, low=low, high=high) for n, u, low, high in ranges), held
     )
 
     def over(rows: Rows) -> Callable[[FloatArray], FloatArray]:

@@ -1,37 +1,44 @@
 """Least squares of any curve with bounded coefficients: several starts, intervals, flags."""
 
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false
+
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.special
 from numpy.typing import ArrayLike
 
 from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.fitting.curve_estimates import curve_estimates
 from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
 from pamsim.fitting.scores import Scores, scores
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.coefficient import Coefficient
-from pamsim.inference.estimate import Estimate, without_intervals
+from pamsim.inference.estimate import Estimate, Flag, without_intervals
+from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
 
+_student_quantile: Any = scipy.special.stdtrit
+
+_STARTS = 8  # tried per coefficient that is searched
 _REFINED = 3  # starts that are followed to their end, of those tried
+_DEAD = 1e-10  # effect over the whole allowed range, relative to the data
+_SINGULAR = 1e-7  # smallest over largest singular value of the column-scaled Jacobian
+_AT_BOUND = 1e-6  # of the allowed range
 
 
-@dataclass(frozen=True)
-class Optimum:
-    """Where a search ended.
+class Optimum(NamedTuple):
+    """Where a search ended: all coefficients (k,) [SI] and the predictions there, (n,).
 
-    Attributes:
-        values: all coefficients, shape (k,) [SI].
-        predicted: the curve there, shape (n,).
-        converged: False if the solver ran out of evaluations.
-        evaluations: of the curve, over all starts.
+    ``converged`` is False if the solver ran out of evaluations; ``evaluations`` of the curve are
+    those of all starts.
     """
 
     values: FloatArray
@@ -47,22 +54,14 @@ class CurveFit:
     The intervals are linearised at the optimum, with Student's t. They take the residuals as
     independent; residuals of a law with the wrong shape, or of points that share one misread
     length, are not, and then the intervals are too narrow.
-
-    Attributes:
-        coefficients: in the order given, with intervals and flags.
-        predicted: shape (n,).
-        residual: predicted minus measured, shape (n,).
-        scores: in-sample.
-        converged: False if the solver ran out of evaluations.
-        evaluations: of the curve.
     """
 
-    coefficients: tuple[Estimate, ...]
-    predicted: FloatArray = field(metadata=NOT_IN_JSON)
-    residual: FloatArray = field(metadata=NOT_IN_JSON)
-    scores: Scores
-    converged: bool
-    evaluations: int
+    coefficients: tuple[Estimate, ...]  # in the order given, with intervals and flags
+    predicted: FloatArray = field(metadata=NOT_IN_JSON)  # shape (n,)
+    residual: FloatArray = field(metadata=NOT_IN_JSON)  # predicted minus measured, shape (n,)
+    scores: Scores  # in-sample
+    converged: bool  # False if the solver ran out of evaluations
+    evaluations: int  # of the curve
 
     def __post_init__(self) -> None:
         """State no interval where the search did not converge."""
@@ -75,29 +74,16 @@ class CurveFit:
         return np.array([c.value for c in self.coefficients])
 
 
-def search_curve(
-    curve: Curve,
-    measured: ArrayLike,
-    coefficients: Sequence[Coefficient],
-    *,
-    starts: int | None = None,
-    seed: int = 0,
-) -> Optimum:
-    """Find the least-squares optimum within the coefficients' ranges.
+def search_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coefficient]) -> Optimum:
+    """Find the least-squares optimum within the coefficients' ranges, always the same one.
 
     Coefficients in which the curve is linear are solved for, the others are searched from a Latin
     hypercube of starts and from their neutral values; the most promising are followed to the end.
-    The same seed gives the same result.
 
     Args:
         curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
         measured: shape (n,).
         coefficients: ranges, neutral and held values.
-        starts: how many to try; None for eight per coefficient that is searched.
-        seed: of the starts.
-
-    Returns:
-        The best optimum.
 
     Raises:
         InputError: fewer points than free coefficients, a measurement that is not finite, a range
@@ -121,8 +107,11 @@ def search_curve(
         with np.errstate(all="ignore"):
             return curve(values)
 
-    rng = np.random.default_rng(seed)
-    origin = np.array([_first(c) for c in coefficients])
+    rng = np.random.default_rng(0)
+    neutral = [0.5 * (c.low + c.high) if c.default is None else c.default for c in coefficients]
+    origin = np.array(
+        [n if c.held is None else c.held for n, c in zip(neutral, coefficients, strict=True)]
+    )
     linear = linear_coefficients(counted, coefficients, origin)
     searched = [i for i in free if i not in linear]
     low = np.array([coefficients[i].low for i in searched])
@@ -142,8 +131,7 @@ def search_curve(
 
     end, converged = origin[searched], True
     if searched:
-        many = 8 * len(searched) if starts is None else starts
-        spread = latin_hypercube(rng, many, len(searched)) * (high - low)
+        spread = latin_hypercube(rng, _STARTS * len(searched), len(searched)) * (high - low)
         search = bounded_least_squares(
             one_by_one(residual),
             [end, *(low + spread)],
@@ -166,34 +154,13 @@ def search_curve(
     return Optimum(values, predicted, converged, count)
 
 
-def fit_curve(
-    curve: Curve,
-    measured: ArrayLike,
-    coefficients: Sequence[Coefficient],
-    *,
-    starts: int | None = None,
-    seed: int = 0,
-) -> CurveFit:
-    """Fit a curve and state what the data determine of each coefficient.
-
-    Args:
-        curve: all coefficients, shape (k,) [SI], to the predictions, shape (n,).
-        measured: shape (n,).
-        coefficients: ranges, neutral and held values.
-        starts: how many to try; None for eight per coefficient that is searched.
-        seed: of the starts.
-
-    Returns:
-        The fit.
-
-    Raises:
-        InputError: as `search_curve`.
-    """
+def fit_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coefficient]) -> CurveFit:
+    """Fit a curve and state what the data determine of each coefficient; see `search_curve`."""
     y = finite_samples(measured, "measured")
-    optimum = search_curve(curve, y, coefficients, starts=starts, seed=seed)
+    optimum = search_curve(curve, y, coefficients)
     free = sum(c.held is None for c in coefficients)
     return CurveFit(
-        coefficients=curve_estimates(curve, y, optimum.values, coefficients),
+        coefficients=_estimates(curve, y, optimum.values, coefficients),
         predicted=optimum.predicted,
         residual=optimum.predicted - y,
         scores=scores(y, optimum.predicted, free),
@@ -202,7 +169,77 @@ def fit_curve(
     )
 
 
-def _first(c: Coefficient) -> float:
-    if c.held is not None:
-        return c.held
-    return 0.5 * (c.low + c.high) if c.default is None else c.default
+def _estimates(
+    curve: Curve, measured: FloatArray, values: FloatArray, coefficients: Sequence[Coefficient]
+) -> tuple[Estimate, ...]:
+    """Each coefficient at the optimum (k,) [SI] with its 95 % interval and its flags.
+
+    The covariance is s^2 (J^T J)^-1 at the optimum, J by central differences, s^2 the residual
+    variance with n - k degrees of freedom. Coefficients at a bound are taken as given there.
+    """
+    flags: list[list[Flag]] = [[] for _ in coefficients]
+    partners: list[set[str]] = [set() for _ in coefficients]
+    jacobian = _jacobian(curve, values, coefficients)
+    data = max(float(np.linalg.norm(measured)), 1e-300)
+    inner: list[int] = []
+    for i, c in enumerate(coefficients):
+        width = c.high - c.low
+        if c.held is not None:
+            continue
+        if float(np.linalg.norm(jacobian[:, i])) * width <= _DEAD * data:
+            flags[i].append(Flag.DEAD)
+        elif min(values[i] - c.low, c.high - values[i]) < _AT_BOUND * width:
+            flags[i].append(Flag.AT_BOUND)
+        else:
+            inner.append(i)
+    residual = curve(values) - measured
+    half = np.full(len(coefficients), np.nan)
+    freedom = measured.size - len(inner)
+    if inner and freedom > 0:
+        variance = float(residual @ residual) / freedom
+        split = determined(jacobian[:, inner], _SINGULAR)
+        covariance, flat = covariance_along(jacobian[:, inner], split.basis), split.members
+        spread = np.sqrt(np.diag(covariance))
+        quantile = float(_student_quantile(freedom, 0.975))
+        names = [coefficients[i].name for i in inner]
+        for a, i in enumerate(inner):
+            if flat[a]:
+                flags[i].append(Flag.FLAT_DIRECTION)
+                partners[i] |= {n for n, on in zip(names, flat, strict=True) if on} - {names[a]}
+                continue
+            half[i] = quantile * np.sqrt(variance) * spread[a]
+            correlated = {names[b] for b in trade_offs(covariance, a, flat)}
+            if correlated:
+                flags[i].append(Flag.TRADE_OFF)
+                partners[i] |= correlated
+            if half[i] > abs(values[i]):
+                flags[i].append(Flag.NOT_PINNED)
+    ends = np.column_stack([values - half, values + half]).tolist()
+    return tuple(
+        Estimate(
+            name=c.name,
+            unit=c.unit,
+            value=float(values[i]),
+            interval95=(ends[i][0], ends[i][1]) if np.isfinite(half[i]) else None,
+            bounds=(c.low, c.high),
+            held=c.held is not None,
+            flags=tuple(flags[i]),
+            partners=tuple(sorted(partners[i])),
+        )
+        for i, c in enumerate(coefficients)
+    )
+
+
+def _jacobian(curve: Curve, values: FloatArray, coefficients: Sequence[Coefficient]) -> FloatArray:
+    """Central differences, shape (n, k); zero columns for held coefficients."""
+    columns: list[FloatArray] = []
+    for i, c in enumerate(coefficients):
+        if c.held is not None:
+            columns.append(np.zeros_like(curve(values)))
+            continue
+        # The cube root of the rounding error is the best step of a central difference.
+        step = 6e-6 * max(abs(float(values[i])), 1e-3 * (c.high - c.low))
+        ahead, behind = values.copy(), values.copy()
+        ahead[i], behind[i] = min(values[i] + step, c.high), max(values[i] - step, c.low)
+        columns.append((curve(ahead) - curve(behind)) / (ahead[i] - behind[i]))
+    return np.stack(columns, axis=1)

@@ -18,11 +18,13 @@ from pamsim.fitting.force_map import (
 )
 from pamsim.fitting.maxwell import fit_maxwell, maxwell_section, searches_on
 from pamsim.fitting.result import FitResult
+from pamsim.fitting.search_comparison import SearchRun
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
-from pamsim.recordings.measured_table import ForceMap, LengthLoop, read_measured
+from pamsim.recordings.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
 
 HOLD_OUT = ("length", "pressure", "none")
+_KINDS = {ForceMap: "force_map", LengthLoop: "length_loop", ForceLoops: "force_loops"}
 LOOP_MODELS = {"length_loop": "arctangent", "force_loops": "fractional_maxwell"}
 # A 20 mm Festo muscle (Nguyen 2024): geometry assumed where the user gives none.
 _BRAID = {"nominal_length": 0.3, "diameter": 0.02, "fibre_angle": 0.49916416607}
@@ -74,13 +76,15 @@ def fit(
         raise InputError(f"no model {model!r} that can be fitted; {nearest(model, known)}")
     file = Path(data)
     table = read_measured(file, nominal_length)
-    held = held or {}
+    held, kind = held or {}, _KINDS[type(table)]
+    suits = [LOOP_MODELS[kind]] if kind in LOOP_MODELS else [*FORCE_LAWS]
+    if model is not None and model not in suits:
+        use = repr(suits[0]) if kind in LOOP_MODELS else f"one of {', '.join(suits)}"
+        raise InputError(
+            f"{file} is a {kind.replace('_', ' ')}: model {model!r} does not describe one;"
+            f" use {use}"
+        )
     if isinstance(table, ForceMap):
-        if model in LOOP_MODELS.values():
-            raise InputError(
-                f"{file} is a force map: model {model!r} does not describe one;"
-                f" use one of {', '.join(FORCE_LAWS)}"
-            )
         if drop_zeros:
             table = table.without_zeros()
         given = {
@@ -89,33 +93,25 @@ def fit(
             "fibre_angle": fibre_angle,
         }
         return _force_map(file, table, model, given, hold_out or "length", held, progress)
-    kind = "length_loop" if isinstance(table, LengthLoop) else "force_loops"
-    if model is not None and model != LOOP_MODELS[kind]:
-        raise InputError(
-            f"{file} is a {kind.replace('_', ' ')}: model {model!r} does not describe one;"
-            f" use {LOOP_MODELS[kind]!r}"
-        )
+    searches: tuple[SearchRun, ...] = ()
     if isinstance(table, LengthLoop):
-        branches = fit_branches(table, held=held, hold_out=hold_out or "pressure")
-        return FitResult(
-            file=str(file),
-            kind=kind,
-            notes=table.notes,
-            fits=branches,
-            section=branch_section(branches, table, nominal_length),
-        )
-    if hold_out not in (None, "none"):
+        fits = fit_branches(table, held=held, hold_out=hold_out or "pressure")
+        section = branch_section(fits, table, nominal_length)
+    elif hold_out not in (None, "none"):
         raise InputError(
             f"`hold_out` {hold_out}: force-displacement loops have none to hold out; use none"
         )
-    element, loops = fit_maxwell(table, held=held)
+    else:
+        element, loops = fit_maxwell(table, held=held)
+        searches = searches_on(loops) if compare else ()
+        fits, section = (element,), maxwell_section(element, nominal_length)
     return FitResult(
         file=str(file),
         kind=kind,
         notes=table.notes,
-        fits=(element,),
-        searches=searches_on(loops) if compare else (),
-        section=maxwell_section(element, nominal_length),
+        fits=fits,
+        searches=searches,
+        section=section,
     )
 
 

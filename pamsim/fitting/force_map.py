@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,8 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.fitting.curve_fit import fit_curve, search_curve
-from pamsim.fitting.held_out import HeldOut, Rows, grouped, leave_one_group_out
-from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law, unsuitable
-from pamsim.fitting.params_section import coefficient_entries
-from pamsim.fitting.result import FittedLaw
-from pamsim.fitting.scores import shared_by_group
+from pamsim.fitting.result import FittedLaw, coefficient_entries
+from pamsim.fitting.scores import HeldOut, Rows, grouped, leave_one_group_out, shared_by_group
 from pamsim.inference.coefficient import Coefficient
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -26,6 +24,14 @@ from pamsim.recordings.measured_table import ForceMap
 
 _GROWTH = 3.0
 """Held-out error over that of the fitted points from which a law does not generalise."""
+
+_NO_TENSION = {
+    "elastic_energy": "counts from a working point: it gives no tension that a force map could show"
+}
+_PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
+"""Where muscles usually work [Pa, -]."""
+
+_TINY = 1e-9  # an open lower bound, as a share of the range
 
 
 def fit_force_law(
@@ -45,9 +51,6 @@ def fit_force_law(
         held: coefficients to hold [SI].
         hold_out: ``pressure``, ``length`` or ``none``: what is held out in turn.
 
-    Returns:
-        The fit.
-
     Raises:
         InputError: for an unknown law or coefficient, a value out of range, too few points, or a
             law that does not suit the map.
@@ -59,8 +62,7 @@ def fit_force_law(
     coefficients = law_coefficients(law, braid, held)
     every = np.arange(table.force.size)
     fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
-    lengths = grouped(table.contraction)
-    geometry = {name: spec for name, spec in specs(Braid) if name in law.braid_fields}
+    held_out = None if hold_out == "none" else _held_out(table, law, braid, coefficients, hold_out)
     return FittedLaw(
         model=model,
         title=law.title,
@@ -74,23 +76,18 @@ def fit_force_law(
             "predicted": fit.predicted,
         },
         fit=fit,
-        held_out=None
-        if hold_out == "none"
-        else _held_out(table, law, braid, coefficients, hold_out),
-        notes=tuple(_notes(law, table, braid, fit.values, fit.residual, lengths)),
+        held_out=held_out,
+        notes=tuple(_notes(law, table, braid, fit.values, fit.residual)),
         given={
             name: {"value": getattr(braid, name), "unit": spec.unit}
-            for name, spec in geometry.items()
+            for name, spec in specs(Braid)
+            if name in law.braid_fields
         },
     )
 
 
 def _held_out(
-    table: ForceMap,
-    law: ForceLaw,
-    braid: Braid,
-    coefficients: Sequence[Coefficient],
-    by: str,
+    table: ForceMap, law: ForceLaw, braid: Braid, coefficients: Sequence[Coefficient], by: str
 ) -> HeldOut:
     """Errors of a law at each pressure or length, fitted to all others."""
 
@@ -110,20 +107,13 @@ def compare_force_laws(
     hold_out: str,
     progress: Progress | None = None,
 ) -> tuple[list[FittedLaw], dict[str, str]]:
-    """Fit every force law that suits a map, best first.
+    """Fit every force law that suits a map, best first, and why the others were not fitted.
 
-    Args:
-        table: the map.
-        braid: geometry.
-        held: coefficients to hold [SI], in the laws that have them.
-        hold_out: as `fit_force_law`; what is ranked by. With ``none`` AICc ranks instead.
-        progress: called before each law.
-
-    Returns:
-        The fits and, for each law that was not fitted, why.
+    Arguments are those of `fit_force_law`; coefficients are held in the laws that have them. What
+    is held out ranks the laws; with ``none`` AICc does. ``progress`` is called before each law.
 
     Raises:
-        InputError: if no law can be fitted.
+        InputError: for a coefficient that no law has, or if no law can be fitted.
     """
     known = {name for law in FORCE_LAWS.values() for name, _ in specs(law.group)}
     for name in held:
@@ -146,17 +136,11 @@ def compare_force_laws(
 def warnings_about(
     table: ForceMap, braid: Braid, laws: Sequence[FittedLaw], *, held: Mapping[str, float]
 ) -> list[str]:
-    """Where the first of some laws does not generalise: at held-out lengths, or pressures.
+    """Where the first of the laws of `compare_force_laws` does not generalise.
 
-    Args:
-        table: the map.
-        braid: geometry.
-        laws: fits of `compare_force_laws`, best first.
-        held: coefficients that were held [SI].
-
-    Returns:
-        A warning for each of the two if a law with fewer coefficients predicts what is held out
-        as well or better, or the error there is several times that of the fitted points.
+    There is a warning for held-out lengths, and one for held-out pressures, if a law with fewer
+    coefficients predicts them as well or better, or the error there is several times that of the
+    fitted points.
     """
 
     def error(fitted: FittedLaw, by: str) -> float:
@@ -202,11 +186,8 @@ def section_of(
 ) -> dict[str, dict[str, Any]]:
     """The fitted law as sections of a rig's ``params.toml``.
 
-    Args:
-        fitted: the fit.
-        braid: geometry it was made with.
-        braid_source: field of the braid -> source of its value; other fields are at their default
-            and are not written.
+    Of the braid that it was made with, those fields are written of which a source is given; others
+    are at their default.
     """
     sections: dict[str, dict[str, Any]] = {}
     if fitted.given:
@@ -220,12 +201,7 @@ def section_of(
 
 
 def _notes(
-    law: ForceLaw,
-    table: ForceMap,
-    braid: Braid,
-    values: FloatArray,
-    residual: FloatArray,
-    lengths: FloatArray,
+    law: ForceLaw, table: ForceMap, braid: Braid, values: FloatArray, residual: FloatArray
 ) -> list[str]:
     notes: list[str] = []
     low, high = law.contraction_range(values.tolist(), braid)
@@ -243,7 +219,7 @@ def _notes(
                 f"{beyond} of {table.force.size} points lie outside the pressures its source"
                 f" states, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
             )
-    if shared_by_group(residual, lengths) < 0.01:
+    if shared_by_group(residual, grouped(table.contraction)) < 0.01:
         notes.append(
             "residuals are correlated within each length (a common error of the law or of the"
             " length reading): the intervals, which take points as independent, are too narrow"
@@ -252,9 +228,119 @@ def _notes(
 
 
 def _rank(fitted: FittedLaw) -> tuple[bool, float]:
+    aicc = fitted.fit.scores.aicc
+    value = -math.inf if aicc is None else aicc
     if fitted.held_out is not None:
         value = fitted.held_out.rmse
-    else:
-        aicc = fitted.fit.scores.aicc
-        value = -math.inf if aicc is None else aicc
     return math.isnan(value), value
+
+
+def named_law(model: str) -> ForceLaw:
+    """The force law of a name; InputError with the nearest if there is none."""
+    if model not in FORCE_LAWS:
+        raise InputError(f"no force law {model!r}; {nearest(model, FORCE_LAWS)}")
+    return FORCE_LAWS[model]
+
+
+def unsuitable(law: ForceLaw, table: ForceMap) -> str:
+    """Why a law cannot describe a map; empty if it can."""
+    if law.name in _NO_TENSION:
+        return _NO_TENSION[law.name]
+    if law.pushes and np.max(table.force) > 0.0:
+        return "pushes, and the forces of the map pull"
+    if law.pressure_range is None and np.ptp(table.pressure) > 0.01 * np.max(table.pressure):
+        return "holds at one pressure, the map has several"
+    return ""
+
+
+def law_coefficients(
+    law: ForceLaw, braid: Braid, held: Mapping[str, float]
+) -> tuple[Coefficient, ...]:
+    """Ranges, neutral and held values of the coefficients of a law.
+
+    The scale is held at 1 where other coefficients have the same effect: it is redundant there.
+
+    Raises:
+        InputError: for a held name that the law does not have, or a held value out of range.
+    """
+    fields = dict(specs(law.group))
+    for name in held:
+        if name not in fields:
+            raise InputError(f"{law.name} has no coefficient {name!r}; {nearest(name, fields)}")
+    result: list[Coefficient] = []
+    for name, spec in fields.items():
+        low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
+        value = held.get(name)
+        if value is not None and not low <= value <= spec.high:
+            raise InputError(f"`held` {name} = {value:g} is outside {spec.range_text()}")
+        result.append(
+            Coefficient(
+                name=name,
+                unit=spec.unit,
+                low=low,
+                high=spec.high,
+                default=spec.default,
+                held=value,
+            )
+        )
+    if "scale" not in held and _scale_is_redundant(law, braid, result):
+        result[0] = dataclasses.replace(result[0], held=1.0)
+    return tuple(result)
+
+
+def law_curve(
+    law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
+) -> Callable[[FloatArray], FloatArray]:
+    """The force at some points (m,) of a map as a function of the law's coefficients.
+
+    It takes all coefficients (k,) [SI] and gives forces (m,) [N]; NaN where the law has none.
+    """
+    points = list(zip(table.pressure[rows].tolist(), table.contraction[rows].tolist(), strict=True))
+    geometry = [float(getattr(braid, name)) for name in law.braid_fields]
+
+    def force(pressure: float, contraction: float, numbers: list[float]) -> float:
+        # As ForceLaw.force, but without reading the braid again at each of a million points.
+        try:
+            return numbers[0] * law.force_function(pressure, contraction, *numbers[1:])
+        except (OverflowError, ZeroDivisionError, ValueError):
+            return math.nan  # scalar laws raise where arrays would give inf or NaN
+
+    def curve(values: FloatArray) -> FloatArray:
+        numbers = [*values.tolist(), *geometry]
+        return np.array([force(p, k, numbers) for p, k in points])
+
+    return curve
+
+
+def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
+    """Whether the scale's sensitivity lies in the span of the others'.
+
+    Checked on a grid of its own, since the redundancy is the law's, not the data's.
+    """
+    if coefficients[0].name != "scale" or len(coefficients) == 1:
+        return False
+    pressure, contraction = (x.ravel() for x in np.meshgrid(_PRESSURES, _CONTRACTIONS))
+    grid = ForceMap(
+        pressure=pressure, contraction=contraction, force=0.0 * pressure, nominal_length=None
+    )
+    curve = law_curve(law, grid, braid, np.arange(pressure.size))
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        place = np.array([c.low + rng.uniform(0.3, 0.7) * (c.high - c.low) for c in coefficients])
+        place[0] = 1.0
+        columns: list[FloatArray] = []
+        for i, c in enumerate(coefficients):
+            step = np.zeros(place.size)
+            step[i] = 1e-5 * (c.high - c.low)
+            columns.append((curve(place + step) - curve(place - step)) / step[i])
+        matrix = np.stack(columns, axis=1)
+        if not np.all(np.isfinite(matrix)):
+            continue
+        norms = np.linalg.norm(matrix, axis=0)
+        if norms[0] == 0.0:
+            continue
+        rest_of_law = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
+        target = matrix[:, 0] / norms[0]
+        rest = target - rest_of_law @ np.linalg.lstsq(rest_of_law, target, rcond=1e-10)[0]
+        return float(np.linalg.norm(rest)) < 1e-5
+    return False

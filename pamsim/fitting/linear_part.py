@@ -37,15 +37,8 @@ def linear_coefficients(
 
     Second differences over steps as wide as a quarter of the allowed range must vanish to
     rounding at a few random places. Of conflicting coefficients (a scale and what it multiplies)
-    those are kept that are in conflict with the fewest others.
-
-    Args:
-        curve: predictions from all coefficients.
-        coefficients: ranges, and which are held.
-        start: values of the held ones, shape (k,) [SI].
-
-    Returns:
-        Indices of the linear coefficients, increasing.
+    those are kept that are in conflict with the fewest others. Held ones have their value in
+    ``start`` (k,) [SI]. The result are indices, increasing.
     """
     free = [i for i, c in enumerate(coefficients) if c.held is None]
     low = np.array([c.low for c in coefficients])
@@ -84,21 +77,20 @@ def best_linear(
     linear: Sequence[int],
     coefficients: Sequence[Coefficient],
 ) -> tuple[FloatArray, FloatArray]:
-    """Fill in the best values of the linear coefficients.
+    """Fill in the best values, within their ranges, of the linear coefficients of a place.
 
     Args:
         curve: predictions from all coefficients.
         measured: shape (n,).
         place: all coefficients, of which the linear ones are ignored, shape (k,) [SI].
         linear: from `linear_coefficients`.
-        coefficients: their ranges, which are kept.
+        coefficients: with their ranges.
 
     Returns:
         All coefficients, shape (k,) [SI], and the predictions there, shape (n,). Where the curve
         has no value, ``place`` unchanged and its predictions.
     """
-    full = place.copy()
-    chosen = list(linear)
+    full, chosen = place.copy(), list(linear)
     if not chosen:
         return full, curve(full)
     full[chosen] = 0.0

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from typing import Any
 
 from pamsim.core.encoding import fields_to_dict, to_dict
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.parameters import specs
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.group import Operator
 from pamsim.recordings.rig_file import add_rigs_laws
 
 SCHEMA = "pamsim-models/1"
 
 
 def models(name: str | None = None, rig: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-    """Describe all laws and operators, or one.
+    """Describe all laws and operators, those of a ``rig`` folder as well, or one by its name.
 
-    Args:
-        name: of one; None for all.
-        rig: rig folder whose own laws are listed as well.
-
-    Returns:
-        JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
-        source, notes and parameters; ranges in SI, None for an end that is not limited.
+    JSON-safe mapping ``force_laws`` and ``operators``, each a list with name, title, equation,
+    source, notes and parameters; ranges in SI, None for an end that is not limited.
 
     Raises:
         InputError: for an unknown name, with the nearest, or an unknown rig.
@@ -35,12 +31,7 @@ def models(name: str | None = None, rig: str | os.PathLike[str] | None = None) -
         raise InputError(f"no model {name!r}; {nearest(name, [*FORCE_LAWS, *OPERATORS])}")
     laws = [
         {
-            "name": law.name,
-            "title": law.title,
-            "equation": law.equation,
-            "source": law.source,
-            "notes": law.notes,
-            "parameters": _parameters(law.group),
+            **_card(law),
             "braid": law.braid_fields,
             "inverse": law.pressure_range is not None,
             "pressure_pa": law.pressure_range,
@@ -49,31 +40,22 @@ def models(name: str | None = None, rig: str | os.PathLike[str] | None = None) -
         if name in (None, law.name)
     ]
     operators = [
-        {
-            "name": operator.name,
-            "title": operator.title,
-            "equation": operator.equation,
-            "source": operator.source,
-            "notes": operator.notes,
-            "parameters": _parameters(operator.group),
-            "rate_independent": operator.rate_independent,
-        }
+        {**_card(operator), "rate_independent": operator.rate_independent}
         for operator in OPERATORS.values()
         if name in (None, operator.name)
     ]
     return to_dict({"schema": SCHEMA, "force_laws": laws, "operators": operators})
 
 
-def _parameters(group: type[ParameterGroup]) -> list[dict[str, Any]]:
-    defaults = {
-        f.name: f.default for f in dataclasses.fields(group) if f.default is not dataclasses.MISSING
-    }
-    return [
+def _card(one: ForceLaw | Operator) -> dict[str, Any]:
+    words = ("name", "title", "equation", "source", "notes")
+    parameters = [
         {
             "name": name,
             **fields_to_dict(spec),
             "range": spec.range_text(),
-            "default": defaults.get(name),
+            "default": spec.default,
         }
-        for name, spec in specs(group)
+        for name, spec in specs(one.group)
     ]
+    return {**{word: getattr(one, word) for word in words}, "parameters": parameters}

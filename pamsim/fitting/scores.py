@@ -1,59 +1,48 @@
-"""Scores of a fitted curve: errors, explained variance, information criteria."""
+"""Scores of a fitted curve: errors, information criteria, and errors at held-out points."""
 
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.special
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from pamsim.core.encoding import json_property
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples
 
 _f_tail: Any = scipy.special.fdtrc
 
+Rows = NDArray[np.intp]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scores:
-    """How well predictions match measurements.
+    """How well predictions match measurements."""
 
-    Attributes:
-        points: number of points n.
-        free: number of fitted coefficients k.
-        mse: mean square error [unit^2].
-        rmse: its root [unit].
-        mae: mean absolute error [unit].
-        r2: 1 - SSE / SST; None if the measurements are all equal.
-        aic: Akaike's criterion n ln(SSE/n) + 2 (k + 1), the one beyond k for the noise; None for a
-            perfect match. Only differences between models of the same points mean anything.
-        aicc: with the correction for few points; None also if n <= k + 2.
-    """
-
-    points: int
-    free: int
-    mse: float
-    rmse: float
-    mae: float
-    r2: float | None
+    points: int  # number of points n
+    free: int  # number of fitted coefficients k
+    mse: float  # mean square error [unit^2]
+    rmse: float  # its root [unit]
+    mae: float  # mean absolute error [unit]
+    r2: float | None  # 1 - SSE / SST; None if the measurements are all equal
+    # Akaike's criterion n ln(SSE/n) + 2 (k + 1), the one beyond k for the noise; None for a
+    # perfect match. Only differences between models of the same points mean anything
     aic: float | None
-    aicc: float | None
+    aicc: float | None  # with the correction for few points; None also if n <= k + 2
 
 
 def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
-    """Score predictions.
+    """Score predictions (n,) of measurements (n,), both in one unit.
 
-    Args:
-        measured: shape (n,), any unit.
-        predicted: shape (n,), same unit.
-        free: number of coefficients fitted to these measurements, 0 for held-out ones.
-
-    Returns:
-        The scores.
+    ``free`` coefficients were fitted to these measurements, 0 for held-out ones.
 
     Raises:
         InputError: no points, differing lengths, or values that are not finite.
@@ -82,18 +71,13 @@ def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
 
 
 def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
-    """P-value of residuals that agree so well within groups, if they were independent.
+    """P-value of residuals (n,) that agree so well within groups, if they were independent.
 
     Points of one length share its reading error. If that is significant (a small p-value), the fit
     has less information than its number of points suggests, and intervals that take them as
-    independent are too narrow.
+    independent are too narrow. ``groups`` (n,) has the same number for points of one group.
 
-    Args:
-        residual: shape (n,).
-        groups: the same number for points of one group, shape (n,).
-
-    Returns:
-        P-value of the one-way analysis of variance (Fisher's F); 1 where it does not apply.
+    The one-way analysis of variance (Fisher's F); 1 where it does not apply.
     """
     r, label = finite_samples(residual, "residual"), finite_samples(groups, "groups")
     kinds, index = np.unique(label, return_inverse=True)
@@ -107,3 +91,80 @@ def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
     if within == 0.0:
         return 1.0
     return float(_f_tail(kinds.size - 1, inside, between / within))
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldOut:
+    """Errors at points that were not fitted, one group of points at a time."""
+
+    by: str  # what was held out, such as ``length``
+    groups: FloatArray  # a number for each group, such as its mean contraction, shape (g,)
+    # Error in each group; NaN where the rest does not determine the curve, (g,)
+    group_rmse: FloatArray
+    # Predicted minus measured at every point, each by a fit without it, shape (n,)
+    residual: FloatArray
+
+    @json_property
+    def rmse(self) -> float:
+        """Root mean square over all points; NaN if a group could not be predicted."""
+        # A diverging prediction may overflow: its error is then infinite.
+        with np.errstate(over="ignore"):
+            return math.sqrt(float(np.mean(self.residual**2)))
+
+    @json_property
+    def worst(self) -> float:
+        """The largest group's error; NaN if a group could not be predicted."""
+        return float(np.max(self.group_rmse))
+
+
+def leave_one_group_out(
+    measured: ArrayLike,
+    groups: ArrayLike,
+    fit_and_predict: Callable[[Rows, Rows], FloatArray],
+    *,
+    by: str,
+) -> HeldOut:
+    """Errors of each group of points, predicted from a fit to all others.
+
+    Args:
+        measured: shape (n,).
+        groups: the same number for points of one group, shape (n,).
+        fit_and_predict: called with the rows to fit and the rows to predict; it must use the
+            measurements of the first only. Raises InputError where the rows are too few.
+        by: name of what is held out.
+
+    Raises:
+        InputError: fewer than two groups: nothing is left to fit.
+    """
+    y, label = finite_samples(measured, "measured"), finite_samples(groups, by)
+    kinds = np.unique(label)
+    if kinds.size < 2:
+        raise InputError(
+            f"all points share one {by}: `hold_out` leaves nothing to fit; hold out none"
+        )
+    residual = np.full(y.size, np.nan)
+    errors = np.full(kinds.size, np.nan)
+    for i, kind in enumerate(kinds):
+        test, train = np.flatnonzero(label == kind), np.flatnonzero(label != kind)
+        try:
+            residual[test] = fit_and_predict(train, test) - y[test]
+        except InputError:
+            continue
+        # A prediction that is not finite counts as an infinite error, not as missing.
+        with np.errstate(over="ignore"):
+            errors[i] = float(np.sqrt(np.mean(residual[test] ** 2)))
+    return HeldOut(by=by, groups=kinds, group_rmse=errors, residual=residual)
+
+
+def grouped(values: ArrayLike, most: int = 12) -> FloatArray:
+    """Mean (n,) of the group of each point's value (n,), such as its contraction.
+
+    Equal values are a group; where values scatter, one of ``most`` neighbouring bins.
+    """
+    x = finite_samples(values, "values")
+    kinds, index = np.unique(x, return_inverse=True)
+    if kinds.size > most and kinds.size > x.size // 2:
+        index = np.empty(x.size, dtype=np.intp)
+        index[np.argsort(x, kind="stable")] = np.arange(x.size) * most // x.size
+    count = np.bincount(index)
+    return (np.bincount(index, weights=x) / count)[index]

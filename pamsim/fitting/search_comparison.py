@@ -23,21 +23,14 @@ _differential_evolution: Any = scipy.optimize.differential_evolution
 
 @dataclass(frozen=True, kw_only=True)
 class SearchRun:
-    """What one search reached, and how soon.
+    """What one search reached, and how soon."""
 
-    Attributes:
-        method: ``water_cycle``, ``differential_evolution`` or ``least_squares``.
-        x: best point, shape (d,), as a list.
-        value: cost there.
-        evaluations: of the cost, those of finite differences included.
-        evaluations_to_tolerance: until the cost was within the tolerance of the best value any of
-            the three reached; None if it never was.
-    """
-
-    method: str
-    x: list[float]
-    value: float
-    evaluations: int
+    method: str  # ``water_cycle``, ``differential_evolution`` or ``least_squares``
+    x: list[float]  # best point, shape (d,), as a list
+    value: float  # cost there
+    evaluations: int  # of the cost, those of finite differences included
+    # Until the cost was within the tolerance of the best value any of the three reached; None
+    # if it never was
     evaluations_to_tolerance: int | None
 
 
@@ -78,7 +71,7 @@ def compare_searches(
 
     Args:
         residual: point, shape (d,), to residuals, shape (m,); the cost is their sum of squares.
-        low: lower corner, shape (d,).
+        low: lower corner of the box, shape (d,).
         high: upper corner, shape (d,).
         tolerance: how near the optimum is near enough [unit of the cost].
         seed: of the two random searches.
@@ -91,19 +84,12 @@ def compare_searches(
         InputError: for an empty box.
     """
     lower, upper = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
-    counted = {
-        name: _Counted(residual)
-        for name in ("water_cycle", "differential_evolution", "least_squares")
-    }
-    water_cycle(
-        counted["water_cycle"].cost,
-        lower,
-        upper,
-        rng=np.random.default_rng(seed),
-        iterations=iterations,
-    )
+    names = ("water_cycle", "differential_evolution", "least_squares")
+    water, evolution, squares = runs = [_Counted(residual) for _ in names]
+    rng = np.random.default_rng(seed)
+    water_cycle(water.cost, lower, upper, rng=rng, iterations=iterations)
     _differential_evolution(
-        counted["differential_evolution"].cost,
+        evolution.cost,
         list(zip(lower, upper, strict=True)),
         rng=np.random.default_rng(seed),
         maxiter=iterations,
@@ -114,7 +100,7 @@ def compare_searches(
     spread = latin_hypercube(np.random.default_rng(seed), 11, lower.size)
     for start in (np.full(lower.size, 0.5), *spread):
         _least_squares(
-            counted["least_squares"].residual,
+            squares.residual,
             lower + start * (upper - lower),
             bounds=(lower, upper),
             x_scale=upper - lower,
@@ -122,7 +108,7 @@ def compare_searches(
             xtol=1e-15,
             gtol=1e-15,
         )
-    optimum = min(run.best[-1][1] for run in counted.values())
+    optimum = min(run.best[-1][1] for run in runs)
     return tuple(
         SearchRun(
             method=name,
@@ -133,5 +119,5 @@ def compare_searches(
                 (count for count, value, _ in run.best if value <= optimum + tolerance), None
             ),
         )
-        for name, run in counted.items()
+        for name, run in zip(names, runs, strict=True)
     )

@@ -27,7 +27,7 @@ at the edge nearly always. Where a cost has no slope, use differential evolution
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -35,28 +35,19 @@ from numpy.typing import ArrayLike, NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 
-Cost = Callable[[FloatArray], float]
+_NEAR = 1e-3  # d_max at the start, share of the box
+_RAIN = 0.1  # mu of Eskandar's (10), variance of the rain near the sea, box units squared
 
 
-@dataclass(frozen=True)
-class WaterCycleResult:
-    """Where the sea ended.
-
-    Attributes:
-        x: best point, shape (d,).
-        value: cost there.
-        evaluations: of the cost.
-        history: best cost after each iteration, shape (i,).
-    """
+class WaterCycleResult(NamedTuple):
+    """Where the sea ended: the best point (d,), and the cost there."""
 
     x: FloatArray
     value: float
-    evaluations: int
-    history: FloatArray
 
 
 def water_cycle(
-    cost: Cost,
+    cost: Callable[[FloatArray], float],
     low: ArrayLike,
     high: ArrayLike,
     *,
@@ -64,8 +55,6 @@ def water_cycle(
     population: int = 50,
     rivers: int = 3,
     iterations: int = 200,
-    near: float = 1e-3,
-    search_range: float = 0.1,
     shrinking: bool = False,
 ) -> WaterCycleResult:
     """Minimise a cost in a box.
@@ -78,12 +67,7 @@ def water_cycle(
         population: N_pop, all raindrops.
         rivers: N_river.
         iterations: at most; every one costs about ``population`` evaluations.
-        near: d_max at the start, share of the box.
-        search_range: mu of Eskandar's (10), variance of the rain near the sea, box units squared.
         shrinking: whether C falls to 0 as in Table 1 of Nguyen 2024, or stays 2.
-
-    Returns:
-        The best point found.
 
     Raises:
         InputError: for an empty box, or fewer streams than seas and rivers.
@@ -99,11 +83,8 @@ def water_cycle(
             f"water cycle: {population} raindrops are too few for a sea and {rivers} rivers;"
             f" give at least {2 * heads} and a river"
         )
-    evaluations = 0
 
     def at(u: FloatArray) -> float:
-        nonlocal evaluations
-        evaluations += 1
         return float(cost(lower + u * (upper - lower)))
 
     # Steps 2 and 3. Row 0 is the sea, rows 1 to `rivers` the rivers, the rest streams.
@@ -112,7 +93,7 @@ def water_cycle(
     order = np.argsort(value, kind="stable")
     place, value = place[order], value[order]
     target = _shares(value, heads)
-    history: list[float] = []
+    near = _NEAR
     for iteration in range(iterations):
         reach = 2.0 * (1.0 - iteration / iterations) ** 2 if shrinking else 2.0
         # Steps 5 and 6. Streams first, then rivers, each towards what it belongs to.
@@ -132,15 +113,13 @@ def water_cycle(
             if i < heads:
                 place[i] = rng.uniform(size=lower.size)
             else:
-                rain = place[0] + np.sqrt(search_range) * rng.standard_normal(lower.size)
+                rain = place[0] + np.sqrt(_RAIN) * rng.standard_normal(lower.size)
                 place[i] = np.clip(rain, 0.0, 1.0)
             value[i] = at(place[i])
             if value[i] < value[0]:
                 _exchange(place, value, i, 0)
         near -= near / iterations  # step 9
-        history.append(float(value[0]))
-    best = lower + place[0] * (upper - lower)
-    return WaterCycleResult(best, float(value[0]), evaluations, np.array(history))
+    return WaterCycleResult(lower + place[0] * (upper - lower), float(value[0]))
 
 
 def _shares(value: FloatArray, heads: int) -> NDArray[np.intp]:

@@ -116,7 +116,7 @@ class Row:
     @property
     def monotonic(self) -> bool:
         """Whether the angle never turns back by more than one encoder increment."""
-        return self.metrics is not None and self.metrics.monotonic(self.increment)
+        return self.metrics is not None and self.metrics.reversal <= self.increment
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-safe, units in the key names."""

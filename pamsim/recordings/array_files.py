@@ -32,9 +32,8 @@ def read_arrays(path: Path) -> Mapping[str, NDArray[Any]]:
     """Name -> array of an ``.npz``, ``.mat`` or ``.parquet``; InputError if it cannot be read."""
     reader = ARRAY_FILES.get(path.suffix.lower())
     if reader is None:
-        raise InputError(
-            f"{path} is none of {', '.join(ARRAY_FILES)}; its ending states what it is"
-        )
+        known = ", ".join(ARRAY_FILES)
+        raise InputError(f"{path} is none of {known}; its ending states what it is")
     try:
         return reader(path)
     except InputError:

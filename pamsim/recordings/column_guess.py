@@ -75,24 +75,15 @@ _NEAR_ATMOSPHERE = 0.06  # relative
 
 @dataclass(frozen=True)
 class Guess:
-    """What a column is taken for.
+    """What a column is taken for."""
 
-    Attributes:
-        quantity: such as ``knee.angle``.
-        column: in the log.
-        unit: of its numbers.
-        sign: 1 or -1.
-        absolute: whether pressures count from vacuum.
-        times: factor with its unit, such as ``0.0069 m`` of a force that makes a torque.
-        warnings: what is not certain, and why; none if the name states everything.
-    """
-
-    quantity: str
-    column: str
-    unit: str
-    sign: int = 1
-    absolute: bool = False
-    times: str = ""
+    quantity: str  # such as ``knee.angle``
+    column: str  # in the log
+    unit: str  # of its numbers
+    sign: int = 1  # 1 or -1
+    absolute: bool = False  # whether pressures count from vacuum
+    times: str = ""  # factor with its unit, such as ``0.0069 m`` of a force that makes a torque
+    # What is not certain, and why; none if the name states everything
     warnings: tuple[str, ...] = ()
 
     @property
@@ -105,16 +96,10 @@ class Guess:
 def guess_columns(
     columns: Columns, names: SignalNames, *, supply: float, stated: Sequence[Guess] = ()
 ) -> tuple[tuple[Guess, ...], dict[str, str]]:
-    """Guess what each column of a log is.
+    """Guess what each column of a log is: the guesses, and column -> why it is not used.
 
-    Args:
-        columns: of the log.
-        names: of the rig's signals.
-        supply: gauge pressure of the rig's supply, below which its pressures lie [Pa].
-        stated: what the user states of some; the unit is guessed where it is empty.
-
-    Returns:
-        What is stated and the guesses, and column -> why it is not used.
+    Pressures lie below the gauge pressure of the rig's ``supply`` [Pa]. What the user has
+    ``stated`` of some columns is taken over; the unit is guessed where it is empty.
 
     Raises:
         InputError: if a stated column is not there, or a quantity is stated twice.

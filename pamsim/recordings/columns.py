@@ -64,25 +64,16 @@ def cells_of(columns: Mapping[str, FloatArray]) -> dict[str, Cells]:
 
 @dataclass(frozen=True, kw_only=True)
 class Columns:
-    """The columns of a file.
+    """The columns of a file."""
 
-    Attributes:
-        path: of the file, for errors.
-        header: line number of the header; 0 of a file without one.
-        lines: line number of each row.
-        cells: name -> cell of each row, in the order of the file.
-        ignored: names of columns that the format does not know.
-        units: name -> unit, where the file has a line of them.
-        notes: what a reader should know, one sentence each.
-    """
-
-    path: Path
-    header: int
-    lines: Sequence[int]
-    cells: Mapping[str, Cells]
-    ignored: tuple[str, ...] = ()
+    path: Path  # of the file, for errors
+    header: int  # line number of the header; 0 of a file without one
+    lines: Sequence[int]  # line number of each row
+    cells: Mapping[str, Cells]  # name -> cell of each row, in the order of the file
+    ignored: tuple[str, ...] = ()  # names of columns that the format does not know
+    # name -> unit, where the file has a line of them
     units: Mapping[str, str] = field(default_factory=dict[str, str])
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what a reader should know, one sentence each
 
     @cached_property
     def values(self) -> Mapping[str, FloatArray]:

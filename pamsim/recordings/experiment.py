@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.limits import RUN_SAMPLES
-from pamsim.core.parameters import check_value, parameter, specs
+from pamsim.core.parameters import check_value, quantity, specs
 from pamsim.core.units import FloatArray
 from pamsim.recordings.signals import DRIVES, IMPOSED, Drive, DriveLike
 
@@ -48,13 +48,11 @@ class Experiment:
     command_time: FloatArray
     command_value: FloatArray
     start_pressure: FloatArray
-    duration: float = parameter(unit="s", low=0.0, low_open=True, high=1e6, doc="duration")
-    sample_rate: float = parameter(
-        unit="Hz", low=0.0, low_open=True, high=1e5, doc="sample_rate", default=500.0
-    )
-    load: float = parameter(unit="kg", low=0.0, high=1e4, doc="load", default=0.0)
-    settle: float = parameter(unit="s", low=0.0, high=1e4, doc="settle", default=4.0)
-    approach: float = parameter(unit="s", low=0.0, high=1e6, doc="approach", default=0.0)
+    duration: float = quantity("(0, 1e6] s", "duration")
+    sample_rate: float = quantity("(0, 1e5] Hz", "sample_rate", 500.0)
+    load: float = quantity("[0, 1e4] kg", "load", 0.0)
+    settle: float = quantity("[0, 1e4] s", "settle", 4.0)
+    approach: float = quantity("[0, 1e6] s", "approach", 0.0)
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -121,13 +119,9 @@ class Experiment:
         }
 
     def command_at(self, times: ArrayLike) -> FloatArray:
-        """Command at given times: the last value, or between two values as its drive says.
+        """Command (n, m + j) at times (n,) [s], not before 0 where values are held.
 
-        Args:
-            times: (n,) times [s], not before 0 where values are held.
-
-        Returns:
-            (n, m + j) command values.
+        It is the last value, or between two values as its drive says.
         """
         at = np.asarray(times, dtype=float)
         if all(self.drives.between):

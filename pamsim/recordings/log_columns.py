@@ -48,11 +48,8 @@ _RATE = {"rate": Entry(str, 'a rate such as "200 Hz"')}
 def in_own_format(columns: Columns, table: object, where: str) -> Columns:
     """A log's table with pamsim's own names and units; columns that are not named are left out.
 
-    Args:
-        columns: of the log.
-        table: quantity -> column, unit, and as needed sign, offset, times, absolute, wraps; or
-            time -> rate.
-        where: file and table, for errors.
+    ``table`` has quantity -> column, unit, and as needed sign, offset, times, absolute, wraps; or
+    time -> rate. It stands ``where`` errors say.
 
     Raises:
         InputError: for an unknown quantity, key or unit, a sign other than 1 and -1, no clock or

@@ -46,21 +46,13 @@ _SPELLED |= {"ratio": "1"}
 
 @dataclass(frozen=True, kw_only=True)
 class ForceMap:
-    """Static force over pressure and contraction.
+    """Static force over pressure and contraction."""
 
-    Attributes:
-        pressure: gauge, shape (n,) [Pa].
-        contraction: 1 - l/l0, shape (n,) [-].
-        force: shape (n,) [N].
-        nominal_length: l0 if the file or the user says it [m].
-        notes: what was taken for granted, for the reader.
-    """
-
-    pressure: FloatArray
-    contraction: FloatArray
-    force: FloatArray
-    nominal_length: float | None
-    notes: tuple[str, ...] = ()
+    pressure: FloatArray  # gauge, shape (n,) [Pa]
+    contraction: FloatArray  # 1 - l/l0, shape (n,) [-]
+    force: FloatArray  # shape (n,) [N]
+    nominal_length: float | None  # l0 if the file or the user says it [m]
+    notes: tuple[str, ...] = ()  # what was taken for granted, for the reader
 
     def without_zeros(self) -> ForceMap:
         """The map without points of no force, slack or not measured; InputError if none is left."""
@@ -76,38 +68,24 @@ class ForceMap:
 
 @dataclass(frozen=True, kw_only=True)
 class LengthLoop:
-    """Length while the pressure goes up and down.
+    """Length while the pressure goes up and down."""
 
-    Attributes:
-        pressure: gauge, shape (n,) [Pa].
-        length: shape (n,) [m].
-        rising: whether each point belongs to the branch of rising pressure, shape (n,).
-        notes: what was taken for granted, for the reader.
-    """
-
-    pressure: FloatArray
-    length: FloatArray
+    pressure: FloatArray  # gauge, shape (n,) [Pa]
+    length: FloatArray  # shape (n,) [m]
+    # Whether each point belongs to the branch of rising pressure, shape (n,)
     rising: NDArray[np.bool_]
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what was taken for granted, for the reader
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceLoops:
-    """Force and displacement over time, one record per loop.
+    """Force and displacement over time, one record per loop."""
 
-    Attributes:
-        names: of the loops.
-        time: per loop, shape (n_i,) [s].
-        force: per loop, shape (n_i,) [N].
-        displacement: per loop, shape (n_i,) [m].
-        notes: what was taken for granted, for the reader.
-    """
-
-    names: tuple[str, ...]
-    time: tuple[FloatArray, ...]
-    force: tuple[FloatArray, ...]
-    displacement: tuple[FloatArray, ...]
-    notes: tuple[str, ...] = ()
+    names: tuple[str, ...]  # of the loops
+    time: tuple[FloatArray, ...]  # per loop, shape (n_i,) [s]
+    force: tuple[FloatArray, ...]  # per loop, shape (n_i,) [N]
+    displacement: tuple[FloatArray, ...]  # per loop, shape (n_i,) [m]
+    notes: tuple[str, ...] = ()  # what was taken for granted, for the reader
 
 
 def read_measured(
@@ -115,9 +93,7 @@ def read_measured(
 ) -> ForceMap | LengthLoop | ForceLoops:
     """Read a force map, a length-pressure loop or force-displacement loops, in SI.
 
-    Args:
-        path: of the file.
-        nominal_length: l0 for a force map that gives lengths only [m].
+    ``nominal_length`` is l0 for a force map that gives lengths only [m].
 
     Raises:
         InputError: in one line: what `read_columns` refuses, missing quantities, a pressure
@@ -275,10 +251,8 @@ def _rising(pressure: FloatArray) -> NDArray[np.bool_]:
 def _force_loops(table: _Table) -> ForceLoops:
     label = np.array(table.words.get("loop", ["1"] * len(table.columns.lines)))
     names = tuple(dict.fromkeys(label.tolist()))
-    time, force, displacement = (
-        tuple(values[label == name] for name in names)
-        for values in map(table.si, ("time", "force", "displacement"))
-    )
-    return ForceLoops(
-        names=names, time=time, force=force, displacement=displacement, notes=table.notes
-    )
+    records = {
+        quantity: tuple(table.si(quantity)[label == name] for name in names)
+        for quantity in ("time", "force", "displacement")
+    }
+    return ForceLoops(names=names, notes=table.notes, **records)

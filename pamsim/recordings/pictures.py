@@ -66,13 +66,10 @@ def check_film(path: Path, fps: float) -> None:
 def write_film(
     path: Path, frames: Iterable[Picture], *, fps: float, palette_from: Sequence[Picture]
 ) -> None:
-    """Write a film, see `pamsim.core.files.complete_file`.
+    """Write a film, .gif, which then loops, or .mp4; see `pamsim.core.files.complete_file`.
 
-    Args:
-        path: ending in .gif, which then loops, or .mp4; its folder is created.
-        frames: (height, width, 3) RGB, all of one size.
-        fps: frames per second [Hz].
-        palette_from: some frames that show all colours of the film, for the one palette of a GIF.
+    Frames (height, width, 3) RGB are all of one size; ``fps`` of them are shown per second [Hz].
+    ``palette_from`` are some that show all colours of the film, for the one palette of a GIF.
 
     Raises:
         InputError: as `check_film`, or if the place cannot be written.

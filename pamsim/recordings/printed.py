@@ -52,29 +52,17 @@ def _text(name: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedStep:
-    """One row of Tables 1 and 2 of Matiskova 2021, in SI.
+    """One row of Tables 1 and 2 of Matiskova 2021, in SI."""
 
-    Attributes:
-        row: number, 1 to 24.
-        table: 1 or 2.
-        size: ``large``, ``medium`` or ``small`` step.
-        pressure: final gauge pressures of muscles 1 and 2 [Pa].
-        load: [kg].
-        angle: measured final angle [rad], the printed degrees.
-        increments: the printed encoder count.
-        repeats: the row this one repeats, or None.
-        slip: what is misprinted, or empty.
-    """
-
-    row: int
-    table: int
-    size: str
-    pressure: tuple[float, float]
-    load: float
-    angle: float
-    increments: float
-    repeats: int | None
-    slip: str
+    row: int  # number, 1 to 24
+    table: int  # 1 or 2
+    size: str  # ``large``, ``medium`` or ``small`` step
+    pressure: tuple[float, float]  # final gauge pressures of muscles 1 and 2 [Pa]
+    load: float  # [kg]
+    angle: float  # measured final angle [rad], the printed degrees
+    increments: float  # the printed encoder count
+    repeats: int | None  # the row this one repeats, or None
+    slip: str  # what is misprinted, or empty
 
 
 def mas20_steps() -> tuple[PrintedStep, ...]:
@@ -135,13 +123,9 @@ def loop_equation(branch: str) -> tuple[Printed, ...]:
 def arctangent_law(x: ArrayLike, a0: float, a1: float, a2: float, a3: float) -> FloatArray:
     """One branch of the length-pressure loop, y = a0 arctan(a1 x + a2) + a3: no memory, no rate.
 
-    Source: Alraouf 2025, equations (1) and (2); its "b0 +" read as "b0".
+    Of pressures x (n,): half-height over pi/2 a0 and value in the middle a3 [unit of y], steepness
+    a1 [1 / unit of x], shift a2 [-].
 
-    Args:
-        x: (n,) pressure [unit of 1/a1].
-        a0: half-height over pi/2 [unit of y].
-        a1: steepness [1 / unit of x].
-        a2: shift [-].
-        a3: value in the middle [unit of y].
+    Source: Alraouf 2025, equations (1) and (2); its "b0 +" read as "b0".
     """
     return a0 * np.arctan(a1 * np.asarray(x, dtype=np.float64) + a2) + a3

@@ -144,7 +144,8 @@ class Recording:
         names, drives = self.names, self.drives
         columns = command_columns(drives, names.named_muscles)
         commands = zip(columns, drives.muscles, self.command.T, strict=False)  # less the joints'
-        joints = zip(names.joint_columns(), self.joints.values(), self.positions.T, strict=True)
+        placed = map(column_of, names.joint_channels)
+        joints = zip(placed, self.joints.values(), self.positions.T, strict=True)
         pressures = (self.pressure / PA_PER_KPA).T
         return {
             "time_s": self.time,

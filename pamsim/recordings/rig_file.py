@@ -77,38 +77,25 @@ class OwnPhysics:
 
 @dataclass(frozen=True, kw_only=True)
 class RigFile:
-    """A rig as its folder states it.
+    """A rig as its folder states it."""
 
-    Attributes:
-        folder: where it lies.
-        name: of the rig.
-        purpose: what it is and is for, in a sentence; empty if not stated.
-        mjcf: path of the device's MJCF.
-        scene: path of the MJCF with floor and light, or None.
-        joints: whose positions are recorded; none stands for those that the muscles move.
-        load_body: body that carries the load, or None.
-        tendons: muscle -> tendon, or the joint that it slides along, in actuator order.
-        rods: joints that carry a muscle and get a tendon of their name.
-        muscle: shared sections, group -> entries.
-        overrides: muscle name -> group -> entries that replace shared ones.
-        native: MJCF field, such as ``joint.shaft.damping`` -> value.
-        sensor: measurement chain -> value.
-        own: what its ``effects.py`` adds to the package.
-    """
-
-    folder: Path
-    name: str
-    purpose: str = ""
-    mjcf: Path
-    scene: Path | None
+    folder: Path  # where it lies
+    name: str  # of the rig
+    purpose: str = ""  # what it is and is for, in a sentence; empty if not stated
+    mjcf: Path  # path of the device's MJCF
+    scene: Path | None  # path of the MJCF with floor and light, or None
+    # Whose positions are recorded; none stands for those that the muscles move
     joints: tuple[str, ...]
-    load_body: str | None
+    load_body: str | None  # body that carries the load, or None
+    # muscle -> tendon, or the joint that it slides along, in actuator order
     tendons: Mapping[str, str]
-    rods: tuple[str, ...]
-    muscle: Mapping[str, Section]
+    rods: tuple[str, ...]  # joints that carry a muscle and get a tendon of their name
+    muscle: Mapping[str, Section]  # shared sections, group -> entries
+    # muscle name -> group -> entries that replace shared ones
     overrides: Mapping[str, Mapping[str, Section]]
-    native: Mapping[str, Sourced]
-    sensor: Mapping[str, Sourced]
+    native: Mapping[str, Sourced]  # MJCF field, such as ``joint.shaft.damping`` -> value
+    sensor: Mapping[str, Sourced]  # measurement chain -> value
+    # What its ``effects.py`` adds to the package
     own: OwnPhysics = field(default_factory=OwnPhysics)
 
     @property
@@ -143,10 +130,7 @@ def find_rig(rig: str | os.PathLike[str]) -> Path:
 
 
 def read_rig(rig: str | os.PathLike[str]) -> RigFile:
-    """Read a rig's ``params.toml``, and run its ``effects.py`` if it has one.
-
-    Args:
-        rig: name of a shipped rig, or path of a rig folder.
+    """Read the ``params.toml`` of a shipped rig or a folder, and run its ``effects.py``, if any.
 
     Raises:
         InputError: for a missing file, bad TOML, an unknown or missing key, each with its place.
@@ -226,11 +210,7 @@ def add_rigs_laws(rig: str | os.PathLike[str] | None) -> None:
 
 
 def refuse_code(rig: str | os.PathLike[str]) -> None:
-    """Refuse a rig that a recording names if it has code of its own, which would run unasked.
-
-    Raises:
-        InputError: naming the file and what to give.
-    """
+    """Refuse a rig that a recording names if it has code of its own, which would run unasked."""
     path = find_rig(rig) / EFFECTS
     if path.is_file():
         raise InputError(

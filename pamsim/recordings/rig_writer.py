@@ -37,11 +37,9 @@ def write_rig(
         folder: of the new rig, created if need be; files of the same name are replaced.
         values: name -> number, in any unit that measures the parameter; it is converted to the unit
             in the file, and keeps its own if the parameter is new there. Names are those of
-            `pamsim.engine.rig.Rig.with_parameters`: ``group.field`` (it replaces what single
-            muscles had of their own), ``muscle:group.field``, ``hysteresis.operator.field``,
-            ``sensor.field``, or a native name.
-            The old value's 95 % interval and note are removed; bounds stay unless new ones are
-            given.
+            `pamsim.engine.rig.Rig.with_parameters`; ``group.field`` replaces what single muscles
+            had of their own. The old value's 95 % interval and note are removed; bounds stay unless
+            new ones are given.
         heading: comment for the top of the file.
 
     Returns:

@@ -50,13 +50,8 @@ _BRIEF = 3  # rows at one level that may be the end of the level before
 def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial, ...]:
     """Put a log on the clock, and cut it into the trials, that its table says.
 
-    Args:
-        trial: the whole log.
-        entry: what the table has of `ENTRIES`, None where it has none.
-        where: file and trial, for errors.
-
-    Returns:
-        The trials, numbered if there are several; the log itself if its table names none.
+    The table's ``entry`` has all of `ENTRIES`, None where nothing is stated. Several trials are
+    numbered; the log itself is the only one if its table names none.
 
     Raises:
         InputError: for a time without meaning, a segment outside the log or of too few rows, a rate
@@ -67,11 +62,9 @@ def trials_of(trial: Trial, entry: Mapping[str, Any], where: str) -> tuple[Trial
         trial = on_even_clock(trial, rate, where)
     if period is not None and segments:
         raise InputError(f"{where}: give period or segments, not both")
-    whole = period is None and segments is None
-    if whole and lead_in is None:
+    if period is None and segments is None and lead_in is None:
         return (trial,)
-    usual = 0.0 if whole else _LEAD_IN
-    lead = _seconds(usual if lead_in is None else lead_in, f"{where}: lead_in")
+    lead = _seconds(_LEAD_IN if lead_in is None else lead_in, f"{where}: lead_in")
     spans = [(lead, math.inf)]
     if period is not None:
         length, end = _seconds(period, f"{where}: period"), float(trial.time[-1])
@@ -174,12 +167,14 @@ def _inputs_apart(trials: list[Trial]) -> list[Trial]:
         longer = edges[:-1][np.diff(edges) > _BRIEF]
         levels.append(tuple(map(tuple, held[longer].tolist())))
     inputs = list(dict.fromkeys(levels))
-    named: list[Trial] = []
-    for trial, own in zip(trials, levels, strict=True):
-        stem = trial.protocol.removesuffix(HELD_OUT_SUFFIX)
-        end = trial.protocol.removeprefix(stem)
-        named.append(replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}"))
-    return named if len(inputs) > 1 else trials
+    if len(inputs) == 1:
+        return trials
+    stem = trials[0].protocol.removesuffix(HELD_OUT_SUFFIX)
+    end = trials[0].protocol.removeprefix(stem)
+    return [
+        replace(trial, protocol=f"{stem}_{inputs.index(own) + 1}{end}")
+        for trial, own in zip(trials, levels, strict=True)
+    ]
 
 
 def _seconds(value: object, where: str) -> float:

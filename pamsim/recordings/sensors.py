@@ -5,14 +5,12 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.parameters import ParameterGroup, parameter
+from pamsim.core.parameters import ParameterGroup, quantity
 from pamsim.core.units import FloatArray
 from pamsim.physics.hysteresis.maxwell_slip import play
 from pamsim.recordings.recording import Recording
@@ -21,43 +19,42 @@ _ON_INCREMENT = 0.02
 """Share of an increment by which written angles may miss it, as rounded in a file."""
 
 
-def _stated(doc: str, unit: str, high: float, low: float = 0.0, neutral: float = 0.0) -> float:
-    """A property of an instrument, with the value that it has if it is not stated."""
-    return parameter(unit=unit, low=low, high=high, doc=doc, default=neutral)
-
-
-@dataclass(frozen=True, kw_only=True)
-class MeasurementChain(ParameterGroup):
+class MeasurementChain(ParameterGroup, group="sensor"):
     """Encoder and pressure conversion of a rig, and their errors."""
 
-    group: ClassVar[str] = "sensor"
-    encoder_increments: float = _stated("encoder increments per revolution; 0 if unknown", "1", 1e7)
-    converter_bits: float = _stated("bits of the converter; 0 if unknown", "1", 32.0)
-    converter_span: float = _stated("width of the converter's input range", "V", 100.0)
-    transducer_gain: float = _stated("pressure per volt of the transducer", "Pa/V", 1e7)
-    angle_bias: float = _stated("reported less true angle at zero", "rad", 3.2, -3.2)
-    angle_scale: float = _stated("reported per true change of angle", "1", 10.0, 0.1, 1.0)
-    angle_bend: float = _stated(
-        "half of the change of that scale per true angle", "1/rad", 10.0, -10.0
+    encoder_increments: float = quantity(
+        "[0, 1e7]", "encoder increments per revolution; 0 if unknown", 0.0
     )
-    angle_lag: float = _stated("time constant of the reported angle", "s", 10.0)
-    angle_backlash: float = _stated(
-        "travel that a reversing joint makes before its encoder follows", "rad", 1.0
+    converter_bits: float = quantity("[0, 32]", "bits of the converter; 0 if unknown", 0.0)
+    converter_span: float = quantity("[0, 100] V", "width of the converter's input range", 0.0)
+    transducer_gain: float = quantity("[0, 1e7] Pa/V", "pressure per volt of the transducer", 0.0)
+    angle_bias: float = quantity("[-3.2, 3.2] rad", "reported less true angle at zero", 0.0)
+    angle_scale: float = quantity("[0.1, 10]", "reported per true change of angle", 1.0)
+    angle_bend: float = quantity(
+        "[-10, 10] 1/rad", "half of the change of that scale per true angle", 0.0
     )
-    clock_offset: float = _stated(
-        "time by which the log of angles is late against that of pressures", "s", 10.0, -10.0
+    angle_lag: float = quantity("[0, 10] s", "time constant of the reported angle", 0.0)
+    angle_backlash: float = quantity(
+        "[0, 1] rad", "travel that a reversing joint makes before its encoder follows", 0.0
     )
-    angle_dead_share: float = _stated(
-        "share of a recording, up to its end, in which the reported angles stand still", "1", 1.0
+    clock_offset: float = quantity(
+        "[-10, 10] s", "time by which the log of angles is late against that of pressures", 0.0
     )
-    pressure_bias: float = _stated("reported less true pressure at zero", "Pa", 1e6, -1e6)
-    pressure_scale: float = _stated("reported per true change of pressure", "1", 10.0, 0.1, 1.0)
-    pressure_bend: float = _stated(
-        "half of the change of that scale per true pressure", "1/Pa", 1e-5, -1e-5
+    angle_dead_share: float = quantity(
+        "[0, 1]",
+        "share of a recording, up to its end, in which the reported angles stand still",
+        0.0,
     )
-    pressure_lag: float = _stated("time constant of the reported pressures", "s", 10.0)
-    pressure_dead_share: float = _stated(
-        "share of a recording, up to its end, in which the reported pressures stand still", "1", 1.0
+    pressure_bias: float = quantity("[-1e6, 1e6] Pa", "reported less true pressure at zero", 0.0)
+    pressure_scale: float = quantity("[0.1, 10]", "reported per true change of pressure", 1.0)
+    pressure_bend: float = quantity(
+        "[-1e-5, 1e-5] 1/Pa", "half of the change of that scale per true pressure", 0.0
+    )
+    pressure_lag: float = quantity("[0, 10] s", "time constant of the reported pressures", 0.0)
+    pressure_dead_share: float = quantity(
+        "[0, 1]",
+        "share of a recording, up to its end, in which the reported pressures stand still",
+        0.0,
     )
 
     def __post_init__(self) -> None:
@@ -78,14 +75,10 @@ class MeasurementChain(ParameterGroup):
 
 
 def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
-    """A sampled signal behind a first-order lag, at rest before its first sample.
+    """A signal (n,) or (n, m) behind a first-order lag [s], at rest before its first sample.
 
-    Exact at the given times, uniform or not, for a signal that is straight between them.
-
-    Args:
-        time: (n,) increasing [s].
-        signal: (n,) or (n, m), in any unit.
-        lag: time constant [s]; 0 gives the signal itself.
+    Exact at the given times (n,) [s], uniform or not, for a signal that is straight between them;
+    a lag of 0 gives the signal itself.
     """
     true = np.asarray(signal, dtype=float)
     if lag == 0.0 or len(true) == 0:
@@ -102,26 +95,20 @@ def lagged(time: ArrayLike, signal: ArrayLike, lag: float) -> FloatArray:
 
 
 def ahead_of_lag(time: ArrayLike, reading: ArrayLike, lag: float) -> FloatArray:
-    """The signal (k,) that a first-order lag has turned into a smooth reading: no noise in it.
+    """The signal (k,) that a first-order lag [s] has turned into a reading (k,).
 
-    Args:
-        time: of the samples [s], (k,).
-        reading: after the lag, (k,), in any unit.
-        lag: time constant [s]; 0 gives the reading itself.
+    The reading, at times (k,) [s], has to be smooth, without noise; a lag of 0 gives it itself.
     """
     read = np.asarray(reading, dtype=float)
     return read + lag * np.gradient(read, np.asarray(time, dtype=float)) if lag else read
 
 
 def through_backlash(signal: ArrayLike, backlash: float) -> FloatArray:
-    """A sampled signal behind a coupling with backlash, in whose middle it begins.
+    """A signal (n,) or (n, m) behind a coupling with backlash, in whose middle it begins.
 
     The play operator of half the backlash, whose output depends on the turning points alone. They
-    have to be among the samples.
-
-    Args:
-        signal: (n,) or (n, m), in any unit.
-        backlash: dead travel at a reversal, in the same; 0 gives the signal itself.
+    have to be among the samples. The backlash is the dead travel at a reversal, in the signal's
+    unit; 0 gives the signal itself.
     """
     true = np.asarray(signal, dtype=float)
     if backlash == 0.0 or len(true) == 0:
@@ -134,56 +121,39 @@ def through_backlash(signal: ArrayLike, backlash: float) -> FloatArray:
 
 
 def shifted(time: ArrayLike, signal: ArrayLike, offset: float) -> FloatArray:
-    """A sampled signal as a clock that is off by a constant time logs it.
+    """A signal (n,) or (n, m) as a clock that is late by a constant offset [s] logs it.
 
-    It is straight between its samples, and holds its first and last value beyond them.
-
-    Args:
-        time: (n,) increasing [s].
-        signal: (n,) or (n, m), in any unit.
-        offset: time by which the log is late [s]; 0 gives the signal itself.
+    It is straight between its samples (n,) [s], and holds its first and last value beyond them.
     """
-    true = np.asarray(signal, dtype=float)
-    if offset == 0.0 or len(true) == 0:
-        return true
     at = np.asarray(time, dtype=float)
-    columns = true.reshape(len(true), -1).T
-    return np.array([np.interp(at - offset, at, one) for one in columns]).T.reshape(true.shape)
+    return _at(at - offset, at, signal) if offset else np.asarray(signal, dtype=float)
 
 
 def dying(time: ArrayLike, signal: ArrayLike, share: float) -> FloatArray:
-    """A sampled signal of a channel that stands still from some time on.
+    """A signal (n,) or (n, m) of a channel that stands still in the last share of its time.
 
-    It is straight between its samples, so that the rest depends smoothly on that time.
-
-    Args:
-        time: (n,) increasing [s].
-        signal: (n,) or (n, m), in any unit.
-        share: of the time, up to its end, in which it stands still: 1 for all of it; 0 gives the
-            signal itself.
+    It is straight between its samples (n,) [s], so that the rest depends smoothly on when it dies;
+    a share of 1 is all of it.
     """
-    true = np.asarray(signal, dtype=float)
-    if share == 0.0 or len(true) == 0:
-        return true
     at = np.asarray(time, dtype=float)
-    shown = np.minimum(at, at[-1] - share * (at[-1] - at[0]))
+    if share == 0.0 or len(at) == 0:
+        return np.asarray(signal, dtype=float)
+    return _at(np.minimum(at, at[-1] - share * (at[-1] - at[0])), at, signal)
+
+
+def _at(when: FloatArray, time: FloatArray, signal: ArrayLike) -> FloatArray:
+    """A signal (n,) or (n, m), straight between its samples, at other times (n,)."""
+    true = np.asarray(signal, dtype=float)
+    if len(true) == 0:
+        return true
     columns = true.reshape(len(true), -1).T
-    return np.array([np.interp(shown, at, one) for one in columns]).T.reshape(true.shape)
+    return np.array([np.interp(when, time, one) for one in columns]).T.reshape(true.shape)
 
 
 def encode_angle(angle: ArrayLike, increments: float) -> FloatArray:
     """Angle (...) [rad], in whole increments, so many per revolution, up to the true one (...)."""
     step = 2.0 * math.pi / increments
     return np.floor(np.asarray(angle, dtype=float) / step) * step
-
-
-def encoded(recording: Recording, chain: MeasurementChain) -> FloatArray:
-    """Positions (n, j) in whole increments of the encoder [rad]; of joints that slide as is [m]."""
-    if chain.encoder_increments == 0.0:
-        return recording.positions
-    turns = np.array([kind == "angle" for kind in recording.joints.values()])
-    counted = encode_angle(recording.positions, chain.encoder_increments)
-    return np.where(turns, counted, recording.positions)
 
 
 def encoder_offset(reading: ArrayLike, increments: float) -> float:
@@ -206,6 +176,17 @@ def convert_pressure(pressure: ArrayLike, step: float) -> FloatArray:
     return np.round(np.asarray(pressure, dtype=float) / step) * step
 
 
+def quantised(recording: Recording, chain: MeasurementChain) -> Recording:
+    """A recording in whole steps of a rig's encoder and converter, where they are known."""
+    positions, pressure = recording.positions, recording.pressure
+    if chain.encoder_increments > 0.0:
+        turns = np.array([kind == "angle" for kind in recording.joints.values()])
+        positions = np.where(turns, encode_angle(positions, chain.encoder_increments), positions)
+    if chain.pressure_step > 0.0:
+        pressure = convert_pressure(pressure, chain.pressure_step)
+    return dataclasses.replace(recording, positions=positions, pressure=pressure)
+
+
 def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     """A recording as instruments with errors report it.
 
@@ -214,9 +195,10 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     what is dead of a channel. Instruments without errors report the same arrays.
     """
     turned = through_backlash(recording.positions, chain.angle_backlash)
-    turned = read_position(lagged(recording.time, turned, chain.angle_lag), chain)
+    turned = read_at_rest(lagged(recording.time, turned, chain.angle_lag), chain, "angle")
     turned = shifted(recording.time, turned, chain.clock_offset)
-    pressed = read_pressure(lagged(recording.time, recording.pressure, chain.pressure_lag), chain)
+    pressed = lagged(recording.time, recording.pressure, chain.pressure_lag)
+    pressed = read_at_rest(pressed, chain, "pressure")
     return dataclasses.replace(
         recording,
         positions=dying(recording.time, turned, chain.angle_dead_share),
@@ -224,39 +206,32 @@ def distorted(recording: Recording, chain: MeasurementChain) -> Recording:
     )
 
 
-def read_pressure(true: FloatArray, chain: MeasurementChain) -> FloatArray:
-    """A sensor's reading (...) [Pa] at rest of a true pressure (...) [Pa]."""
-    return _read(true, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
-
-
-def read_position(true: FloatArray, chain: MeasurementChain) -> FloatArray:
-    """A sensor's reading (...) [rad or m] at rest of a true position (...) of a joint."""
-    return _read(true, chain.angle_scale, chain.angle_bend, chain.angle_bias)
-
-
-def true_pressure(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
-    """True pressure (...) [Pa] at rest from a sensor's reading (...) [Pa]."""
-    return _true(reading, chain.pressure_scale, chain.pressure_bend, chain.pressure_bias)
-
-
-def true_position(reading: ArrayLike, chain: MeasurementChain) -> FloatArray:
-    """True position (...) [rad or m] at rest of a joint from a sensor's reading (...)."""
-    return _true(reading, chain.angle_scale, chain.angle_bend, chain.angle_bias)
-
-
-def _read(true: FloatArray, scale: float, bend: float, bias: float) -> FloatArray:
+def read_at_rest(true: FloatArray, chain: MeasurementChain, of: str) -> FloatArray:
+    """Reading (...) at rest of a true ``pressure`` [Pa] or ``angle`` [rad or m] (...)."""
+    scale, bend, bias = _errors(chain, of)
     if (scale, bend, bias) == (1.0, 0.0, 0.0):
         return true
     return (scale + bend * true) * true + bias
 
 
-def _true(reading: ArrayLike, scale: float, bend: float, bias: float) -> FloatArray:
-    """Of the two true values with one reading, the one on the branch that holds zero."""
+def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatArray:
+    """True ``pressure`` [Pa] or ``angle`` [rad or m] (...) at rest from a sensor's reading (...).
+
+    Of the two true values with one reading, the one on the branch that holds zero.
+    """
+    scale, bend, bias = _errors(chain, of)
     read = np.asarray(reading, dtype=float) - bias
     if bend == 0.0:
         return read / scale
     # Beyond the turning point of the parabola no true value has such a reading: that point.
     return 2.0 * read / (scale + np.sqrt(np.maximum(scale * scale + 4.0 * bend * read, 0.0)))
+
+
+def _errors(chain: MeasurementChain, of: str) -> tuple[float, float, float]:
+    """Scale, bend and bias of a sensor."""
+    if of == "pressure":
+        return chain.pressure_scale, chain.pressure_bend, chain.pressure_bias
+    return chain.angle_scale, chain.angle_bend, chain.angle_bias
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
@@ -270,10 +245,4 @@ def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:
     """
     if chain is None:
         raise InputError("this rig declares no sensors; add a [sensor] table to its params.toml")
-    reported = distorted(recording, chain)
-    step, pressure = chain.pressure_step, reported.pressure
-    return dataclasses.replace(
-        reported,
-        positions=encoded(reported, chain),
-        pressure=convert_pressure(pressure, step) if step > 0.0 else pressure,
-    )
+    return quantised(distorted(recording, chain), chain)

@@ -177,10 +177,6 @@ class SignalNames:
         """Channel of each muscle, such as of its ``pressure`` or ``force``."""
         return muscle_channels(quantity, self.named_muscles, len(self.muscles))
 
-    def joint_columns(self) -> tuple[str, ...]:
-        """Column of each joint in a file."""
-        return tuple(map(column_of, self.joint_channels))
-
     def check_driven(self, driven: Mapping[str, str], where: str) -> None:
         """Refuse joints -> kind of drive that a rig ``where`` has not or that move otherwise."""
         for joint, kind in driven.items():
@@ -197,16 +193,11 @@ class SignalNames:
 
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """A resolved drive, whose values are columns: one per muscle, then one per driven joint.
+    """A resolved drive, whose values are columns: one per muscle, then one per driven joint."""
 
-    Attributes:
-        muscles: kind of each muscle's, of `MUSCLE_DRIVES`.
-        names: of the muscles; none if they go by order.
-        joints: driven joint -> its kind, of `JOINT_DRIVES`.
-    """
-
-    muscles: tuple[str, ...]
-    names: tuple[str, ...] = ()
+    muscles: tuple[str, ...]  # kind of each muscle's, of `MUSCLE_DRIVES`
+    names: tuple[str, ...] = ()  # of the muscles; none if they go by order
+    # driven joint -> its kind, of `JOINT_DRIVES`
     joints: Mapping[str, str] = field(default_factory=dict[str, str])
 
     @classmethod

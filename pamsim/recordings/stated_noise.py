@@ -34,27 +34,13 @@ _ENTRY = {
 
 @dataclass(frozen=True, kw_only=True)
 class StatedNoise:
-    """Noise of a channel.
+    """Noise of a channel."""
 
-    Attributes:
-        rms: standard deviation [SI].
-        cutoff: of the low-pass that it has passed [Hz]; inf without one.
-    """
-
-    rms: float
-    cutoff: float = math.inf
+    rms: float  # standard deviation [SI]
+    cutoff: float = math.inf  # of the low-pass that it has passed [Hz]; inf without one
 
     def drawn(self, count: int, interval: float, rng: np.random.Generator) -> FloatArray:
-        """Draw noise.
-
-        Args:
-            count: of samples.
-            interval: between them [s].
-            rng: random numbers.
-
-        Returns:
-            Shape ``(count,)`` [SI].
-        """
+        """Noise of ``count`` samples (count,) [SI], an interval [s] apart."""
         kept = math.exp(-2.0 * math.pi * self.cutoff * interval)  # from sample to sample
         new = self.rms * math.sqrt(1.0 - kept**2) * rng.standard_normal(count)
         before = kept * self.rms * rng.standard_normal(1)
@@ -62,12 +48,7 @@ class StatedNoise:
 
 
 def stated_noise(table: object, channels: Iterable[str], where: str) -> dict[str, StatedNoise]:
-    """Noise of each channel that a table states.
-
-    Args:
-        table: channel -> rms and, as needed, filter.
-        channels: that were measured.
-        where: file and table, for errors.
+    """Noise of each measured channel that a table states: channel -> rms and, as needed, filter.
 
     Raises:
         InputError: for a channel that was not measured, an unknown key, a size without meaning.

@@ -29,25 +29,16 @@ _STATIC_COLUMNS = ("p{}_kpa", "start_p{}_kpa", "angle_deg", "load_kg")
 
 @dataclass(frozen=True, kw_only=True)
 class StaticTable:
-    """Angles at rest, in SI.
+    """Angles at rest, in SI."""
 
-    Attributes:
-        name: of the file, or ``mas20``.
-        rows: what to call each row.
-        pressure: (n, m) gauge pressures at rest [Pa].
-        load: (n,) [kg].
-        angle: (n,) [rad].
-        start: (n, m) gauge pressures before the step [Pa], or None if the table has none.
-        notes: what a reader should know, one sentence each.
-    """
-
-    name: str
-    rows: tuple[str, ...]
-    pressure: FloatArray
-    load: FloatArray
-    angle: FloatArray
+    name: str  # of the file, or ``mas20``
+    rows: tuple[str, ...]  # what to call each row
+    pressure: FloatArray  # (n, m) gauge pressures at rest [Pa]
+    load: FloatArray  # (n,) [kg]
+    angle: FloatArray  # (n,) [rad]
+    # (n, m) gauge pressures before the step [Pa], or None if the table has none
     start: FloatArray | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # what a reader should know, one sentence each
 
 
 def read_static_table(source: str | os.PathLike[str]) -> StaticTable:

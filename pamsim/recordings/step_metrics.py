@@ -20,35 +20,22 @@ _MEDIAN_TO_SD = 1.4826
 
 @dataclass(frozen=True)
 class StepMetrics:
-    """Figures of one step response, in the units of the response.
+    """Figures of one step response, in the units of the response."""
 
-    Attributes:
-        start: first value.
-        final: mean over the last 2 % of the record.
-        settling_time: from when on the response stays within 2 % of its travel of the final value
-            [s]; NaN if it has not settled by the last tenth of the record, or is still on its way
-            then: a decay as over the last three tenths would lead out of these 2 %.
-        overshoot: largest travel beyond the final value, as a share of the travel [-].
-        reversal: largest turn back against the direction of the step.
-    """
-
-    start: float
-    final: float
+    start: float  # first value
+    final: float  # mean over the last 2 % of the record
+    # From when on the response stays within 2 % of its travel of the final value [s]; NaN if it has
+    # not settled by the last tenth of the record, or is still on its way then: a decay as over the
+    # last three tenths would lead out of these 2 %.
     settling_time: float
-    overshoot: float
-    reversal: float
-
-    def monotonic(self, tolerance: float) -> bool:
-        """Whether the response never turns back by more than a tolerance, in its own units."""
-        return self.reversal <= tolerance
+    overshoot: float  # largest travel beyond the final value, as a share of the travel [-]
+    reversal: float  # largest turn back against the direction of the step
 
 
 def step_metrics(time: ArrayLike, response: ArrayLike) -> StepMetrics:
-    """Read the figures off a step response; one without travel settles at once.
+    """Figures of a step response (n,) in any unit; one without travel settles at once.
 
-    Args:
-        time: (n,) [s], increasing from the step on.
-        response: (n,) in any unit.
+    Its times (n,) [s] increase from the step on.
     """
     t, y = np.asarray(time, dtype=float), np.asarray(response, dtype=float)
     start, final = float(y[0]), float(y[-max(1, len(y) // 50) :].mean())

@@ -38,12 +38,11 @@ _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
 def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
     """Read a table with a header.
 
-    Args:
-        path: of a text file, its cells separated by commas, semicolons, tabs, bars or spaces, with
-            decimal points, or with decimal commas where no comma separates cells; a line of units
-            may follow the header, and lines of another number of cells come before it. Or of an
-            ``.npz`` or ``.mat`` file with one array per column, or of a ``.parquet`` file.
-        numbers_only: whether a text file may be without header; its columns are ``column_1``, ...
+    Cells of a text file are separated by commas, semicolons, tabs, bars or spaces, with decimal
+    points, or with decimal commas where no comma separates cells. A line of units may follow the
+    header, and lines of another number of cells come before it. With ``numbers_only`` it may be
+    without header; its columns are ``column_1``, ... An ``.npz`` or ``.mat`` file has one array per
+    column, or it is a ``.parquet`` file.
 
     Raises:
         InputError: in one line: unreadable file, no header, no row below it, a row of another

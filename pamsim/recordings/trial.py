@@ -18,6 +18,7 @@ from pamsim.recordings.signals import (
     Drive,
     DriveLike,
     SignalNames,
+    column_of,
     kind_of,
     muscle_channels,
     owner_of,
@@ -30,19 +31,12 @@ HELD_OUT_SUFFIX = "_check"
 
 @dataclass(frozen=True, kw_only=True)
 class TrialLead:
-    """What a rig did right before a trial: it is simulated, so that memory settles, not compared.
+    """What a rig did right before a trial: simulated, so that memory settles, not compared."""
 
-    Attributes:
-        time: (k,) [s], increasing from 0.
-        duration: from its first sample to the trial's [s].
-        command: (k, m + j) as that of the trial.
-        start_pressure: (m,) first measured gauge pressures [Pa]; NaN where not measured.
-    """
-
-    time: FloatArray
-    duration: float
-    command: FloatArray
-    start_pressure: FloatArray
+    time: FloatArray  # (k,) [s], increasing from 0
+    duration: float  # from its first sample to the trial's [s]
+    command: FloatArray  # (k, m + j) as that of the trial
+    start_pressure: FloatArray  # (m,) first measured gauge pressures [Pa]; NaN where not measured
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,13 +109,8 @@ class TrialSet:
 def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str, ...]]:
     """A trial with its channels and commands as a rig names and orders them.
 
-    Args:
-        trial: as its file names them.
-        names: of the rig's signals.
-        rig: its name, for messages.
-
-    Returns:
-        The trial, and notes on channels that the rig does not record.
+    ``rig`` is its name, for messages. With the trial come notes on channels that the rig does not
+    record.
 
     Raises:
         InputError: for another number of muscles, a joint that the rig does not record or that
@@ -132,7 +121,7 @@ def of_rig(trial: Trial, names: SignalNames, rig: str) -> tuple[Trial, tuple[str
     names.check_driven(trial.drives.joints, f"{trial.name!r}: rig {rig!r}")
     channels = _channels(trial, names, order)
     left = [channel for channel in trial.measured if channel not in channels]
-    shown = " or ".join(names.joint_columns())
+    shown = " or ".join(map(column_of, names.joint_channels))
     for channel in left:
         joint, asked = owner_of(channel), f"of rig {rig!r}"
         if channel == "angle":

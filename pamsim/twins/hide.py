@@ -20,10 +20,10 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.rig_file import shipped_rigs
-from pamsim.recordings.sensors import distorted
+from pamsim.recordings.sensors import distorted, quantised
 from pamsim.recordings.signals import IMPOSED
 from pamsim.recordings.trial import HELD_OUT_SUFFIX
-from pamsim.twins.noise import quantised, with_noise, with_variation
+from pamsim.twins.noise import with_noise, with_variation
 from pamsim.twins.synthetic_recording import HiddenEffect, HideSettings, SyntheticRecording
 
 RigLike: TypeAlias = str | os.PathLike[str] | Rig
@@ -163,7 +163,7 @@ def recorded(
         stem: with_noise(one, rng, settings.noise, coloured=settings.coloured)
         for stem, one in zip(protocols, runs, strict=True)
     }
-    if settings.quantised:
+    if settings.quantised and rig.sensor is not None:
         trials = {stem: quantised(one, rig.sensor) for stem, one in trials.items()}
     return SyntheticRecording(
         rig=rig,

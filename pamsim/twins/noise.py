@@ -13,7 +13,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.physics.record import has_parameter
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.sensors import MeasurementChain, convert_pressure, encoded
 
 ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
 """Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of
@@ -39,10 +38,7 @@ _VARYING = (
 def with_variation(rig: Rig, rng: np.random.Generator, variation: float) -> Rig:
     """The rig as it is in one trial; all muscles vary together, differences between them stay.
 
-    Args:
-        rig: nominal.
-        rng: that draws the trial's factors.
-        variation: their relative standard deviation.
+    The factors that ``rng`` draws have the relative standard deviation ``variation``.
     """
     factors = 1.0 + variation * rng.standard_normal(len(_VARYING))
     values = {
@@ -59,11 +55,8 @@ def with_noise(
 ) -> Recording:
     """A recording with noise on joints, pressures and forces.
 
-    Args:
-        run: as error-free sensors give it.
-        rng: that draws the noise.
-        factor: on all standard deviations.
-        coloured: True for noise half of which drifts, with a correlation time of `DRIFT`.
+    All standard deviations are multiplied by ``factor``. Half of ``coloured`` noise drifts, with a
+    correlation time of `DRIFT`.
     """
     rate = float(run.meta["sample_hz"])
 
@@ -74,28 +67,16 @@ def with_noise(
     sizes = np.array(
         [(_MACHINE_NOISE if j in imposed else _JOINT_NOISE)[k] for j, k in run.joints.items()]
     )
-    noisy = dataclasses.replace(
+    return dataclasses.replace(
         run,
         positions=run.positions + noise(run.positions.shape, sizes),
         pressure=run.pressure + noise(run.pressure.shape, PRESSURE_NOISE),
         tension=run.tension + noise(run.tension.shape, FORCE_NOISE),
-    )
-    return dataclasses.replace(
-        noisy,
         effort={
             joint: values + noise(values.shape, _EFFORT_NOISE[run.joints[joint]])
             for joint, values in run.effort.items()
         },
     )
-
-
-def quantised(run: Recording, chain: MeasurementChain | None) -> Recording:
-    """A recording in whole steps of a rig's encoder and converter, where it states them."""
-    positions = run.positions if chain is None else encoded(run, chain)
-    pressure = run.pressure
-    if chain is not None and chain.pressure_step > 0.0:
-        pressure = convert_pressure(pressure, chain.pressure_step)
-    return dataclasses.replace(run, positions=positions, pressure=pressure)
 
 
 def _unit_noise(

@@ -18,17 +18,10 @@ KINDS = {
 
 
 def protocol_cards(name: str | None = None) -> dict[str, Any]:
-    """Describe all protocols, or one.
+    """Describe all protocols, or one; InputError with the nearest if there is none of its name.
 
-    Args:
-        name: of one; None for all.
-
-    Returns:
-        JSON-safe mapping ``protocols``: name, kind of `KINDS`, what it shows, what it commands,
-        load [kg], length [s] and sampling rate [Hz] of a trial.
-
-    Raises:
-        InputError: for an unknown name, with the nearest.
+    JSON-safe mapping ``protocols``: name, kind of `KINDS`, what it shows, what it commands,
+    load [kg], length [s] and sampling rate [Hz] of a trial.
     """
     cards = [
         *(_card("menu", one, one.command, one.load) for one in PROTOCOLS.values()),

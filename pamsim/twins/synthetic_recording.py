@@ -61,21 +61,13 @@ class HideSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class HiddenEffect:
-    """One effect that was hidden.
+    """One effect that was hidden."""
 
-    Attributes:
-        name: of the effect.
-        size: how much of it [unit].
-        unit: of the size.
-        stands_for: effects of the library that are right names for it.
-        families: families of the library that are right for it.
-    """
-
-    name: str
-    size: float
-    unit: str
-    stands_for: tuple[str, ...]
-    families: tuple[str, ...] = ()
+    name: str  # of the effect
+    size: float  # how much of it [unit]
+    unit: str  # of the size
+    stands_for: tuple[str, ...]  # effects of the library that are right names for it
+    families: tuple[str, ...] = ()  # families of the library that are right for it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,14 +116,9 @@ class SyntheticRecording:
     def save(self, folder: Path | str) -> Path:
         """Write the recording, and the ground truth in a file beside its folder.
 
-        The recording names the rig without the effects. Nothing that reads the folder can read the
-        ground truth.
-
-        Args:
-            folder: of the recording; made if need be.
-
-        Returns:
-            The file of the ground truth, ``<folder>.ground_truth.json``.
+        The recording names the rig without the effects. Nothing that reads the folder, which is
+        made if need be, can read the ground truth, ``<folder>.ground_truth.json``, whose path is
+        returned.
 
         Raises:
             InputError: if the folder cannot be written.

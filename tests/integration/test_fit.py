@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from pamsim.fitting.fit import fit
-from pamsim.fitting.law_curve import named_law
-from pamsim.fitting.loop_cost import maxwell_loop
+from pamsim.fitting.force_map import named_law
+from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.physics.braid import Braid
 from pamsim.recordings.printed import loop_equation
 from tests.typed_command import run

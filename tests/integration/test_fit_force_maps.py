@@ -10,8 +10,13 @@ import pytest
 
 from pamsim.fitting.curve_fit import search_curve
 from pamsim.fitting.fit import fit
-from pamsim.fitting.force_map import fit_force_law, warnings_about
-from pamsim.fitting.law_curve import law_coefficients, law_curve, named_law
+from pamsim.fitting.force_map import (
+    fit_force_law,
+    law_coefficients,
+    law_curve,
+    named_law,
+    warnings_about,
+)
 from pamsim.physics.braid import Braid
 from pamsim.recordings.measured_table import read_measured
 

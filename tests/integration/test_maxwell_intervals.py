@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pamsim.fitting.loop_cost import maxwell_loop
-from pamsim.fitting.maxwell import fit_maxwell
+from pamsim.fitting.maxwell import fit_maxwell, maxwell_loop
 from pamsim.recordings.measured_table import ForceLoops
 
 PLANTED = (0.45, 0.05, 5e3)  # alpha [-], beta [s], Ke [N/m]

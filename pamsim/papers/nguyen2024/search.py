@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.fitting.loop_cost import MAXWELL, LoopPoints, maxwell_loop, maxwell_residual
+from pamsim.fitting.maxwell import MAXWELL, LoopPoints, maxwell_loop, maxwell_residual
 from pamsim.fitting.search_comparison import SearchRun, compare_searches
 from pamsim.fitting.water_cycle import water_cycle
 from pamsim.papers.claim import Recomputed, recomputes

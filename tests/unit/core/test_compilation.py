@@ -27,13 +27,11 @@ def nowhere(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("nowhere")
-def test_where_the_source_can_be_written_numba_chooses(tmp_path):
+def test_where_the_source_can_be_written_numba_chooses_and_a_stated_folder_stays(
+    tmp_path, monkeypatch
+):
     choose_cache(tmp_path)
     assert VARIABLE not in os.environ
-
-
-@pytest.mark.usefixtures("nowhere")
-def test_a_folder_that_is_stated_stays(tmp_path, monkeypatch):
     monkeypatch.setenv(VARIABLE, "mine")
     choose_cache(tmp_path / "file" / "source")
     assert os.environ[VARIABLE] == "mine"

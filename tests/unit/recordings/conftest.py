@@ -44,13 +44,13 @@ converter_bits = { value = 14, unit = "1", source = "Table 2", bounds = [12, 16]
 def rig_folder(tmp_path: Path) -> Callable[..., Path]:
     """Write the toy rig, with one piece of its ``params.toml`` replaced, and return its folder."""
 
-    def write(old: str = "", new: str = "", *, without: str = "") -> Path:
+    def write(old: str = "", new: str = "") -> Path:
         assert old in PARAMS, f"{old!r} is no longer part of the toy rig"
         folder = tmp_path / "toy"
         folder.mkdir()
         text = PARAMS.replace(old, new, 1) if old else PARAMS
         (folder / "params.toml").write_text(text, encoding="utf-8")
-        for name in {"toy.xml", "scene.xml"} - {without}:
+        for name in ("toy.xml", "scene.xml"):
             (folder / name).write_text("<mujoco/>", encoding="utf-8")
         return folder
 

@@ -17,10 +17,7 @@ def test_triangle_has_one_rate_and_starts_upwards():
     assert rate[0] > 0.0
     assert np.abs(rate) == pytest.approx(np.ones(rate.size), rel=1e-9)
     assert (wave.min(), wave.max()) == pytest.approx((-1.0, 1.0))
-
-
-def test_shrinking_triangle_draws_smaller_loops():
-    wave = triangle(TIME, 4.0, shrink=0.6)
+    wave = triangle(TIME, 4.0, shrink=0.6)  # draws smaller loops
     assert np.abs(wave[:1600]).max() == pytest.approx(1.0)
     assert np.abs(wave[1600:]).max() == pytest.approx(0.6)
 

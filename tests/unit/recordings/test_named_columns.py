@@ -8,34 +8,18 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.recordings.recording import Outcome, Recording, write_recording
+from pamsim.recordings.recording import write_recording
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import SignalNames, column_of, kind_of
 from pamsim.recordings.trial import of_rig
+from tests.unit.recordings.drawn_recording import drawn_recording
 
 LEG = SignalNames(joints={"knee": "angle", "rail": "position"}, muscles=("front", "back", "calf"))
 ARM = SignalNames(joints={"shaft": "angle"}, muscles=("muscle_1", "muscle_2"))
 
 
 def recording(names=LEG, kind="pressure_set"):
-    draw = np.random.default_rng(5)
-    n, m, j = 30, len(names.muscles), len(names.joints)
-    top = 4e5 if kind == "pressure_set" else 1.0
-    return Recording(
-        time=np.arange(n) * 0.004,
-        joints=names.joints,
-        positions=draw.uniform(-0.3, 0.3, (n, j)),
-        velocities=np.zeros((n, j)),
-        pressure=draw.uniform(1e5, 4e5, (n, m)),
-        tension=draw.uniform(0.0, 900.0, (n, m)),
-        command=draw.uniform(0.5 * top, top, (n, m)),
-        drive=kind,
-        load=0.0,
-        muscles=names.muscles,
-        outcome=Outcome.COMPLETED,
-        message="",
-        final_state=np.zeros(1),
-    )
+    return drawn_recording(names, kind)
 
 
 @pytest.mark.parametrize("kind", ["pressure_set", "valve", "pulse"])
@@ -54,17 +38,12 @@ def test_what_a_rig_with_several_joints_wrote_is_read_under_its_names(tmp_path, 
     assert {"knee_deg", "rail_mm", "calf_kpa", "calf_n"} <= run.columns().keys()
 
 
-def swapped(folder):
-    """Write the columns of every CSV in the reverse order."""
-    for path in folder.glob("*.csv"):
-        rows = [line.split(",") for line in path.read_text().splitlines()]
-        path.write_text("\n".join(",".join(reversed(row)) for row in rows) + "\n")
-
-
 def test_the_order_of_columns_does_not_matter(tmp_path):
     run = recording()
     write_recording(tmp_path, "my_leg", {"walk_1": run})
-    swapped(tmp_path)
+    path = tmp_path / "walk_1.csv"
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    path.write_text("\n".join(",".join(reversed(row)) for row in rows) + "\n")
     (trial,) = read_recordings(tmp_path).trials
     assert trial.muscle_names == ("calf", "back", "front")
     bound, notes = of_rig(trial, LEG, "my_leg")
@@ -135,13 +114,10 @@ def test_an_angle_without_a_name_is_refused_where_there_are_several(tmp_path):
         of_rig(trial, LEG, "my_leg")
 
 
-def test_a_mistyped_column_is_refused(tmp_path):
+def test_names_and_units_are_checked(tmp_path):
+    run = recording()
     with pytest.raises(InputError, match="did you mean 'calf_kpa'"):
         read(tmp_path, ("calf_kpa", "calff_kpa"))
-
-
-def test_units_are_checked_by_name(tmp_path):
-    run = recording()
     wide = dataclasses.replace(run, positions=run.positions * 100.0)
     with pytest.raises(InputError, match=r"knee_deg = .* is more than a turn"):
         read(tmp_path, run=wide)
@@ -199,8 +175,7 @@ def test_a_drive_for_each_muscle_is_read_as_it_was_written(tmp_path, names):
 
 
 def test_a_muscle_that_is_not_named_in_the_drive_is_missed(tmp_path):
-    run = recording()
-    write_recording(tmp_path, "my_leg", {"walk_1": run})
+    write_recording(tmp_path, "my_leg", {"walk_1": recording()})
     index = tmp_path / "recording.toml"
     stated = 'drive = { front = "pressure_set", back = "pressure_set" }'
     index.write_text(index.read_text().replace('drive = "pressure_set"', stated))

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.recordings.recording import Outcome, Recording, write_recording
+from pamsim.recordings.recording import write_recording
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.signals import SignalNames
 from pamsim.recordings.stated_noise import StatedNoise
+from tests.unit.core.refusals import cases, refused
+from tests.unit.recordings.drawn_recording import drawn_recording
 
 INDEX = """\
 schema = "pamsim-recording/1"
@@ -61,24 +64,8 @@ def folder(tmp_path):
 
 
 def recording(kind, muscles, seed):
-    draw = np.random.default_rng(seed)
-    n = 30
-    high, scale = (4e5, 1.0) if kind == "pressure_set" else (1.0, 1.0)
-    return Recording(
-        time=np.arange(n) * 0.003,
-        joints={"shaft": "angle"},
-        positions=draw.uniform(-0.5, 0.5, (n, 1)),
-        velocities=np.zeros((n, 1)),
-        pressure=draw.uniform(1e5, 4e5, (n, muscles)),
-        tension=draw.uniform(0.0, 900.0, (n, muscles)),
-        command=draw.uniform(0.5 * high, high, (n, muscles)) * scale,
-        drive=kind,
-        load=1.2345678,
-        muscles=tuple(f"m{i}" for i in range(muscles)),
-        outcome=Outcome.COMPLETED,
-        message="",
-        final_state=np.zeros(1),
-    )
+    names = SignalNames(joints={"shaft": "angle"}, muscles=("m0", "m1", "m2")[:muscles])
+    return drawn_recording(names, kind, seed)
 
 
 @pytest.mark.parametrize(("kind", "muscles"), [("pressure_set", 2), ("valve", 2), ("pulse", 3)])
@@ -96,13 +83,8 @@ def test_what_was_written_is_read_to_the_printed_digits(tmp_path, kind, muscles)
             assert trial.muscles == muscles
             np.testing.assert_allclose(trial.time, run.time, rtol=1e-8)
             np.testing.assert_allclose(trial.command, run.command, rtol=1e-8)
-            np.testing.assert_allclose(trial.measured["angle"], run.angle, rtol=1e-8)
-            for i in range(muscles):
-                at = {"pressure": run.pressure[:, i], "force": run.tension[:, i]}
-                for channel, values in at.items():
-                    np.testing.assert_allclose(
-                        trial.measured[f"{channel}_{i + 1}"], values, rtol=1e-8
-                    )
+            for channel, values in run.signals().items():
+                np.testing.assert_allclose(trial.measured[channel], values, rtol=1e-8)
 
 
 def test_a_protocol_may_be_named_and_a_rig_folder_is_found_from_elsewhere(tmp_path, monkeypatch):
@@ -122,19 +104,12 @@ def test_time_is_counted_from_the_first_row_and_noise_below_zero_is_no_error(fol
     table = valve_table()
     table["time_s"] = table["time_s"] + 12.5
     table["p2_kpa"] = table["p2_kpa"] - 103.0
+    del table["p1_kpa"]  # the pressure of one muscle alone
     trial = read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"'))).trials[0]
-    assert trial.time[0] == 0.0
-    assert trial.time[-1] == pytest.approx(0.038)
+    assert trial.time[[0, -1]] == pytest.approx([0.0, 0.038])
     assert trial.measured["pressure_2"].min() < 0.0
+    assert "pressure_1" not in trial.measured
     assert trial.sample_interval == pytest.approx(0.002)
-
-
-@pytest.mark.parametrize("missing", ["1", "2"])
-def test_the_pressure_of_one_muscle_alone_is_read(folder, missing):
-    table = valve_table()
-    del table[f"p{missing}_kpa"]
-    trial = read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"'))).trials[0]
-    assert f"pressure_{missing}" not in trial.measured
 
 
 def test_what_is_missing_odd_or_unused_is_said(folder):
@@ -170,26 +145,14 @@ BAD_TABLES = {
         changed(time_s=np.minimum(P["time_s"], 0.02)),
         "line 13: time_s = 0.02 does not come after 0.02 in line 12",
     ),
-    "time runs back": (changed(time_s=-P["time_s"]), "does not come after"),
     "gap": (
         changed(time_s=P["time_s"] + np.where(np.arange(20) > 9, 0.01, 0.0)),
         "line 12: the clock jumps from 0.018 to 0.03 s, 6 times its usual step; split the trial",
     ),
     "milliseconds": (changed(time_s=np.arange(20) * 100.0), "divide it by 1000"),
-    "nan": (text_of(P).replace("\n0.004,400", "\n0.004,nan"), "line 4: p1_set_kpa = nan is not"),
     "word": (text_of(P).replace("\n0.004,400", "\n0.004,x"), "line 4: p1_set_kpa = 'x' is not a"),
-    "empty": (text_of(P).replace("\n0.004,400", "\n0.004,"), "line 4: p1_set_kpa is empty"),
-    "decimal commas": (text_of(P).replace("\n0.004,", "\n0,004,"), "line 4 has 7 cells"),
-    "nothing": ("", "no header"),
-    "header only": ("time_s,u1,u2\n", "no rows"),
-    "column twice": (text_of(P).replace("p2_kpa", "p1_kpa"), "'p1_kpa' is there twice"),
     "bar by name": (text_of(P).replace("p1_kpa", "p1_bar"), "name it 'p1_kpa'"),
-    "rad by name": (text_of(P).replace("angle_deg", "angle_rad"), "name it 'angle_deg'"),
-    "time by name": (text_of(P).replace("time_s", "time"), "name it 'time_s'"),
-    "set point by name": (text_of(P).replace("p2_set_kpa", "p2_set"), "name it 'p2_set_kpa'"),
-    "typing error": (text_of(P).replace("angle_deg", "angel_deg"), "did you mean 'angle_deg'"),
     "measured in bar": (changed(p1_kpa=P["p1_kpa"] / 100), "p1_kpa looks like bar; multiply it"),
-    "measured in MPa": (changed(p1_kpa=P["p1_kpa"] / 1e3), "p1_kpa looks like MPa"),
     "measured in psi": (
         changed(p1_set_kpa=np.full(20, 393.0), p1_kpa=np.full(20, 57.0)),
         "looks like psi",
@@ -212,14 +175,10 @@ BAD_TABLES = {
 }
 
 
-@pytest.mark.parametrize("name", BAD_TABLES)
-def test_a_bad_table_is_one_clear_line(folder, name):
-    table, expected = BAD_TABLES[name]
-    with pytest.raises(InputError) as refused:
+@pytest.mark.parametrize(("table", "expected"), cases(BAD_TABLES))
+def test_a_bad_table_is_one_clear_line(folder, table, expected):
+    with refused("staircase_1.csv", expected):
         read_recordings(folder(table))
-    assert expected in str(refused.value)
-    assert "staircase_1.csv" in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -229,10 +188,8 @@ def test_a_bad_table_is_one_clear_line(folder, name):
 def test_a_valve_beyond_fully_open_is_refused(folder, value, expected):
     table = valve_table()
     table["u2"][5] = value
-    with pytest.raises(InputError) as refused:
+    with refused("line 7", expected):
         read_recordings(folder(table, INDEX.replace('"pressure_set"', '"valve"')))
-    assert "line 7" in str(refused.value)
-    assert expected in str(refused.value)
 
 
 def test_noise_that_a_lab_states_is_read_in_si(folder):
@@ -243,13 +200,10 @@ def test_noise_that_a_lab_states_is_read_in_si(folder):
 
 BAD_INDEXES = {
     "schema": ('"pamsim-recording/1"', '"pamsim-recording/9"', "schema is 'pamsim-recording/9'"),
-    "TOML": ("[[trial]]", "[[trial]", "not valid TOML"),
     "key": ("load_kg", "load_g", "unknown key load_g; did you mean 'load_kg'"),
     "top key": ("rig =", "rigg =", "unknown key rigg; did you mean 'rig'"),
-    "no rig": ('rig = "mas20_arm"', "", 'needs rig = "..."'),
     "no trial": (INDEX[INDEX.index("[[") :], "", "no trial; write [[trial]]"),
     "drive": ('drive = "pressure_set"', 'drive = "presure_set"', "did you mean 'pressure_set'"),
-    "no protocol": ('protocol = "staircase"\n', "", 'needs protocol = "..."'),
     "negative load": ("load_kg = 1.2", "load_kg = -1", "write load_kg = the mass"),
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
@@ -259,29 +213,22 @@ BAD_INDEXES = {
     "noise in kg": ("[[", '[noise]\nangle = { rms = "1 kg" }\n[[', "[noise]: angle: rms"),
     "noise below 0": ("[[", '[noise]\nangle = { rms = "-1 deg" }\n[[', "must be 0 or more"),
     "noise as text": ("[[", 'noise = "little"\n[[', "write a table"),
-    "no size": ("[[", '[noise]\nangle = { filter = "3 Hz" }\n[[', "needs rms"),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD_INDEXES)
-def test_a_bad_index_is_one_clear_line(folder, name):
-    old, new, expected = BAD_INDEXES[name]
+@pytest.mark.parametrize(("old", "new", "expected"), cases(BAD_INDEXES))
+def test_a_bad_index_is_one_clear_line(folder, old, new, expected):
     assert old in INDEX
-    with pytest.raises(InputError) as refused:
+    with refused(expected):
         read_recordings(folder(pressure_table(), INDEX.replace(old, new, 1)))
-    assert expected in str(refused.value)
-    assert "\n" not in str(refused.value)
 
 
-def test_trials_of_different_rigs_are_no_recording(tmp_path):
+def test_no_file_and_trials_of_different_rigs_are_no_recording(tmp_path):
     runs = {"a_1": recording("valve", 2, 1), "a_2": recording("valve", 3, 2)}
+    with pytest.raises(InputError, match="no recording at"):
+        read_recordings(tmp_path)
     write_recording(tmp_path, "mas20_arm", runs)
     with pytest.raises(InputError, match=r"a_2.csv: commands 3 muscles, a_1.csv 2"):
-        read_recordings(tmp_path)
-
-
-def test_no_recording_is_said(tmp_path):
-    with pytest.raises(InputError, match="no recording at"):
         read_recordings(tmp_path)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import re
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,10 +30,6 @@ def leaves(table: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 
 # --- the rigs that are shipped ------------------------------------------------------------------
-
-
-def test_the_papers_rig_is_shipped():
-    assert "mas20_arm" in SHIPPED
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -92,30 +88,20 @@ def test_everything_in_a_file_is_read(rig_folder):
     where = rig.muscle["braid"]["diameter"].where
     assert str(folder / "params.toml") in where
     assert "muscle.braid.diameter" in where
+    plain = rig.muscle["braid"]["diameter"]
+    assert (plain.interval95, plain.bounds, plain.note) == (None, None, "")
 
 
-def test_a_file_may_leave_out_scene_load_native_and_sensor(rig_folder):
-    folder = rig_folder('scene = "scene.xml"\n', "", without="scene.xml")
-    text = (folder / "params.toml").read_text(encoding="utf-8").replace('load_body = "load"\n', "")
-    (folder / "params.toml").write_text(text[: text.index("[native]")], encoding="utf-8")
-    rig = read_rig(folder)
-    assert (rig.scene, rig.load_body) == (None, None)
-    assert dict(rig.native) == dict(rig.sensor) == {}
-
-
-def test_numbers_without_extras_have_none(rig_folder):
-    number = read_rig(rig_folder()).muscle["braid"]["diameter"]
-    plain = {f.name: getattr(number, f.name) for f in dataclasses.fields(number)}
-    assert (plain["interval95"], plain["bounds"], plain["note"]) == (None, None, "")
+def test_a_file_may_leave_out_scene_and_load(rig_folder):
+    rig = read_rig(rig_folder('scene = "scene.xml"\nangle_joint = "shaft"\nload_body = "load"', ""))
+    assert (rig.scene, rig.joints, rig.load_body) == (None, (), None)
 
 
 # --- broken files: old piece, new piece, words of the refusal -----------------------------------
 
 DIAMETER = '{ value = 20, unit = "mm", source = "Table 1" }'
 BROKEN = {
-    "bad TOML": ("[rig]", "[rig", ("not valid TOML",)),
     "wrong schema": ("pamsim-rig/1", "pamsim-rig/9", ("'pamsim-rig/9'", "'pamsim-rig/1'")),
-    "no schema": ('schema = "pamsim-rig/1"', "", ("schema",)),
     "unknown table": ("[sensor]", "[sensors]", ("sensors", "did you mean 'sensor'")),
     "unknown key of the rig": (
         "angle_joint",
@@ -127,7 +113,6 @@ BROKEN = {
         '{ value = 20, units = "mm", source = "Table 1" }',
         ("muscle.braid.diameter", "unknown key units", "did you mean 'unit'"),
     ),
-    "no name": ('name = "toy"\n', "", ("[rig]", "name")),
     "two ways to name joints": (
         'angle_joint = "shaft"',
         'angle_joint = "shaft"\njoints = ["shaft"]',
@@ -135,29 +120,12 @@ BROKEN = {
     ),
     "a joint twice": ('angle_joint = "shaft"', 'joints = ["a", "a"]', ("joints", "once")),
     "no joint": ('angle_joint = "shaft"', "joints = []", ("joints", "once")),
-    "joint is a number": ('angle_joint = "shaft"', "angle_joint = 3", ("[rig]", "angle_joint")),
     "no tendon": ('{ tendon = "tendon_1" }', "{}", ("muscles.left", "tendon")),
     "tendon is a number": ('"tendon_1"', "1", ("muscles.left", "tendon")),
     "muscle is a word": ('{ tendon = "tendon_1" }', '"tendon_1"', ("muscles.left",)),
     "override is a word": ('{ tendon = "tendon_1" }', '{ tendon = "t", x = 1 }', ("left.x",)),
-    "no value": (
-        DIAMETER,
-        '{ unit = "mm", source = "Table 1" }',
-        ("muscle.braid.diameter", "value = 12.5"),
-    ),
     "value is a word": ("value = 20", 'value = "20"', ("muscle.braid.diameter", "value = '20'")),
-    "value is a boolean": ("value = 20", "value = true", ("muscle.braid.diameter", "value = True")),
-    "no unit": (
-        DIAMETER,
-        '{ value = 20, source = "Table 1" }',
-        ("muscle.braid.diameter", "unit"),
-    ),
     "no source": (DIAMETER, '{ value = 20, unit = "mm" }', ("muscle.braid.diameter", "source")),
-    "empty source": (
-        DIAMETER,
-        '{ value = 20, unit = "mm", source = " " }',
-        ("muscle.braid.diameter", "source"),
-    ),
     "bare number": (DIAMETER, "20", ("muscle.braid.diameter", "value = ", "source = ")),
     "bare native number": (
         '{ value = 1, unit = "N*m*s/rad", source = "assumed", note = "a guess" }',
@@ -166,9 +134,9 @@ BROKEN = {
     ),
     "range the wrong way": ("[0.8, 1.0]", "[1.0, 0.8]", ("muscle.force.scale", "[1.0, 0.8]")),
     "range of three": ("[12, 16]", "[12, 14, 16]", ("sensor.converter_bits", "[12, 14, 16]")),
-    "range of words": ("[12, 16]", '["12", "16"]', ("sensor.converter_bits", "'12'")),
     "range of mixed": ("[12, 16]", '[12, "16"]', ("sensor.converter_bits", "'16'")),
     "mjcf not there": ('"toy.xml"', '"toys.xml"', ("'toys.xml'",)),
+    "scene not there": ('"scene.xml"', '"dark.xml"', ("'dark.xml'",)),
 }
 
 
@@ -179,49 +147,19 @@ def test_broken_file_is_refused_with_file_and_key(rig_folder, old, new, words):
         read_rig(folder)
 
 
-@pytest.mark.parametrize("table", ["rig", "muscles", "muscle"])
+@pytest.mark.parametrize("table", ["rig", "muscles", "muscle", "native", "sensor"])
 @pytest.mark.parametrize("instead", ["", "3", '"word"'])
-def test_missing_or_flat_table_is_asked_for(rig_folder, table, instead):
-    folder = rig_folder()
-    path = folder / "params.toml"
-    lines = path.read_text(encoding="utf-8").splitlines()
-    kept: list[str] = []
-    inside = False
-    for line in lines:
-        if line.startswith("["):
-            inside = line.strip("[]").partition(".")[0] == table
-        if not inside:
-            kept.append(line)
-    if instead:
-        kept.insert(1, f"{table} = {instead}")
-    path.write_text("\n".join(kept), encoding="utf-8")
+def test_a_missing_or_flat_table_is_asked_for(rig_folder, table, instead):
+    path = rig_folder() / "params.toml"
+    schema, *parts = re.split(r"\n(?=\[)", path.read_text(encoding="utf-8"))
+    kept = [part for part in parts if re.match(r"\[(\w+)", part)[1] != table]
+    flat = [f"{table} = {instead}"] if instead else []
+    path.write_text("\n".join([schema, *flat, *kept]), encoding="utf-8")
+    if table in ("native", "sensor") and not instead:
+        assert not getattr(read_rig(path.parent), table)
+        return
     with refused(str(path), f"[{table}]"):
-        read_rig(folder)
-
-
-@pytest.mark.parametrize("table", ["native", "sensor"])
-def test_flat_optional_table_is_refused(rig_folder, table):
-    folder = rig_folder()
-    path = folder / "params.toml"
-    text = path.read_text(encoding="utf-8")
-    text = text[: text.index("[native]")].replace("\n\n", f"\n{table} = 3\n\n", 1)
-    path.write_text(text, encoding="utf-8")
-    with refused(str(path), table):
-        read_rig(folder)
-
-
-@pytest.mark.parametrize("name", ["toy.xml", "scene.xml"])
-def test_missing_model_file_is_named(rig_folder, name):
-    folder = rig_folder(without=name)
-    with refused(str(folder / "params.toml"), repr(name)):
-        read_rig(folder)
-
-
-def test_file_that_is_no_text_is_refused(rig_folder):
-    folder = rig_folder()
-    (folder / "params.toml").write_bytes(b'schema = "\xff\xfe"')
-    with refused(str(folder / "params.toml")):
-        read_rig(folder)
+        read_rig(path.parent)
 
 
 def test_a_folder_without_params_and_an_unknown_name_are_refused(tmp_path: Path):
@@ -233,15 +171,8 @@ def test_a_folder_without_params_and_an_unknown_name_are_refused(tmp_path: Path)
     assert find_rig(shipped_rigs() / "mas20_arm") == shipped_rigs() / "mas20_arm"
 
 
-@pytest.mark.parametrize(
-    ("written", "words"),
-    [
-        ('"kPa"', ("muscle.braid.diameter", "'kPa'", "does not measure")),
-        ('"millimetres long"', ("muscle.braid.diameter", "'millimetres long'", "not known")),
-    ],
-)
-def test_wrong_unit_is_refused_with_file_and_key(rig_folder, written, words):
-    folder = rig_folder('"mm", source = "Table 1"', f'{written}, source = "Table 1"')
+def test_wrong_unit_is_refused_with_file_and_key(rig_folder):
+    folder = rig_folder('"mm", source = "Table 1"', '"kPa", source = "Table 1"')
     diameter = read_rig(folder).muscle["braid"]["diameter"]
-    with refused(str(folder / "params.toml"), *words):
+    with refused(str(folder / "params.toml"), "muscle.braid.diameter", "'kPa'", "does not measure"):
         diameter.si("m")

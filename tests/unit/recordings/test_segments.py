@@ -70,12 +70,9 @@ def test_a_log_without_them_is_one_trial_and_may_have_a_lead_in():
         ({"period": "2 s", "segments": [[0, 1]]}, "not both"),
         ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
         ({"period": "0 s"}, "no period"),
-        ({"period": "2 bar"}, "period"),
-        ({"period": True}, "a time such as"),
         ({"lead_in": "-1 s"}, "0 s or more"),
         ({"segments": [[5, 4]]}, "the later time comes last"),
         ({"segments": [[5]]}, "pairs of times"),
-        ({"segments": "1-2"}, "pairs of times"),
         ({"segments": [[8, 12]]}, "ends at 10 s"),
         ({"segments": [[5, 5.02]]}, "has 2 rows"),
     ],
@@ -145,26 +142,19 @@ def on_even_clock(rate, drive="pressure_set"):
     return trial
 
 
-def test_what_was_measured_lies_on_the_line_between_rows():
+def test_on_an_even_clock_measurements_are_interpolated_and_a_step_stays_one():
     log, even = uneven(), on_even_clock("50 Hz")
     np.testing.assert_allclose(np.diff(even.time), 0.02)
     assert log.time[-1] - 0.02 < even.time[-1] <= log.time[-1]
     np.testing.assert_allclose(even.measured["angle"], 0.3 * even.time, atol=1e-12)
-
-
-def test_a_step_of_the_command_is_at_the_nearest_sample_and_stays_a_step():
-    even = on_even_clock("50 Hz")
     assert set(even.command.ravel()) == {1e4, 3e4}
     step = even.time[np.flatnonzero(np.diff(even.command[:, 0]))[0] + 1]
     assert abs(step - 1.234) < 0.02
+    driven = on_even_clock("90 Hz", "measured")
+    assert len(set(driven.command.ravel())) > 2
 
 
-def test_measured_pressures_that_drive_are_interpolated():
-    even = on_even_clock("90 Hz", "measured")
-    assert len(set(even.command.ravel())) > 2
-
-
-@pytest.mark.parametrize("rate", [50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz"])
-def test_a_rate_that_means_nothing_or_more_than_there_is_is_refused(rate):
-    with pytest.raises(InputError, match="here"):
-        on_even_clock(rate)
+def test_a_rate_that_means_nothing_or_more_than_there_is_is_refused():
+    for rate in (50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz"):
+        with pytest.raises(InputError, match="here"):
+            on_even_clock(rate)
