@@ -17,8 +17,8 @@ from pamsim.fitting.scores import Scores, scores
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate, without_intervals
-from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
+from pamsim.inference.starts import latin_hypercube
 
 _REFINED = 3  # starts that are followed to their end, of those tried
 

@@ -26,7 +26,6 @@ import scipy.special
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.effective_degrees import effective_degrees
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.residual_colour import (
     FittedRows,
@@ -173,11 +172,19 @@ def _coloured_parts(
 
 
 def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
-    """Sum of the parts, and Student quantiles with Satterthwaite's degrees of freedom."""
+    """Sum of the parts, and Student's quantiles with its degrees of freedom.
+
+    Those of a sum of variances are few where one of few is most of it (Satterthwaite, Biometrics 2,
+    1946).
+    """
     matrix = np.sum([part for part, _ in parts], axis=0)
     variances = np.stack([np.diag(part) for part, _ in parts])
     degrees = np.array([freedom for _, freedom in parts], dtype=np.float64)
-    return matrix, _student_quantile(effective_degrees(variances, degrees), 0.975)
+    spread = np.sum(variances**2 / degrees[:, np.newaxis], axis=0)
+    some = spread > 0.0
+    effective = np.sum(variances, axis=0) ** 2 / np.where(some, spread, 1.0)
+    degrees = np.minimum(np.where(some, effective, _MANY), _MANY)
+    return matrix, _student_quantile(degrees, 0.975)
 
 
 def _method(

@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import LARGEST_REFLECTION, MOST_ORDERS, ArNoise
+from pamsim.inference.coloured_noise import LARGEST_REFLECTION, MOST_ORDERS, ArNoise, aicc_penalty
 
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
@@ -109,7 +109,7 @@ def _levinson(lags: FloatArray, total: int) -> Colour:
     best = ArNoise((), max(variance, 0.0))
     if variance <= 0.0:
         return Colour(best, best)
-    score = total * np.log(variance) + _penalty(1, total)
+    score = total * np.log(variance) + aicc_penalty(1, total)
     predictor, reflections = np.array([1.0]), []
     for k in range(1, lags.size):
         reflection = -float(predictor @ lags[k:0:-1]) / variance
@@ -118,14 +118,10 @@ def _levinson(lags: FloatArray, total: int) -> Colour:
         predictor = longer + reflection * longer[::-1]
         reflections.append(reflection)
         variance *= 1.0 - reflection**2
-        now = total * np.log(variance) + _penalty(k + 1, total)
+        now = total * np.log(variance) + aicc_penalty(k + 1, total)
         if now < score:
             best, score = ArNoise(tuple(reflections), variance), now
     return Colour(best, ArNoise(tuple(reflections), variance))
-
-
-def _penalty(parameters: int, total: int) -> float:
-    return 2.0 * parameters * total / max(total - parameters - 1, 1)
 
 
 def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:
