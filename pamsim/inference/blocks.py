@@ -34,9 +34,6 @@ from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 
 _helmert: Any = scipy.linalg.helmert
 
-Noise = ArNoise | FloatArray
-"""Autoregressive model of a series, or covariance (n, n) of n rows [SI unit of the channel^2]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
@@ -54,7 +51,7 @@ class Block:
     unit: str
     channel: str
     rows: slice
-    noise: Noise
+    noise: ArNoise
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -66,13 +63,8 @@ class Block:
         where = f"unit {self.unit}, channel {self.channel}"
         if self.size < 1:
             raise InputError(f"{where}: no rows ({self.rows.start} to {self.rows.stop})")
-        if isinstance(self.noise, ArNoise):
-            if not (np.isfinite(self.noise.variance) and self.noise.variance > 0.0):
-                raise InputError(f"{where}: noise variance {self.noise.variance:g} is not positive")
-        elif self.noise.shape != (self.size, self.size):
-            raise InputError(
-                f"{where}: noise covariance of shape {self.noise.shape} for {self.size} rows"
-            )
+        if not (np.isfinite(self.noise.variance) and self.noise.variance > 0.0):
+            raise InputError(f"{where}: noise variance {self.noise.variance:g} is not positive")
 
     @property
     def size(self) -> int:
@@ -81,38 +73,13 @@ class Block:
 
     def part(self, unit: str, start: int, stop: int) -> Block:
         """Rows ``start`` to ``stop`` of the block, counted from its first, as a unit."""
-        inside = slice(start, stop)
-        noise = self.noise if isinstance(self.noise, ArNoise) else self.noise[inside, inside]
         rows = slice(self.rows.start + start, self.rows.start + stop)
-        return replace(self, unit=unit, rows=rows, noise=noise)
-
-    def whiten(self, values: FloatArray) -> FloatArray:
-        """Rows of a residual or a Jacobian, with noise that is white and of variance 1.
-
-        Args:
-            values: (N, ...) of all rows of a simulation [SI unit of the channel].
-
-        Returns:
-            Shape (n, ...).
-
-        Raises:
-            InputError: a covariance that is not positive definite.
-        """
-        return self.white(values[self.rows])
+        return replace(self, unit=unit, rows=rows)
 
     def white(self, own: FloatArray) -> FloatArray:
-        """The same of the block's own rows, (n, ...)."""
-        if isinstance(self.noise, ArNoise):
-            noise = _of_order_at_most(self.noise, self.size)
-            return noise.whiten(own) / np.sqrt(noise.variance)
-        try:
-            root = np.linalg.cholesky(self.noise)
-        except np.linalg.LinAlgError:
-            raise InputError(
-                f"unit {self.unit}, channel {self.channel}: noise covariance is not positive"
-                " definite"
-            ) from None
-        return np.asarray(scipy.linalg.solve_triangular(root, own, lower=True), dtype=np.float64)
+        """Own rows of a residual or a Jacobian, (n, ...), with white noise of variance 1."""
+        noise = _of_order_at_most(self.noise, self.size)
+        return noise.whiten(own) / np.sqrt(noise.variance)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,28 +124,6 @@ def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
         white = blocks[numbers[0]].white(own.reshape(len(own), -1)).reshape(own.shape)
         found |= {k: white[:, i] for i, k in enumerate(numbers)}
     return np.concatenate([found[k] for k in range(len(blocks))])
-
-
-def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -> Stack:
-    """Stack whitened residual and Jacobian.
-
-    Args:
-        blocks: to stack.
-        residual: (N,) simulated minus measured [SI].
-        jacobian: (N, p) of the residual [SI per parameter unit].
-
-    Raises:
-        InputError: no blocks, or a residual that is not finite.
-    """
-    if not blocks:
-        raise InputError("no residual blocks to stack")
-    units = unit_names(blocks)
-    number = {name: k for k, name in enumerate(units)}
-    unit = np.repeat([number[b.unit] for b in blocks], [b.size for b in blocks])
-    rows = whitened(blocks, residual)
-    if not np.all(np.isfinite(rows)):
-        raise InputError("a residual is not finite; leave out what cannot be simulated")
-    return Stack(units=units, unit=unit, residual=rows, jacobian=whitened(blocks, jacobian))
 
 
 def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:

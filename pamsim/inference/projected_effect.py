@@ -6,7 +6,7 @@ the model are free: their signatures are projected out of the candidate's, in th
 noise, and only what they cannot give counts. A candidate whose signature is in the span of the
 forms cannot be distinguished from an error of the formula, whatever its size.
 
-All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks.stack`):
+All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks.Stack`):
 
     residual = -(model and forms) a - signature * size + noise of variance 1
 

@@ -46,7 +46,7 @@ def losses_of(chain):
     """Mean square of the whitened rows of each trial."""
     rows = {}
     for block in chain.blocks:
-        rows.setdefault(block.unit, []).append(block.whiten(chain.stated))
+        rows.setdefault(block.unit, []).append(block.white(chain.stated[block.rows]))
     return np.array([np.mean(np.concatenate(own) ** 2) for own in rows.values()])
 
 

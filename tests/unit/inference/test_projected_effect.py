@@ -12,7 +12,7 @@ from pamsim.inference.blocks import (
     correlation_length,
     cut,
     noise_from_repeats,
-    stack,
+    unit_names,
     whitened,
 )
 from pamsim.inference.model_comparison import compare_with_reference
@@ -186,7 +186,12 @@ def test_purged_parts_of_one_drifting_log_are_units():
     columns = np.stack([np.ones(1500), np.sin(20.0 * time)], axis=1)
     runs, values = 300, []
     for _ in range(runs):
-        data = stack(parts, coloured(rng, 1500, 0.9), columns)
+        data = Stack(
+            units=unit_names(parts),
+            unit=np.repeat(np.arange(len(parts)), [part.size for part in parts]),
+            residual=whitened(parts, coloured(rng, 1500, 0.9)),
+            jacobian=whitened(parts, columns),
+        )
         free = FreeForms(data, np.empty((data.residual.size, 0)))
         effect = free.effect(whitened(parts, np.sign(np.sin(20.0 * time + 0.5))))
         values.append(compare_effects([effect]).p_value[0])
