@@ -62,13 +62,7 @@ class BatchedResidual:
         return self._places
 
     def many(self, at: FloatArray) -> list[FloatArray | None]:
-        """Residuals at several places, in one call.
-
-        Args:
-            at: shape (k, p), in the unit cube.
-
-        Returns:
-            For each the stacked residual, shape (n,), or None if the simulation diverged.
+        """Residuals (n,) at places (k, p) in the unit cube, in one call; None where it diverged.
 
         Raises:
             InputError: the callable returned another number of results, or blocks that differ.
@@ -105,16 +99,13 @@ class BatchedResidual:
             self._linear = _Linear(place.copy(), residual, jacobian, differenced=False)
 
     def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:
-        """The Jacobian along a search: updated by each step that went nearly as it had said.
+        """The Jacobian (n, p) per range along a search, updated by steps that went as it had said.
 
         Where it missed more of a step, differences are taken again.
 
         Args:
             place: shape (p,), where the simulation does not diverge.
             weight: of each row, by which a step is judged, shape (n,).
-
-        Returns:
-            Change of the residual per range, shape (n, p).
         """
         here, known = self.at(place), self._linear
         assert here is not None
@@ -134,14 +125,11 @@ class BatchedResidual:
         return matrix
 
     def jacobian(self, place: FloatArray, *, central: bool = False) -> FloatArray:
-        """Differences of the residual, see `difference_jacobian`.
+        """Change of the residual per range, shape (n, p), see `difference_jacobian`.
 
         Args:
             place: shape (p,), where the simulation does not diverge.
             central: differences to both sides instead of one.
-
-        Returns:
-            Change of the residual per range, shape (n, p).
         """
         known = self._linear
         if not central and known and known.differenced and np.array_equal(known.place, place):

@@ -105,14 +105,11 @@ def unit_names(blocks: Sequence[Block]) -> tuple[str, ...]:
 
 
 def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
-    """Whitened rows of all blocks, one after the other.
+    """Whitened rows of all blocks, one after the other: (n,), or (n, k).
 
     Args:
-        blocks: (N rows in the simulation, n in the blocks).
+        blocks: of n rows in all.
         values: residual (N,), or residuals or Jacobian (N, k), as simulated [SI].
-
-    Returns:
-        Shape (n,) or (n, k).
     """
     # Blocks of one length and noise are filtered as columns of one array.
     same: dict[tuple[int, int], list[int]] = {}
@@ -132,9 +129,6 @@ def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
     Args:
         protocols: for each a residual per repeat, (r, n) with r >= 2 [SI unit of the channel].
 
-    Returns:
-        The autoregressive model, its order by AICc.
-
     Raises:
         InputError: no protocol was repeated.
     """
@@ -151,10 +145,6 @@ def correlation_length(noise: ArNoise, samples: int) -> int:
     It is the last lag at which the autocorrelation is at least ``1 / sqrt(samples)``, the standard
     error of the autocorrelation of white noise: what is below cannot be distinguished from 0.
 
-    Args:
-        noise: of a series.
-        samples: number of samples by which the noise is known.
-
     Source: M. S. Bartlett, Supplement to the Journal of the Royal Statistical Society 8 (1946).
     """
     lags = noise.autocovariance(samples)
@@ -162,25 +152,18 @@ def correlation_length(noise: ArNoise, samples: int) -> int:
 
 
 def most_parts(size: int, gap: int) -> int:
-    """Most parts of a series: each at least as long as the gap, one independent piece of evidence.
+    """Most parts of a series of ``size`` rows with ``gap`` rows between them.
 
-    Args:
-        size: rows of the series.
-        gap: rows between two parts.
+    Each is at least as long as the gap, one independent piece of evidence.
     """
     return size if gap == 0 else max((size + gap) // (2 * gap), 1)
 
 
 def cut(block: Block, parts: int, gap: int) -> tuple[Block, ...]:
-    """Cut a series into units with gaps between them.
+    """Cut a series into units with gaps of some rows between them, which belong to none.
 
     Channels of one log cut into as many parts, with gaps as long in time, share their units: the
     gap is that of the channel with the longest correlation.
-
-    Args:
-        block: of a log.
-        parts: number of them.
-        gap: rows between two parts, which belong to none.
 
     Raises:
         InputError: parts that would be shorter than the gap.
@@ -198,13 +181,7 @@ def cut(block: Block, parts: int, gap: int) -> tuple[Block, ...]:
 
 
 def fitted_runs(block: Block, held_out: Sequence[Block], gap: int) -> tuple[Block, ...]:
-    """Runs of a series that may be fitted: at least a gap away from every held-out part.
-
-    Args:
-        block: the whole series.
-        held_out: parts of it, from `cut`.
-        gap: rows left out on either side of a held-out part.
-    """
+    """Runs of a series that may be fitted: ``gap`` rows away from every held-out part."""
     free = np.ones(block.size + 2, dtype=bool)  # with a row before and one behind, to find ends
     free[[0, -1]] = False
     for part in held_out:

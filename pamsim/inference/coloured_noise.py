@@ -104,9 +104,6 @@ class ArNoise:
 
         Args:
             values: shape ``(n,)`` or ``(n, m)``: one trial, or columns of its Jacobian.
-
-        Returns:
-            The same shape.
         """
         p = min(self.order, values.shape[0])
         if p == 0:

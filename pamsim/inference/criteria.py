@@ -61,9 +61,6 @@ def aicc_above_best(
         unknowns: fitted numbers of each.
         samples: independent ones that the data are worth.
 
-    Returns:
-        One for each fit, 0 for the best.
-
     Source: Hurvich and Tsai (Biometrika 1989).
     """
     corrected = max(samples, max(unknowns) + 2.0)

@@ -54,14 +54,9 @@ def difference_jacobian(
 
 
 def secant_update(known: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-    """A Jacobian changed by as little as makes it agree with a step.
+    """A Jacobian (n, p) changed by as little as makes it agree with a step (p,) and a change (n,).
 
     Broyden, Mathematics of Computation 19, 1965: it needs no simulation of its own.
-
-    Args:
-        known: before, shape (n, p).
-        step: shape (p,).
-        change: of the residual over the step, shape (n,).
     """
     square = float(step @ step)
     return known + np.outer(change - known @ step, step) / square if square > 0.0 else known
@@ -70,13 +65,9 @@ def secant_update(known: FloatArray, step: FloatArray, change: FloatArray) -> Fl
 def secant_updated(
     compute: Callable[[FloatArray, FloatArray], FloatArray],
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """A Jacobian that is computed once; each further place updates it by `secant_update`.
+    """A Jacobian computed once; each further place of a descent updates it by `secant_update`.
 
-    Args:
-        compute: place (p,) and residual there (n,) to the Jacobian (n, p).
-
-    Returns:
-        The same, for the places of one descent in their order.
+    Place (p,) and residual there (n,) go in, the Jacobian (n, p) comes out.
     """
     last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 

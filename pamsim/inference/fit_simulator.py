@@ -128,17 +128,13 @@ def fit_simulator(
 def shown(
     simulate: Simulate, parameters: Sequence[FreeParameter]
 ) -> tuple[NDArray[np.bool_], FloatArray]:
-    """Which parameters the data show where the search begins.
+    """Which parameters the data show where the search begins, shape (p,).
 
     One is shown if its whole range moves the residual by more than the noise: alone, it would then
     be known better than by its range.
 
-    Args:
-        simulate: as of `fit_simulator`.
-        parameters: p of them.
-
     Returns:
-        Shape (p,), and the Jacobian (n, p) of the residual per range there [unit of the residual].
+        These, and the Jacobian (n, p) of the residual per range there [unit of the residual].
 
     Raises:
         InputError: for a simulation that diverges everywhere.

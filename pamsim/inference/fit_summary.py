@@ -45,9 +45,6 @@ def summarise_fit(
         ends: where they ended.
         best: the optimum.
         jacobian: of the residual per range there, shape (n, p).
-
-    Returns:
-        The fit.
     """
     place, scale = best.state.place, cost.residual.scale
     residual = cost.residual.at(place)
@@ -101,13 +98,7 @@ def summarise_fit(
 def judged(
     cost: RowWeights, parameters: Sequence[FreeParameter], end: SearchEnd, jacobian: FloatArray
 ) -> tuple[Identified, float]:
-    """What a Jacobian says of the end of a search.
-
-    Args:
-        cost: what was minimised.
-        parameters: p of them.
-        end: of the search.
-        jacobian: of the residual per range there, shape (n, p).
+    """What a Jacobian (n, p) per range says of the end of a search.
 
     Returns:
         What is determined, and how far off the optimum of that is, see `short_of_optimum`.

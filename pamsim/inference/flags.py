@@ -55,9 +55,6 @@ def identified(
         place: the optimum in the unit cube, shape (p,).
         jacobian: in units of the noise per range, without priors, shape (n, p).
         information: of each parameter's prior, per squared range, shape (p,).
-
-    Returns:
-        The split.
     """
     count = len(parameters)
     norms = np.linalg.norm(jacobian, axis=0)
@@ -91,16 +88,13 @@ def parameter_flags(
     place: FloatArray,
     covariance: FloatArray,
 ) -> list[tuple[tuple[Flag, ...], tuple[str, ...], str]]:
-    """Give reasons not to quote each parameter.
+    """Reasons not to quote each parameter: its flags, its partners and a sentence.
 
     Args:
         parameters: p of them.
         split: from `identified`.
         place: the optimum in the unit cube, shape (p,).
         covariance: of the places, shape (p, p).
-
-    Returns:
-        For each parameter its flags, its partners and a sentence.
     """
     excluded = split.open | split.at_bound
     return [
@@ -157,10 +151,12 @@ def _combinations(members: Sequence[FreeParameter], loose: FloatArray) -> tuple[
     """Write what is determined: all that is constant along the loose directions, shape (m, f)."""
     constant = np.linalg.svd(loose)[0][:, loose.shape[1] :].T
     # From places in the range to the parameters themselves, or their logarithms.
-    constant = constant / [
-        np.log(p.high / p.low) if p.scale == "log" else p.high - p.low for p in members
-    ]
+    constant = constant / _widths(members)
     return tuple(_written(row, members) for row in _reduced(constant))
+
+
+def _widths(members: Sequence[FreeParameter]) -> list[float]:
+    return [np.log(p.high / p.low) if p.scale == "log" else p.high - p.low for p in members]
 
 
 def _reduced(rows: FloatArray) -> FloatArray:
@@ -185,9 +181,7 @@ def _reduced(rows: FloatArray) -> FloatArray:
 
 
 def _written(row: FloatArray, members: Sequence[FreeParameter]) -> str:
-    share = np.abs(row) * [
-        np.log(p.high / p.low) if p.scale == "log" else p.high - p.low for p in members
-    ]
+    share = np.abs(row) * _widths(members)
     kept = [i for i in range(row.size) if share[i] > _ZERO * np.max(share)]
     if all(members[i].scale == "log" for i in kept):
         text = members[kept[0]].name

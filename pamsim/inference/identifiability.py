@@ -46,9 +46,6 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
     Args:
         jacobian: shape (n, k), columns not zero.
         singular: directions below this fraction of the largest singular value are flat.
-
-    Returns:
-        The split.
     """
     norms = np.linalg.norm(jacobian, axis=0)
     _, values, vt = np.linalg.svd(jacobian / norms, full_matrices=False)
@@ -63,26 +60,16 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
 
 
 def members(directions: FloatArray) -> BoolArray:
-    """Which parameters take part in directions of a column-scaled space.
-
-    Args:
-        directions: orthonormal columns, shape (k, f).
-
-    Returns:
-        Shape (k,).
-    """
+    """Which parameters, (k,), take part in orthonormal directions (k, f) of a column-scaled space."""
     return np.linalg.norm(directions, axis=1) > _MEMBER
 
 
 def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
-    """Covariance of the parameters under unit white noise, flat directions left out.
+    """Covariance (k, k) under unit white noise, flat directions left out.
 
     Args:
         jacobian: shape (n, k).
         basis: determined directions, shape (k, q), from `determined`.
-
-    Returns:
-        Shape (k, k).
     """
     _, triangle = np.linalg.qr(jacobian @ basis)
     half = np.linalg.solve(triangle.T, basis.T)
@@ -90,15 +77,12 @@ def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]:
-    """Find parameters that are correlated with one by more than 0.95.
+    """Numbers of the parameters that one is correlated with by more than 0.95.
 
     Args:
         covariance: shape (k, k).
         i: the one.
         excluded: parameters not to look at, such as members of flat directions, shape (k,).
-
-    Returns:
-        Their indices.
     """
     spread = np.sqrt(np.diag(covariance))
     return [

@@ -77,9 +77,6 @@ def parameter_covariance(
         linear: the simulator at the optimum.
         basis: determined directions, shape (p, q).
         information: of the priors, per squared range, shape (p, p).
-
-    Returns:
-        The covariance.
     """
     weighted = linear.jacobian * linear.weight[:, np.newaxis]
     along = weighted @ basis

@@ -124,16 +124,10 @@ class FittedForm:
 
 
 def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[int]]:
-    """Errors at rows whose form was chosen without them, too.
+    """Errors at rows (n,) whose form was chosen without them, too, and the number of that form.
 
     For each row, the form is taken whose leave-one-out error at the other rows, itself without this
     row, is least. These inner errors are those of refits linear about the fit to all rows.
-
-    Args:
-        forms: all that were tried.
-
-    Returns:
-        Error at each row, (n,), and the number of the form chosen for it.
     """
     count = forms[0].residual.size
     inner = np.array([_without_pairs(form) for form in forms])

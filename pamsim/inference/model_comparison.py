@@ -133,13 +133,7 @@ def standardised(differences: FloatArray) -> FloatArray:
 
 
 def unit_order(scaled: FloatArray) -> NDArray[np.intp]:
-    """Units in the order of their values, (n,).
-
-    It makes drawn patterns, and with them p-values, independent of the order of units and columns.
-
-    Args:
-        scaled: (n, k).
-    """
+    """Units in the order of their values (n, k), so that p-values do not depend on another."""
     keys = np.concatenate([np.sort(scaled), np.sort(np.abs(scaled))], axis=1)
     return np.lexsort(keys.T)
 
@@ -161,12 +155,7 @@ def _no_spreads(signs: FloatArray) -> FloatArray:
 
 
 def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Blocks of sign patterns, (b, units): all there are, or that observed and `DRAWN` others.
-
-    Args:
-        units: number of units.
-        rng: source of the patterns, if they are drawn.
-    """
+    """Blocks of sign patterns, (b, units): all there are, or that observed and `DRAWN` others."""
     if _countable(units):
         for begin in range(0, 2**units, _BLOCK):
             numbers = np.arange(begin, min(begin + _BLOCK, 2**units))[:, np.newaxis]

@@ -87,9 +87,6 @@ def fit_colour(
         covariance: of the estimate with that noise, shape (p, p).
         ordered: False for rows without order in time: white.
 
-    Returns:
-        The models.
-
     Source: Levinson's recursion; AICc of Hurvich and Tsai, Biometrika 76 (1989).
     """
     total = sum(r.residual.size for r in records)
