@@ -60,7 +60,7 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
 
 
 def members(directions: FloatArray) -> BoolArray:
-    """Which parameters, (k,), take part in orthonormal directions (k, f) of a column-scaled space."""
+    """Which parameters take part in orthonormal directions (k, f) of a scaled space, (k,)."""
     return np.linalg.norm(directions, axis=1) > _MEMBER
 
 
