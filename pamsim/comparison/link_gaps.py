@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.links import Link, link_runs
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.noise_within_trial import FloorRoute

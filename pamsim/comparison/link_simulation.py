@@ -14,7 +14,7 @@ exert what was measured.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -22,14 +22,13 @@ import numpy as np
 
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
 from pamsim.comparison.imposed_signals import smoothed
-from pamsim.comparison.link_inputs import LinkInputs, inputs_of_runs, with_true_inputs
-from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
+from pamsim.comparison.link_inputs import LinkInputs, with_true_inputs
+from pamsim.comparison.links import LinkRun
 from pamsim.comparison.sensed_runs import sensed_runs
-from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
+from pamsim.comparison.way_to_rest import way_as_lead, way_rate
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.inference.residual_block import ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome
 from pamsim.recordings.signals import EFFORTS
@@ -50,87 +49,6 @@ class LinkExperiment:
     trial: Trial
     run: LinkRun
     experiment: Experiment
-
-
-def link_residuals(
-    rig: Rig,
-    trials: Sequence[Trial],
-    *,
-    divided: Runs = link_runs,
-    threads: int | None = None,
-    simulated: Callable[[], None] | None = None,
-) -> dict[Link, list[ResidualBlock]]:
-    """Simulated minus measured, for every link that the trials separate.
-
-    Args:
-        rig: as it is.
-        trials: with channels as the rig names them.
-        divided: into which links.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Returns:
-        Link -> block of every output of every trial, links from the command on. Runs that break
-        down are left out.
-
-    Raises:
-        InputError: for a trial that does not fit the rig, or does not give its start pressures.
-    """
-    runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
-    inputs = inputs_of_runs(rig, runs)
-    wanted = {trial.name for trial, run in runs if run.pulled}
-    begun = {t.name: t for t, r in runs if r.pressures and r.moved}
-    ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
-
-    def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:
-        way = ways.get(trial.name) if run.pressures and run.moved else None
-        return link_experiment(rig, trial, run, inputs[trial.name], way=way, torque=torque)
-
-    def done(some: Sequence[LinkExperiment]) -> Iterator[tuple[LinkExperiment, Signals]]:
-        jobs = [(rig, one) for one in some]
-        signals = link_signals(jobs, threads=threads, simulated=simulated)
-        return ((o, s) for o, s in zip(some, signals, strict=True) if s is not None)
-
-    first = [driven(trial, run) for trial, run in runs if not run.pulled]
-    found: list[tuple[LinkExperiment, Signals, FloatArray | float]] = [
-        (one, signals, 0.0) for one, signals in done(first)
-    ]
-    torques = {
-        one.trial.name: torques_beyond(
-            rig,
-            one.trial,
-            forces_read(rig, one.trial),
-            moment_arms(rig, inputs[one.trial.name]),
-            signals,
-        )
-        for one, signals, _ in found
-        if one.trial.name in wanted and one.run.gives_forces
-    }
-    second = [
-        driven(t, r, torques[t.name][r.pulled]) for t, r in runs if r.pulled and t.name in torques
-    ]
-    for one, signals in done(second):
-        # Where a machine moves the joint, the torque is taken off what the motion takes.
-        held = one.run.pulled in one.run.moved
-        found.append((one, signals, torques[one.trial.name][one.run.pulled] if held else 0.0))
-    blocks: dict[Link, list[ResidualBlock]] = {}
-    for one, signals, less in found:
-        blocks.setdefault(one.run.link, []).extend(
-            ResidualBlock(
-                trial=one.trial.name,
-                protocol=one.trial.protocol,
-                channel=channel,
-                residual=signals[channel] - less - one.trial.measured[channel],
-                sample_interval=one.trial.sample_interval,
-            )
-            for channel in one.run.outputs
-        )
-    return {link: blocks[link] for link in sorted(blocks, key=lambda link: link.order)}
-
-
-def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:
-    """Simulations that `link_residuals` runs at most: the links, and one more for rest."""
-    return sum(len(link_runs(rig, trial)) + 1 for trial in trials)
 
 
 def link_signals(

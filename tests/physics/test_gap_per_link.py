@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.comparison import link_inputs
+from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_gaps import gap_per_link
-from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.chain_runs import COARSE, in_link, plain
+from pamsim.comparison.chain_runs import COARSE, in_link, link_residuals, plain
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
-from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_within_trial import FloorRoute
 from pamsim.comparison.repeats import repeats
