@@ -29,7 +29,7 @@ import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
 from PIL import Image
 
-from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M
 from pamsim.diagnosis.by_link.result import LinkReport

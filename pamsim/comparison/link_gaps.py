@@ -10,8 +10,7 @@ from scipy.stats import f as f_distribution
 
 from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.links import Link, link_runs
-from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute, NoiseFloor, noise_floor
 from pamsim.comparison.repeated_misfit import (
     LEVEL,
     RepeatedMisfit,

@@ -28,11 +28,10 @@ import numpy as np
 import scipy.linalg
 
 from pamsim.comparison.chain_runs import link_residuals
-from pamsim.comparison.imposed_signals import sample_noise
+from pamsim.comparison.link_inputs import sample_noise
 from pamsim.comparison.links import Link, Runs, joined_runs
-from pamsim.comparison.noise_within_trial import FloorRoute, settled_holds
-from pamsim.comparison.periodicity import samples_per_period
-from pamsim.comparison.repeats import repeats
+from pamsim.comparison.noise_floor import FloorRoute, settled_holds
+from pamsim.comparison.repeats import periods, repeats
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import noise_from_repeats
@@ -127,12 +126,8 @@ def link_noise(
 
 def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
     """Noise by what the periods of a command differ by, all but the first."""
-    protocols: list[FloatArray] = []
-    for trial, residual in logs:
-        period = samples_per_period(trial.command)
-        whole = 0 if period is None else residual.size // period - 1
-        if period is not None and whole > 1:
-            protocols.append(residual[period : (whole + 1) * period].reshape(whole, period))
+    each = [periods(residual, trial.command) for trial, residual in logs]
+    protocols = [runs for runs in each if runs is not None]
     if not protocols:
         return None
     return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.PERIODS)

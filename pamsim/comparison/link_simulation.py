@@ -1,6 +1,6 @@
 """Simulations of single links: measured inputs imposed, outputs beside what was measured.
 
-Imposed pressures and motion are smoothed, see `pamsim.comparison.imposed_signals`. A run starts at
+Imposed pressures and motion are smoothed, see `pamsim.comparison.link_inputs`. A run starts at
 rest at the first of them; as read, noise and all, the start of a muscle whose valves are shut would
 be wrong for the whole trial. Before an imposed motion a rig comes to rest as it would with its
 joints free, so that its hysteresis begins as in any other run.
@@ -21,8 +21,7 @@ import mujoco
 import numpy as np
 
 from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
-from pamsim.comparison.imposed_signals import smoothed
-from pamsim.comparison.link_inputs import LinkInputs, with_true_inputs
+from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
 from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.comparison.way_to_rest import way_as_lead, way_rate

@@ -1,4 +1,4 @@
-"""Repeats of one input, and their mean as a trial."""
+"""Repeats of one input: trials, with their mean as a trial, and periods of one command."""
 
 from __future__ import annotations
 
@@ -7,7 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pamsim.core.units import FloatArray
 from pamsim.recordings.trial import Trial
+
+_SAME = 1e-6  # of a command's range, to which it is written
+_PROBES = 32  # samples by which lags are sorted out before all samples are compared
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,3 +69,33 @@ def _repeat(first: Trial, other: Trial) -> bool:
         and first.lead_in is None
         and other.lead_in is None
     )
+
+
+def samples_per_period(command: FloatArray) -> int | None:
+    """Period of a command that goes on for two periods at least, in samples; None without one.
+
+    Args:
+        command: (n, m), held from each sample on: the last one is never acted on and may be any.
+    """
+    command = command[:-1]
+    count = command.shape[0]
+    limit = _SAME * float(np.ptp(command, axis=0).max()) if count else 0.0
+    if limit == 0.0:
+        return None
+    most = (count + 1) // 2  # the last period may be one sample short
+    lags = np.arange(2, most + 1)
+    for at in range(0, count - most, max((count - most) // _PROBES, 1)):
+        lags = lags[np.all(np.abs(command[at + lags] - command[at]) <= limit, axis=1)]
+    for lag in lags.tolist():
+        if np.all(np.abs(command[lag:] - command[:-lag]) <= limit):
+            return lag
+    return None
+
+
+def periods(residual: FloatArray, command: FloatArray) -> FloatArray | None:
+    """Periods of a command in a residual (n,), all but the first, (r, samples); None below two."""
+    period = samples_per_period(command)
+    whole = 0 if period is None else residual.size // period - 1
+    if period is None or whole < 2:
+        return None
+    return residual[period : (whole + 1) * period].reshape(whole, period)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.experiments import start_pressures
+from pamsim.comparison.link_inputs import sample_noise
 from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
@@ -27,7 +28,6 @@ _REACH = 4.0  # standard deviations of sensor noise that a first sample is not o
 _LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
 _PASSES = 2  # the second weights channels by their residual without the start error
 _SAME_START = 6.0  # standard deviations by which starts of repeats may differ
-_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
 @dataclass(frozen=True)
@@ -137,13 +137,9 @@ def _noise(trial: Trial) -> FloatArray:
     """
     noise = np.zeros(trial.muscles)
     for muscle, channel in enumerate(trial.pressure_channels):
-        measured = trial.measured.get(channel)
-        if measured is not None:
-            # Neighbouring values of a converter are a step apart, those of a finer record are not.
-            step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
-            rounding = step / _UNIFORM if np.isfinite(step) else 0.0
+        if channel in trial.measured:
             stated = trial.noise[channel].rms if channel in trial.noise else 0.0
-            noise[muscle] = max(rough_noise(measured), rounding, stated)
+            noise[muscle] = max(sample_noise(trial.measured[channel]), stated)
     return noise
 
 

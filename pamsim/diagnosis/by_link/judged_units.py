@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.noise_within_trial import LAG, FloorRoute
+from pamsim.comparison.noise_floor import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.log_variation import log_variation

@@ -9,7 +9,7 @@ from pamsim.comparison.chain_runs import COARSE, in_link, link_residuals, plain
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.recording_reader import read_recordings

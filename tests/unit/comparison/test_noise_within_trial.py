@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial, settled_holds
+from pamsim.comparison.noise_floor import FloorRoute, noise_within_trial, settled_holds
 
 INTERVAL, COUNT = 0.01, 6000
 TIME = INTERVAL * np.arange(COUNT)
