@@ -14,24 +14,25 @@ from dataclasses import dataclass
 
 import mujoco
 
-from pamsim.comparison.experiments import grid_rate
+from pamsim.comparison.experiments import at_times, grid_rate
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
-    LinkExperiment,
     Signals,
     forces_read,
     link_experiment,
-    link_signals,
     moment_arms,
     torques_beyond,
 )
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
+from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.comparison.way_to_rest import ways_to_rest
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock
+from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.recording import Outcome
 from pamsim.recordings.trial import Trial
 
 Values = Mapping[str, float]
@@ -113,7 +114,7 @@ class ChainRuns:
             for mean in {mean.name: mean for mean, run in runs if run.pulled}.values()
         }
         self._data = mujoco.MjData(rig.model)  # in which the constants of other rigs are found
-        self._driven: dict[tuple[object, ...], LinkExperiment] = {}  # with the rig's own sensors
+        self._driven: dict[tuple[object, ...], tuple[Trial, Experiment]] = {}  # own sensors
         self._possible = [self._possible_steps(number) for number in range(len(runs))]
 
     def simulate(
@@ -166,9 +167,7 @@ class ChainRuns:
         """What runs give; those of joints that are pulled come after the forces that pull them."""
         signals = self._signals([job for job in jobs if not job.how.pulled], {})
         torques = {
-            (job.number, job.mean.name): torques_beyond(
-                job.rig, job.mean, *self._pulls[job.mean.name], seen
-            )
+            (job.number, job.mean.name): torques_beyond(job.rig, *self._pulls[job.mean.name], seen)
             for job, seen in signals.items()
             if job.mean.name in self._pulls and job.how.gives_forces and seen is not None
         }
@@ -190,31 +189,26 @@ class ChainRuns:
         made: dict[tuple[tuple[str, float], ...], tuple[Rig, int] | None] = {}
         found: list[dict[Link, tuple[Rig, int]] | None] = []
         for values, wanted in zip(sets, links, strict=True):
-            own: dict[Link, tuple[Rig, int]] | None = {}
-            for link in self._links if self._pulls else wanted:
+            own: dict[Link, tuple[Rig, int]] = {}
+            needed = self._links if self._pulls else wanted
+            for link in needed:
                 inside = {plain(n): v for n, v in values.items() if place(n) == link.name}
                 inside = {n: v for n, v in values.items() if not place(n)} | inside
                 key = tuple(sorted(inside.items()))
                 if key not in made:
                     made[key] = self._with(inside)
-                one = made[key]
-                if one is None:
-                    own = None
+                if (one := made[key]) is None:
                     break
                 own[link] = one
-            found.append(own)
+            found.append(own if len(own) == len(needed) else None)
         return found
 
     def _with(self, values: Values) -> tuple[Rig, int] | None:
+        """A rig, and the most fine time steps in one that it allows."""
         try:
             rig = self._rig.with_parameters(values, data=self._data)
         except (InputError, ParameterError):
             return None
-        limit = self._limit(rig)
-        return None if limit is None else (rig, limit)
-
-    def _limit(self, rig: Rig) -> int | None:
-        """Most fine time steps in one that a rig allows; None if it allows none."""
         model = rig.model_for(data=self._data if rig.file is self._rig.file else None)
         for steps in _STEPS:
             model.opt.timestep = steps * self._fine
@@ -222,7 +216,7 @@ class ChainRuns:
                 check_timestep(model, rig.limits)
             except InputError:
                 continue
-            return steps
+            return rig, steps
         return None
 
     def _longest(self, run: int, limit: int, most: int) -> int:
@@ -235,7 +229,7 @@ class ChainRuns:
         rate = grid_rate(mean.time)
         if not how.pulled:
             job = _Job(0, run, mean, how, self._rig)
-            rate = self._experiment(job, {}).experiment.sample_rate
+            rate = self._experiment(job, {})[1].sample_rate
         periods = [1.0 / (rate * steps * self._fine) for steps in _STEPS]
         whole = [abs(n - round(n)) <= 1e-6 * n and round(n) >= 1 for n in periods]
         return tuple(n for n, good in zip(_STEPS, whole, strict=True) if good or n == 1)
@@ -254,23 +248,29 @@ class ChainRuns:
                 yield number, rigs[run.link]
 
     def _signals(self, jobs: Sequence[_Job], torques: _Torques) -> dict[_Job, Signals | None]:
+        # Rest is shared by what is simulated together, and is another with other drives.
+        together: dict[tuple[object, ...], list[tuple[_Job, Trial, Experiment]]] = {}
+        for job in jobs:
+            if not job.how.pulled or (job.number, job.mean.name) in torques:
+                trial, experiment = self._experiment(job, torques)
+                alike = job.steps, experiment.drives.muscles
+                together.setdefault(alike, []).append((job, trial, experiment))
         found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
-        known = [
-            job for job in jobs if not job.how.pulled or (job.number, job.mean.name) in torques
-        ]
-        for steps in dict.fromkeys(job.steps for job in known):
-            own = [job for job in known if job.steps == steps]
-            signals = link_signals(
-                [(job.rig, self._experiment(job, torques)) for job in own],
+        for own in together.values():
+            steps = own[0][0].steps
+            recordings = sensed_runs(
+                [(job.rig, experiment) for job, _, experiment in own],
                 timestep=steps * self._fine,
                 settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
                 threads=self._threads,
                 simulated=self._simulated,
             )
-            found.update(zip(own, signals, strict=True))
+            for (job, trial, _), recording in zip(own, recordings, strict=True):
+                if recording.outcome is Outcome.COMPLETED:
+                    found[job] = at_times(recording, trial, job.rig.sensor)
         return found
 
-    def _experiment(self, job: _Job, torques: _Torques) -> LinkExperiment:
+    def _experiment(self, job: _Job, torques: _Torques) -> tuple[Trial, Experiment]:
         mean, run = job.mean, job.how
         leads = run.pressures and bool(run.moved)
         sensor, stops = job.rig.sensor, job.rig.model.jnt_range

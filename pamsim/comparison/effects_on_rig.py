@@ -18,22 +18,17 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.rig_file import EFFECTS
 
 
-def rig_name(rig: Rig, name: str, place: str = "") -> str:
+def rig_name(rig: Rig, name: str) -> str:
     """Name of a parameter on a rig, its placeholders (see `pamsim.effects.effect`) filled in.
 
-    Args:
-        rig: with the parameter.
-        name: that may hold a placeholder.
-        place: joint or muscle, where the rig has several that the placeholder may stand for.
-
     Raises:
-        InputError: if the rig has no such part.
+        InputError: if the rig has no such part, or several.
     """
     if JOINT in name:
-        if not place and len(rig.joints) > 1:
+        if len(rig.joints) > 1:
             each = " or ".join(f"'EFFECT{AT}{joint}'" for joint in rig.joints)
             raise InputError(f"at which joint of rig {rig.name!r} does it act? Write {each}")
-        name = name.replace(JOINT, place or rig.only_joint)
+        name = name.replace(JOINT, rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
         if not tilted:
@@ -44,7 +39,7 @@ def rig_name(rig: Rig, name: str, place: str = "") -> str:
     if SECOND_MUSCLE in name:
         if len(rig.muscles) < 2:
             raise InputError(f"{rig.name} has a single muscle")
-        name = name.replace(SECOND_MUSCLE, place or list(rig.muscles)[1])
+        name = name.replace(SECOND_MUSCLE, list(rig.muscles)[1])
     return name
 
 

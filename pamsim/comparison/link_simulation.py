@@ -14,79 +14,27 @@ exert what was measured.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
+from pamsim.comparison.experiments import experiment_of, grid_rate
+from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
 from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
-from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.comparison.way_to_rest import way_as_lead, way_rate
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Outcome
 from pamsim.recordings.signals import EFFORTS
 from pamsim.recordings.trial import Trial
-
-_MOVED = {"angle": "angle", "position": "length"}
-"""Kind of a joint's position -> drive that imposes it."""
 
 Signals = Mapping[str, FloatArray]
 
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
-
-
-@dataclass(frozen=True, kw_only=True)
-class LinkExperiment:
-    """A run ready to be simulated: the trial as it is driven, and its experiment."""
-
-    trial: Trial
-    run: LinkRun
-    experiment: Experiment
-
-
-def link_signals(
-    jobs: Sequence[tuple[Rig, LinkExperiment]],
-    *,
-    timestep: float | None = None,
-    settle_steps: int = 1,
-    threads: int | None = None,
-    simulated: Callable[[], None] | None = None,
-) -> list[dict[str, FloatArray] | None]:
-    """Simulated signals at the times of each trial.
-
-    Args:
-        jobs: rigs, and how a link of each is driven.
-        timestep: [s]; each rig's own if left out.
-        settle_steps: see `pamsim.engine.batch.simulate_batch`.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Returns:
-        For each job channel -> (n,) [SI]; None where the run breaks down.
-    """
-    # Rest is shared by what is simulated together, and is another with other drives.
-    together: dict[tuple[str, ...], list[int]] = {}
-    for number, (_, one) in enumerate(jobs):
-        together.setdefault(one.experiment.drives.muscles, []).append(number)
-    found: list[dict[str, FloatArray] | None] = [None] * len(jobs)
-    for numbers in together.values():
-        recordings = sensed_runs(
-            [(jobs[n][0], jobs[n][1].experiment) for n in numbers],
-            timestep=timestep,
-            settle_steps=settle_steps,
-            threads=threads,
-            simulated=simulated,
-        )
-        for n, recording in zip(numbers, recordings, strict=True):
-            if recording.outcome is Outcome.COMPLETED:
-                found[n] = at_times(recording, jobs[n][1].trial, jobs[n][0].sensor)
-    return found
 
 
 def link_experiment(
@@ -95,10 +43,10 @@ def link_experiment(
     run: LinkRun,
     inputs: LinkInputs,
     *,
-    way: FloatArray | None = None,
-    torque: FloatArray | None = None,
-) -> LinkExperiment:
-    """A trial as a run drives it.
+    way: FloatArray | None,
+    torque: FloatArray | None,
+) -> tuple[Trial, Experiment]:
+    """A trial as a run drives it, and the experiment that repeats it.
 
     Args:
         rig: the rig.
@@ -117,7 +65,7 @@ def link_experiment(
     for joint, kind in rig.joints.items():
         own = list(drives.joints).index(joint) if joint in drives.joints else None
         if joint in run.moved:
-            drive[joint] = _MOVED[kind]
+            drive[joint] = DRIVES_OF_MOTION[kind]
             columns.append(inputs.positions[joint])
         elif own is not None or (joint == run.pulled and torque is not None):
             drive[joint] = EFFORTS[kind]
@@ -144,18 +92,16 @@ def link_experiment(
             )
     else:
         experiment = experiment_of(driven)
-    experiment = with_true_inputs(rig, experiment)
-    return LinkExperiment(trial=driven, run=run, experiment=experiment)
+    return driven, with_true_inputs(rig, experiment)
 
 
 def torques_beyond(
-    rig: Rig, trial: Trial, forces: FloatArray, arms: FloatArray, signals: Signals
+    rig: Rig, forces: FloatArray, arms: FloatArray, signals: Signals
 ) -> dict[str, FloatArray]:
     """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
 
     Args:
         rig: the rig.
-        trial: with the force of every muscle.
         forces: (n, m) that the cells read, see `forces_read` [N].
         arms: (n, m, j) along the measured motion, see `moment_arms` [m, or 1].
         signals: simulated along it, at the times of the trial.

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.recordings.trial import Trial
@@ -58,14 +59,19 @@ def repeats(trials: Sequence[Trial]) -> tuple[Repeats, ...]:
 def _repeat(first: Trial, other: Trial) -> bool:
     # What a sensor or a machine imposes differs by its noise.
     commanded = [kind != "measured" for kind in first.drives.muscles]
-    columns = np.flatnonzero(np.array(commanded, dtype=bool))
+    same = first.measured.keys() == other.measured.keys()
+    return same and same_input(first, other, np.flatnonzero(commanded))
+
+
+def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = None) -> bool:
+    """Whether trials have one protocol, load and clock, and some columns of their commands."""
+    own = slice(None) if columns is None else columns
     return (
         first.protocol == other.protocol
         and first.drive == other.drive
         and first.load == other.load
-        and first.measured.keys() == other.measured.keys()
         and np.array_equal(first.time, other.time)
-        and np.array_equal(first.command[:, columns], other.command[:, columns])
+        and np.array_equal(first.command[:, own], other.command[:, own])
         and first.lead_in is None
         and other.lead_in is None
     )

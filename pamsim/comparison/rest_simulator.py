@@ -189,10 +189,6 @@ class RestPredictor:
         rig_of: returns the rig of a set of values, or None if there is no such rig.
         table: rows to predict.
         threads: simulations at a time; None for one per processor.
-
-    Attributes:
-        simulations: rows simulated in time so far.
-        balances: rows solved for their balance so far.
     """
 
     def __init__(
@@ -209,8 +205,6 @@ class RestPredictor:
         self._path = np.zeros(len(table.rows))
         self._near: FloatArray | None = None
         self._anchored: dict[tuple[tuple[str, float], ...], tuple[FloatArray, FloatArray]] = {}
-        self.simulations = 0
-        self.balances = 0
 
     def predict(self, sets: Sequence[Values]) -> list[FloatArray | None]:
         """Simulated minus measured angle of every row, (n,) [rad], for each set of values."""
@@ -241,7 +235,6 @@ class RestPredictor:
 
     def simulated(self, rig: Rig) -> FloatArray | None:
         """True angles at the ends of the rows' steps simulated in time, (n,) [rad]."""
-        self.simulations += len(self._experiments)
         runs = simulate_batch(
             [(rig, e) for e in self._experiments], threads=self._threads, above_supply=True
         )
@@ -260,7 +253,6 @@ class RestPredictor:
         return residual if np.all(np.isfinite(residual)) else None
 
     def _balanced(self, rig: Rig) -> FloatArray:
-        self.balances += len(self.table.rows)
         pressure = np.asarray(self.table.pressure)
         if rig.sensor is not None:
             pressure = np.maximum(true_pressure(pressure, rig.sensor), 0.0)

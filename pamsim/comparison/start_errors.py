@@ -15,6 +15,7 @@ import numpy as np
 
 from pamsim.comparison.experiments import start_pressures
 from pamsim.comparison.link_inputs import sample_noise
+from pamsim.comparison.repeats import same_input
 from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
@@ -98,7 +99,7 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
         start = start_pressures(trial)
         for starts, members in groups:
             first = trials[members[0]]
-            if _same_settings(first, trial) and np.all(
+            if same_input(first, trial) and np.all(
                 np.abs(start - starts[0]) <= _SAME_START * _noise_of_repeats(first, trial)
             ):
                 starts.append(start)
@@ -156,15 +157,3 @@ def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
 def _drifting(miss: FloatArray) -> float:
     """Noise of a signal without its smooth part, drift included [as the signal]."""
     return rough_noise(miss, lag=max(len(miss) // _LAGS, 1))
-
-
-def _same_settings(first: Trial, second: Trial) -> bool:
-    return (
-        first.protocol == second.protocol
-        and first.drive == second.drive
-        and first.load == second.load
-        and np.array_equal(first.time, second.time)
-        and np.array_equal(first.command, second.command)
-        and first.lead_in is None
-        and second.lead_in is None
-    )

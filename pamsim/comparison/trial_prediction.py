@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -69,8 +70,7 @@ class TrialPredictor:
         self.rig = rig
         self.data = data
         self._channels = tuple(channels)
-        self._threads = threads
-        self._simulated = simulated
+        self._run = partial(sensed_runs, threads=threads, simulated=simulated)
         self._experiments: list[Experiment] = []
         self._numbers: dict[tuple[object, ...], int] = {}
         for trial in data.trials:
@@ -185,7 +185,7 @@ class TrialPredictor:
                     if rig is not None
                     for number, e in enumerate(self._experiments)
                 ],
-                timestep,
+                timestep=timestep,
             )
         )
         return [
@@ -244,18 +244,6 @@ class TrialPredictor:
                         sensitivities[name] = np.column_stack(
                             [(other[name] - signal) / STEP for other in signals]
                         )
-
-    def _run(
-        self,
-        jobs: list[tuple[Rig, Experiment]],
-        timestep: float | None = None,
-    ) -> list[Recording]:
-        return sensed_runs(
-            jobs,
-            timestep=timestep,
-            threads=self._threads,
-            simulated=self._simulated,
-        )
 
     def _read_off(self, runs: Sequence[Recording]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):

@@ -82,15 +82,6 @@ def test_a_rig_with_creep_rests_where_it_is_held(tmp_path):
     assert worst(rig, trials) < 0.25
 
 
-def test_trials_that_count_may_be_named(tmp_path):
-    trials = trials_of(tmp_path, {}, seed=1, forces=False)
-    held_out = {t.name for t in trials if t.protocol.endswith("_check")}
-    some = gap_per_link(ARM, trials, judged=held_out)
-    every = gap_per_link(ARM, trials)
-    assert [one.channel for one in some.outputs] == [one.channel for one in every.outputs]
-    assert all(a.gap != b.gap for a, b in zip(some.outputs, every.outputs, strict=True))
-
-
 def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
     trials = trials_of(tmp_path, {"valve_delay": 1.0}, repeats=1, forces=False, variation=0.0)
     gaps = gap_per_link(ARM, trials)
