@@ -40,8 +40,7 @@ def movable_effects(rig: Rig, names: Sequence[str] = ()) -> MovableEffects:
 
     Args:
         rig: its model.
-        names: of effects, as `pamsim.comparison.effects_on_rig.rig_effect` takes them; all that the
-            rig can have if left out.
+        names: as `pamsim.comparison.effects_on_rig.rig_effect` takes them; all if left out.
 
     Raises:
         InputError: for a name that is not known.

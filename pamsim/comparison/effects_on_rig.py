@@ -105,9 +105,8 @@ def _at(rig: Rig, found: Effect, place: str) -> Effect:
 def places(rig: Rig, found: Effect) -> tuple[str, ...]:
     """Joints or muscles of a rig at each of which an effect is a cause of its own.
 
-    Returns:
-        Their names; an empty one where the rig has a single place for the effect, or the effect
-        acts on all of them together.
+    The only name is empty where the rig has a single place for the effect, or the effect acts on
+    all of them together.
     """
     names = " ".join(parameter.name for parameter in found.parameters)
     if JOINT in names and len(rig.joints) > 1:
@@ -130,12 +129,9 @@ def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigP
 
 
 def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
-    """Rig parameters of an effect at a size.
+    """Rig parameters of an effect at a size, in units of its typical one; 0 is neutral.
 
-    Args:
-        rig: without it, or with; its own values are where it starts from.
-        effect: which.
-        size: in units of its typical size; 0 is neutral.
+    The rig's own values are where it starts from.
 
     Raises:
         InputError: if the rig does not have what the effect acts on.

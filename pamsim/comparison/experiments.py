@@ -98,11 +98,7 @@ def _owner(trial: Trial, muscle: int) -> str:
 
 
 def grid_rate(time: FloatArray) -> float:
-    """Rate that samples at all given times, or 2000 Hz if no divisor of it does [Hz].
-
-    Args:
-        time: (n,) [s], increasing from 0.
-    """
+    """Rate that samples at all given times (n,) [s], or 2000 Hz if no divisor of it does [Hz]."""
     rate = (time.size - 1) / float(time[-1])
     whole = round(GRID_HZ / rate)
     if whole < 1:

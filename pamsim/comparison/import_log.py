@@ -370,17 +370,11 @@ def _turned(
 
 
 def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
-    """What drives a joint in a trial, up to a factor: its own torque or force, or its muscles.
+    """What drives a joint in a trial up to a factor, (n,): its own torque or force, or its muscles.
 
-    Args:
-        trial: one.
-        joint: of the rig.
-        arm: (m,) by which each muscle shortens as the joint moves up.
-        rig: that the trial was recorded on.
-
-    Returns:
-        (n,), or None: the pressures of muscles that drive nothing, as sealed ones, follow the
-        joint and say nothing of its sign; nor does a motion that is imposed.
+    It is None where nothing says its sign: the pressures of muscles that drive nothing, as sealed
+    ones, follow the joint; a motion may be imposed. ``arm``, (m,), is by how much each muscle
+    shortens as the joint moves up.
     """
     drives = trial.drives
     if joint in drives.imposed:

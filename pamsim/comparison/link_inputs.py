@@ -43,26 +43,21 @@ _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviation
 
 
 def sample_noise(values: FloatArray) -> float:
-    """Standard deviation of a signal's noise from sample to sample, rounding included.
-
-    Args:
-        values: (n,) evenly sampled, in any unit.
-    """
+    """Standard deviation of evenly sampled values (n,) from one to the next, rounding included."""
     # Neighbouring values of a converter are a step apart, those of a finer record are not.
     step = float(np.min(np.diff(np.unique(values)), initial=np.inf))
     return max(rough_noise(values), step / _UNIFORM if np.isfinite(step) else 0.0)
 
 
 def smoothed(time: FloatArray, values: FloatArray, noise: float | None = None) -> FloatArray:
-    """A measured signal without the noise that its samples show.
+    """A measured signal (n,) without the noise that its samples show.
+
+    Values are returned as they are if they show no noise, or are too few for a spline.
 
     Args:
         time: (n,) increasing [s].
         values: (n,) in any unit.
         noise: standard deviation [that unit]; what `sample_noise` finds if left out.
-
-    Returns:
-        Shape (n,); the values themselves if they show no noise, or are too few for a spline.
     """
     noise = sample_noise(values) if noise is None else noise
     # Noise below rounding would ask for a knot at every sample.

@@ -242,11 +242,7 @@ class LoopRows:
         return self.branches[0] - self.branches[1]
 
     def opened(self, values: Values) -> FloatArray:
-        """Rising less falling length by effects, (m,) [m].
-
-        Args:
-            values: of their parameters [SI].
-        """
+        """Rising less falling length by effects with values of their parameters [SI], (m,) [m]."""
         total = np.zeros(self.level.size)
         for label, own in self._effects.items():
             opening, *shapes = own.effect.parameters

@@ -107,14 +107,7 @@ def _stem(path: Path) -> str:
 def split_held_out(
     data: CalibrationData, names: Sequence[str]
 ) -> tuple[CalibrationData, CalibrationData]:
-    """Split data into what is fitted and what is held out.
-
-    Args:
-        data: all of it.
-        names: of trials, protocols or tables to hold out.
-
-    Returns:
-        Fitted and held-out data.
+    """Fitted data, and those of trials, protocols or tables whose names are held out.
 
     Raises:
         InputError: for an unknown name, or if nothing is left to fit.

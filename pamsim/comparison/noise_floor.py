@@ -123,15 +123,12 @@ def _smallest(places: Sequence[BlockPlace], channel: str) -> float:
 def noise_within_trial(
     residual: FloatArray, interval: float, command: FloatArray | None
 ) -> tuple[FloorRoute, Scatter]:
-    """Noise of one channel of one trial.
+    """Route to the noise of one channel of one trial, and the noise's squares.
 
     Args:
         residual: (n,) of any parameters [SI].
         interval: between samples [s].
         command: (n, m); None if it is not known.
-
-    Returns:
-        The route, and the noise's squares.
     """
     if command is not None:
         runs = periods(residual, command)
@@ -150,12 +147,7 @@ def noise_within_trial(
 
 
 def settled_holds(command: FloatArray, interval: float) -> list[slice]:
-    """Samples at which a command is held and has been for `SETTLED`.
-
-    Args:
-        command: (n, m).
-        interval: between samples [s].
-    """
+    """Samples at which a command (n, m) is held and has been for `SETTLED`; interval in [s]."""
     changed = np.flatnonzero(np.any(np.diff(command, axis=0) != 0.0, axis=1)) + 1
     ends = [0, *changed.tolist(), command.shape[0]]
     wait = round(SETTLED / interval)

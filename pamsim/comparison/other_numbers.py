@@ -42,12 +42,11 @@ _BROKEN = 10.0  # times what the rig as described misses
 def least_missed(rig: Rig, missed: Callable[[Rig], FloatArray | None]) -> float:
     """Sum of squares of what a rig misses with the numbers that make it least.
 
+    It is infinite if the rig as described breaks down.
+
     Args:
         rig: as described.
         missed: rig -> (n,) what it misses, None where it breaks down.
-
-    Returns:
-        The sum; infinite if the rig as described breaks down.
     """
     first, numbers = missed(rig), list(_numbers(rig))
     if first is None:

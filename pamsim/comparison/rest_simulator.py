@@ -81,9 +81,10 @@ class RestSimulator:
         own_values: Mapping[str, float],
     ) -> None:
         self._predict, self._own_values = predict, dict(own_values)
-        self.blocks, self.inputs = tuple(blocks), inputs
-        self.links = (AT_REST_LINK,)
-        self.link_of = (0,) * len(self.blocks)
+        self.blocks: tuple[Block, ...] = tuple(blocks)
+        self.inputs = inputs
+        self.links: tuple[Link, ...] = (AT_REST_LINK,)
+        self.link_of: tuple[int, ...] = (0,) * len(self.blocks)
         self.repeats = tuple(Unit(name=name) for name in unit_names(self.blocks))
         (stated,) = self._predicted([{}])
         if stated is None:
@@ -91,7 +92,7 @@ class RestSimulator:
                 f"{self.blocks[0].source}: the rig has no position at rest for some row; check its"
                 " parameters and the table's units"
             )
-        self.stated = stated
+        self.stated: FloatArray = stated
 
     def own_value(self, name: str) -> float:
         """Value of a nuisance parameter that the rig states [SI]."""
@@ -110,17 +111,9 @@ class RestSimulator:
         only: Collection[str] | None = None,
         steps: int = COARSE,
     ) -> list[FloatArray | None]:
-        """Residual with each parameter set.
+        """Residual (n,) with each parameter set [SI]; None where some row has no prediction.
 
-        Args:
-            sets: values by name.
-            links: of each set, those to predict.
-            others: residual (n,) that other rows are taken from [SI].
-            only: names of units to predict; all if left out.
-            steps: without meaning at rest.
-
-        Returns:
-            (n,) [SI] for each; None where some row has no prediction.
+        Arguments are those of `ChainSimulator.residuals`; at rest there are no time steps.
         """
         del steps
         wanted = [values for values, own in zip(sets, links, strict=True) if own]
@@ -150,26 +143,14 @@ class RestSimulator:
 
 
 def table_blocks(table: StaticTable, variance: float) -> tuple[Block, ...]:
-    """Rows of a table at rest, each a unit of its own.
-
-    Args:
-        table: of angles at rest.
-        variance: of their noise [rad^2].
-    """
+    """Rows of a table of angles at rest with a variance of their noise [rad^2], each a unit."""
     return row_blocks(table.rows, AT_REST, np.full(len(table.rows), variance), source=table.name)
 
 
 def row_blocks(
     names: Sequence[str], channel: str, variances: FloatArray, *, source: str = ""
 ) -> tuple[Block, ...]:
-    """Rows, each a unit of its own.
-
-    Args:
-        names: of the rows.
-        channel: what was measured.
-        variances: of the noise of each row, (n,) [SI^2].
-        source: where they come from.
-    """
+    """Rows of a channel with variances of their noise (n,) [SI^2], each a unit of its own."""
     return tuple(
         Block(
             unit=row,

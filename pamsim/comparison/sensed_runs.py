@@ -54,12 +54,7 @@ def sensed_runs(
 ) -> list[Recording]:
     """Simulate rigs; those that differ in their sensors alone share a model and are run once.
 
-    Args:
-        jobs: rigs and the experiment of each.
-        timestep: [s]; each rig's own if left out.
-        settle_steps: see `pamsim.engine.batch.simulate_batch`.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
+    Options are those of `pamsim.engine.batch.simulate_batch`.
     """
     keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
     different = dict(zip(reversed(keys), reversed(jobs), strict=True))

@@ -85,9 +85,6 @@ class StartError:
 def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
     """Trials that can be simulated from one start: repeats whose first samples differ by noise.
 
-    Args:
-        trials: of one rig.
-
     Returns:
         Start pressures (m,) [Pa] of each group, and the numbers of its trials.
 

@@ -141,9 +141,7 @@ class TrialPredictor:
     ) -> list[Prediction | None]:
         """Predictions of rigs; None where there is none or a run broke down.
 
-        Args:
-            rigs: to simulate.
-            timestep: [s]; each rig's own if left out.
+        Time steps of ``timestep`` [s] are each rig's own if left out.
         """
         if self._sensitivities is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
@@ -153,11 +151,7 @@ class TrialPredictor:
         ]
 
     def adjusted(self, simulated: Prediction) -> Prediction:
-        """A prediction from the starts that fit the trials best.
-
-        Args:
-            simulated: as `as_simulated` returns it.
-        """
+        """A prediction of `as_simulated` from the starts that fit the trials best."""
         assert self._sensitivities is not None
         trials: dict[str, dict[str, FloatArray]] = {}
         for trial, start, sensitivities in zip(
@@ -207,11 +201,8 @@ class TrialPredictor:
         """Compute the starts' noise and the sensitivities to them at a rig.
 
         Call it before the first prediction, and again where a fit has ended. If a run breaks down
-        there, or for None, starts are used as read.
-
-        Args:
-            rig: where, or None.
-            simulated: its trials from the starts as read, if known: see `as_simulated`.
+        there, or for None, starts are used as read. Trials that `as_simulated` has predicted there
+        need not be simulated again.
         """
         self._sensitivities = [{} for _ in self.data.trials]
         self._starts = list(map(start_error, self.data.trials, self._start_of))
