@@ -22,10 +22,10 @@ from pamsim.comparison.link_simulation import (
     link_experiment,
     moment_arms,
     torques_beyond,
+    ways_to_rest,
 )
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.comparison.sensed_runs import sensed_runs
-from pamsim.comparison.way_to_rest import ways_to_rest
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import check_timestep

@@ -35,10 +35,8 @@ def effect_cards(
     """
     loaded = None if rig is None else load_rig(rig)
     known = forms(loaded)
-    chosen = (
-        known if name is None else {look_up(name, known).name: known[look_up(name, known).name]}
-    )
-    cards = [_card(one, loaded) for each in chosen.values() for one in each]
+    chosen = known.values() if name is None else [known[look_up(name, known).name]]
+    cards = [_card(one, loaded) for each in chosen for one in each]
     return to_dict({"schema": SCHEMA, "effects": cards})
 
 

@@ -82,19 +82,14 @@ def start_pressures(trial: Trial) -> FloatArray:
         if trial.drives.muscles[muscle] in ("pressure_set", "measured"):
             start[muscle] = first[muscle]
         else:
+            name = trial.muscle_names[muscle] if trial.muscle_names else ""
             raise InputError(
-                f"trial {trial.name!r} does not give the start pressure of {_owner(trial, muscle)},"
+                f"trial {trial.name!r} does not give the start pressure of"
+                f" {name or f'muscle {muscle + 1}'}: record {name or f'p{muscle + 1}'}_kpa,"
                 " or command pressures"
             )
     # A vented sensor may read slightly below the atmosphere, where the muscle is.
     return np.maximum(start, 0.0)
-
-
-def _owner(trial: Trial, muscle: int) -> str:
-    if trial.muscle_names:
-        name = trial.muscle_names[muscle]
-        return f"{name}: record {name}_kpa"
-    return f"muscle {muscle + 1}: record p{muscle + 1}_kpa"
 
 
 def grid_rate(time: FloatArray) -> float:

@@ -276,7 +276,10 @@ class LoopRows:
         span = float(np.ptp(self.loop.length))
         opening, *shapes = own.effect.parameters
         opening = opening.scaled(span)
-        free = tuple(_free(p) for p in (opening, *shapes))
+        free = tuple(
+            FreeParameter(name=p.name, unit=p.unit or "1", start=p.typical, low=p.low, high=p.high)
+            for p in (opening, *shapes)
+        )
         variants: list[Mapping[str, float]] = [
             {shape.name: value} for shape in shapes for value in (shape.typical, *shape.starts)
         ]
@@ -291,13 +294,3 @@ class LoopRows:
         return Candidate(
             effect=own.effect, parameters=free, neutral={opening.name: 0.0}, probes=probes
         )
-
-
-def _free(parameter: EffectParameter) -> FreeParameter:
-    return FreeParameter(
-        name=parameter.name,
-        unit=parameter.unit or "1",
-        start=parameter.typical,
-        low=parameter.low,
-        high=parameter.high,
-    )

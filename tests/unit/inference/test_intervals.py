@@ -9,9 +9,8 @@ import pytest
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.intervals import parameter_covariance
+from pamsim.inference.intervals import FittedRows, fit_colour, parameter_covariance, slow_gains
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
-from pamsim.inference.residual_colour import FittedRows, fit_colour, slow_gains
 from pamsim.inference.simulator_fit import Linearisation
 from tests.unit.inference.closed_form_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
 
