@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import mujoco
 
-from pamsim.comparison.experiments import at_times, grid_rate
+from pamsim.comparison.experiments import grid_rate, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
     Signals,
@@ -25,14 +25,12 @@ from pamsim.comparison.link_simulation import (
     ways_to_rest,
 )
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
-from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Outcome
 from pamsim.recordings.trial import Trial
 
 Values = Mapping[str, float]
@@ -258,16 +256,14 @@ class ChainRuns:
         found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
         for own in together.values():
             steps = own[0][0].steps
-            recordings = sensed_runs(
-                [(job.rig, experiment) for job, _, experiment in own],
+            signals = sensed_signals(
+                [(job.rig, trial, experiment) for job, trial, experiment in own],
                 timestep=steps * self._fine,
                 settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
                 threads=self._threads,
                 simulated=self._simulated,
             )
-            for (job, trial, _), recording in zip(own, recordings, strict=True):
-                if recording.outcome is Outcome.COMPLETED:
-                    found[job] = at_times(recording, trial, job.rig.sensor)
+            found.update(zip((job for job, *_ in own), signals, strict=True))
         return found
 
     def _experiment(self, job: _Job, torques: _Torques) -> tuple[Trial, Experiment]:

@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from pamsim.comparison.experiments import at_times, experiment_of
-from pamsim.comparison.sensed_runs import as_read, sensed_runs
+from pamsim.comparison.experiments import as_read, experiment_of, sensed_signals
 from pamsim.comparison.trial_corrections import Correction, corrections
 from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.units import FloatArray
@@ -27,7 +26,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Outcome
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
@@ -109,7 +107,10 @@ def likely_mistakes(
         return ()
     worst = max(trials, key=lambda t: sum(shares[t.name].values()))
     similar = [t for t in trials if missed[t.name] == missed[worst.name]]
-    chosen = _one_of_each([worst, *similar])
+    first: dict[tuple[str, float], Trial] = {}  # trial of every input
+    for trial in (worst, *similar):
+        first.setdefault((trial.protocol, trial.load), trial)
+    chosen = list(first.values())[:_TRIALS]
     rows = [_rows(t, simulated.get(t.name)) for t in chosen]
     tried = [
         _tried(correction, chosen, rows) for correction in corrections(worst, missed[worst.name])
@@ -153,14 +154,6 @@ class _Helpful:
     left: float
 
 
-def _one_of_each(trials: Sequence[Trial]) -> list[Trial]:
-    """One trial of every input, of the first inputs."""
-    first: dict[tuple[str, float], Trial] = {}
-    for trial in trials:
-        first.setdefault((trial.protocol, trial.load), trial)
-    return list(first.values())[:_TRIALS]
-
-
 def _rows(trial: Trial, simulated: Signals | None) -> int:
     """Rows by which half of what is missed has been missed: a log may begin with a long rest."""
     if simulated is None:
@@ -196,29 +189,21 @@ def _first(trial: Trial, count: int) -> Trial:
 
 def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator[_Helpful]:
     """Corrections that leave little of what the channels that they change are missed by."""
-    possible: list[tuple[_Tried, list[Experiment], list[Experiment]]] = []
+    possible: list[tuple[_Tried, list[tuple[Rig, Trial, Experiment]]]] = []
     for one in tried:
         try:
-            before = [as_read(rig, experiment_of(t)) for t in one.before]
-            after = [as_read(rig, experiment_of(t)) for t in one.after]
-            for experiment in (*before, *after):
+            jobs = [(rig, t, as_read(rig, experiment_of(t))) for t in (*one.before, *one.after)]
+            for *_, experiment in jobs:
                 whole_steps(1.0 / experiment.sample_rate, rig.model.opt.timestep)
         except InputError:  # such as a set point below the atmosphere, or a clock between steps
             continue
-        if all(_within_supply(rig, experiment) for experiment in after):
-            possible.append((one, before, after))
-    jobs = [(rig, e) for _, before, after in possible for e in (*before, *after)]
-    runs = iter(sensed_runs(jobs, threads=threads))
-    for one, *_ in possible:
-        shares: list[Shares] = []
-        for trials in (one.before, one.after):
-            of_each = [(trial, next(runs)) for trial in trials]
-            done = [
-                at_times(run, trial, rig.sensor) if run.outcome is Outcome.COMPLETED else None
-                for trial, run in of_each
-            ]
-            shares.append(_shares(trials, done))
-        before, after = shares
+        if all(_within_supply(rig, experiment) for *_, experiment in jobs[len(one.before) :]):
+            possible.append((one, jobs))
+    signals = iter(sensed_signals([job for _, jobs in possible for job in jobs], threads=threads))
+    for one, _ in possible:
+        before, after = (
+            _shares(trials, [next(signals) for _ in trials]) for trials in (one.before, one.after)
+        )
         changed = [c for c in before if abs(before[c] - after[c]) > _CHANGED]
         lost, left = sum(before[c] for c in changed), sum(after[c] for c in changed)
         if left <= _LEFT * lost and lost - left >= _GAIN:
@@ -243,11 +228,11 @@ def _missed_by(rig: Rig, trials: Sequence[Trial], threads: int | None) -> FloatA
 
     None if a simulation breaks down.
     """
-    runs = sensed_runs([(rig, as_read(rig, experiment_of(t))) for t in trials], threads=threads)
-    if any(run.outcome is not Outcome.COMPLETED for run in runs):
+    jobs = [(rig, t, as_read(rig, experiment_of(t))) for t in trials]
+    done = [one for one in sensed_signals(jobs, threads=threads) if one is not None]
+    if len(done) < len(trials):
         return None
-    pairs = zip(runs, trials, strict=True)
-    away, moved = _away(trials, [at_times(run, trial, rig.sensor) for run, trial in pairs])
+    away, moved = _away(trials, done)
     return np.concatenate(
         [
             part / np.sqrt(part.size * len(parts) * moved[kind_of(channel)])

@@ -21,9 +21,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import make_lsq_spline, splrep
 
-from pamsim.comparison.experiments import start_pressures
+from pamsim.comparison.experiments import as_read, start_pressures
 from pamsim.comparison.links import LinkRun
-from pamsim.comparison.sensed_runs import as_read
 from pamsim.core.units import FloatArray
 from pamsim.engine.external import passable
 from pamsim.engine.rig import Rig

@@ -23,11 +23,10 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate
+from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate, sensed_runs
 from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
 from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
-from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids

@@ -8,9 +8,15 @@ from functools import partial
 
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of, table_experiments
+from pamsim.comparison.experiments import (
+    as_read,
+    at_times,
+    experiment_of,
+    identity,
+    sensed_runs,
+    table_experiments,
+)
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray

@@ -110,7 +110,7 @@ def parameter_covariance(
             fit_colour(records, og, total, ordered=group[0].block.sample_interval is not None)
             for records, og, group in zip(groups, slow, single, strict=True)
         ]
-        preferred, longest = [c.preferred for c in colours], [c.longest for c in colours]
+        preferred, longest = map(list, zip(*colours, strict=True))
         if np.all(np.abs(np.diag(total) - before) <= _SETTLED * before):
             break
     matrix, quantile = _together([*sure, *_coloured_parts(preferred, groups, shares)])
@@ -220,19 +220,6 @@ class FittedRows:
     gain: FloatArray
 
 
-@dataclass(frozen=True)
-class Colour:
-    """Two models of the same noise.
-
-    Attributes:
-        preferred: order by AICc.
-        longest: highest order tried. It sees slow drift too weak for AICc to spend orders on.
-    """
-
-    preferred: ArNoise
-    longest: ArNoise
-
-
 def slow_gains(noise: ArNoise, records: Sequence[FittedRows]) -> list[FloatArray]:
     """O G of each record: the covariance matrix of the noise times the gain, shape (n, p)."""
     if noise.order == 0:
@@ -259,8 +246,10 @@ def fit_colour(
     covariance: FloatArray,
     *,
     ordered: bool,
-) -> Colour:
-    """Fit AR models to the corrected autocovariance.
+) -> tuple[ArNoise, ArNoise]:
+    """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest tried.
+
+    The longest sees slow drift too weak for AICc to spend orders on.
 
     Args:
         records: of one channel and sample interval.
@@ -282,11 +271,11 @@ def fit_colour(
     return _levinson(lags / total, total)
 
 
-def _levinson(lags: FloatArray, total: int) -> Colour:
+def _levinson(lags: FloatArray, total: int) -> tuple[ArNoise, ArNoise]:
     variance = float(lags[0])
     best = ArNoise((), max(variance, 0.0))
     if variance <= 0.0:
-        return Colour(best, best)
+        return best, best
     score = total * np.log(variance) + aicc_penalty(1, total)
     predictor, reflections = np.array([1.0]), []
     for k in range(1, lags.size):
@@ -299,7 +288,7 @@ def _levinson(lags: FloatArray, total: int) -> Colour:
         now = total * np.log(variance) + aicc_penalty(k + 1, total)
         if now < score:
             best, score = ArNoise(tuple(reflections), variance), now
-    return Colour(best, ArNoise(tuple(reflections), variance))
+    return best, ArNoise(tuple(reflections), variance)
 
 
 def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:

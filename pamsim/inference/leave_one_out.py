@@ -23,15 +23,10 @@ class LeftOut:
     Attributes:
         residual: predicted minus measured, each row by the fit without it, shape (n,) [SI].
         values: of those fits, shape (n, p) [parameter units].
-        evaluations: simulated parameter vectors.
-        settled: largest last change of a parameter, in units of its range; a large one means that
-            some fit had not come to rest.
     """
 
     residual: FloatArray
     values: FloatArray
-    evaluations: int
-    settled: float
 
     @property
     def rms(self) -> float:
@@ -85,12 +80,10 @@ def leave_one_out(
         return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
 
     at, left = np.tile(optimum, (count, 1)), np.tile(linear.residual, (count, 1))
-    evaluations, change = 0, math.inf
     for _ in range(most):
         moved = np.stack([step(i, left[i], at[i]) for i in range(count)])
         change = float(np.max(np.abs(moved - at)))
         at = moved
-        evaluations += count
         for i, blocks in enumerate(simulate(scale.from_unit(at))):
             residual = stacked(blocks, linear.places)
             if residual is None:
@@ -100,12 +93,7 @@ def leave_one_out(
             left[i] = residual
         if change < tolerance:
             break
-    return LeftOut(
-        residual=np.diag(left).copy(),
-        values=scale.from_unit(at),
-        evaluations=evaluations,
-        settled=change,
-    )
+    return LeftOut(residual=np.diag(left).copy(), values=scale.from_unit(at))
 
 
 @dataclass(frozen=True, kw_only=True)

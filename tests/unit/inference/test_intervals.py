@@ -196,10 +196,10 @@ def test_colour_absorbed_by_a_fit_is_given_back():
         lag = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
         known = sum(r.gain.T @ 0.95**lag @ r.gain for r in records)
         slow = slow_gains(true, records)
-        noise = fit_colour(records, slow, known, ordered=True).preferred
+        noise = fit_colour(records, slow, known, ordered=True)[0]
         corrected.append(noise.autocovariance(20)[[0, 19]])
         none = [FittedRows(r.residual, 0.0 * r.jacobian, r.gain) for r in records]
-        noise = fit_colour(none, slow, known, ordered=True).preferred
+        noise = fit_colour(none, slow, known, ordered=True)[0]
         plain.append(noise.autocovariance(20)[[0, 19]])
     truth = np.array([1.0, 0.95**19])
     assert np.mean(corrected, axis=0) == pytest.approx(truth, rel=0.15)
