@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.catalog import installed
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import RigParameter, rig_parameter
-from pamsim.engine.rig import Rig
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.rig_file import EFFECTS
 from pamsim.recordings.sensors import MeasurementChain
@@ -294,3 +297,49 @@ def movable_effects(rig: Rig, names: Sequence[str] = ()) -> MovableEffects:
         has = rig_parameter(rig, name).value - neutral
         sizes[one.name] = has / (typical - neutral) if has else 0.0
     return MovableEffects(rig=rig, effects=effects, sizes=sizes)
+
+
+def effect_cards(
+    name: str | None = None, rig: str | os.PathLike[str] | None = None
+) -> dict[str, Any]:
+    """Describe all effects, or one.
+
+    Args:
+        name: of one; None for all.
+        rig: name of a shipped rig or a rig folder: its own effects are listed as well, and what it
+            cannot have is said.
+
+    Returns:
+        JSON-safe mapping ``effects``: name, form, link, family, what a model without it is missing,
+        equation, parameters, look-alikes and the experiment that separates them; with a rig also
+        the joints or muscles that it is tried at, and why it cannot be tried.
+
+    Raises:
+        InputError: for an unknown name, with the nearest, or an unknown rig.
+    """
+    loaded = None if rig is None else load_rig(rig)
+    known = forms(loaded)
+    chosen = known.values() if name is None else [known[look_up(name, known).name]]
+    cards = [_card(one, loaded) for each in chosen for one in each]
+    return to_dict({"schema": "pamsim-effects/1", "effects": cards})
+
+
+def _card(one: Effect, rig: Rig | None) -> dict[str, Any]:
+    card: dict[str, Any] = {
+        "name": one.name,
+        "form": one.form,
+        "link": one.link,
+        "family": one.family,
+        "missing": one.missing,
+        "equation": one.equation,
+        "parameters": [parameter.name for parameter in one.parameters],
+        "look_alikes": one.look_alikes,
+        "separating": one.separating,
+    }
+    if rig is None:
+        return card
+    try:
+        candidate(rig, one)
+    except InputError as error:
+        return {**card, "places": [], "not_tried": str(error)}
+    return {**card, "places": [p for p in places(rig, one) if p], "not_tried": None}

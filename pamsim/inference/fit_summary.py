@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate, PriorPull
-from pamsim.inference.flags import Identified, identified, parameter_flags
 from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.identifiability import Identified, identified, parameter_flags
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import SearchEnd, short_of_optimum
@@ -131,9 +131,8 @@ def _parameters(
     some = np.diag(spread.white) > 0.0
     rise = spread.quantile**2 * np.diag(spread.matrix) / np.where(some, np.diag(spread.white), 1.0)
     estimates: list[Estimate] = []
-    for i, (p, (flags, partners, sentence)) in enumerate(
-        zip(parameters, parameter_flags(parameters, split, place, spread.matrix), strict=True)
-    ):
+    for i, p in enumerate(parameters):
+        flags, partners, sentence = parameter_flags(i, parameters, split, place, spread.matrix)
         known = not (split.open[i] or split.at_bound[i])
         pull = p.prior and PriorPull(
             prior=p.prior,

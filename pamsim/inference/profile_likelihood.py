@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.noise_model import NoiseModel
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 
 _ON_BOUND = 1e-3  # of the range
