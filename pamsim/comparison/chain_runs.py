@@ -251,8 +251,8 @@ class ChainRuns:
         for job in jobs:
             if not job.how.pulled or (job.number, job.mean.name) in torques:
                 trial, experiment = self._experiment(job, torques)
-                alike = job.steps, experiment.drives.muscles
-                together.setdefault(alike, []).append((job, trial, experiment))
+                kind = job.steps, experiment.drives.muscles
+                together.setdefault(kind, []).append((job, trial, experiment))
         found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
         for own in together.values():
             steps = own[0][0].steps

@@ -89,7 +89,6 @@ def fit_simulator(
     state = FitState(
         checkpoint, identity(residual, parameters, noise.estimate(first), about), residual
     )
-    names = [p.name for p in parameters]
 
     def note(now: SearchState) -> None:
         state.reached(now)
@@ -101,11 +100,7 @@ def fit_simulator(
                     start=len(state.finished),
                     starts=len(starting),
                     iteration=now.iterations,
-                    evaluations=residual.evaluations,
                     cost=float(np.mean((cost.weight(now.noise) * miss) ** 2)),
-                    values=dict(
-                        zip(names, residual.scale.from_unit(now.place).tolist(), strict=True)
-                    ),
                 )
             )
 

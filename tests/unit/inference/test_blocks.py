@@ -40,7 +40,7 @@ def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance(size):
     assert np.sum(block(size).white(values) ** 2) == pytest.approx(expected)
 
 
-def test_blocks_are_whitened_one_by_one_all_columns_alike():
+def test_blocks_are_whitened_one_by_one_and_all_columns_the_same():
     rng = np.random.default_rng(1)
     blocks = [block(40), block(3, start=40), block(30, FIRST_ORDER, start=43, unit="b")]
     jacobian, size = rng.standard_normal((73, 3)), rng.standard_normal(3)
