@@ -247,23 +247,22 @@ class ChainRuns:
 
     def _signals(self, jobs: Sequence[_Job], torques: _Torques) -> dict[_Job, Signals | None]:
         # Rest is shared by what is simulated together, and is another with other drives.
-        together: dict[tuple[object, ...], list[tuple[_Job, Trial, Experiment]]] = {}
+        together: dict[tuple[int, object], dict[_Job, tuple[Rig, Trial, Experiment]]] = {}
         for job in jobs:
             if not job.how.pulled or (job.number, job.mean.name) in torques:
                 trial, experiment = self._experiment(job, torques)
-                kind = job.steps, experiment.drives.muscles
-                together.setdefault(kind, []).append((job, trial, experiment))
+                own = together.setdefault((job.steps, experiment.drives.muscles), {})
+                own[job] = job.rig, trial, experiment
         found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
-        for own in together.values():
-            steps = own[0][0].steps
+        for (steps, _), own in together.items():
             signals = sensed_signals(
-                [(job.rig, trial, experiment) for job, trial, experiment in own],
+                list(own.values()),
                 timestep=steps * self._fine,
                 settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
                 threads=self._threads,
                 simulated=self._simulated,
             )
-            found.update(zip((job for job, *_ in own), signals, strict=True))
+            found.update(zip(own, signals, strict=True))
         return found
 
     def _experiment(self, job: _Job, torques: _Torques) -> tuple[Trial, Experiment]:
