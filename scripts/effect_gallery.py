@@ -18,8 +18,8 @@ import numpy as np
 
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, rig_name
+from pamsim.comparison.experiments import sensed_runs
 from pamsim.comparison.protocols import DURATION, PROTOCOLS
-from pamsim.comparison.sensed_runs import sensed_runs
 from pamsim.core.files import complete_file
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.effects import (

@@ -27,7 +27,7 @@ import numpy as np
 from kept_rows import as_text, fingerprint, kept_rows
 from pictures import save_small_png
 
-from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.computation import versions
 from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M

@@ -167,7 +167,7 @@ def _yes(value: bool | None) -> str:
 @options.json
 def _effects(name: str | None, rig: str | None, json_file: Path | None) -> int:
     """List the effects that a diagnosis can name, or show the one called NAME."""
-    from pamsim.comparison.effect_cards import effect_cards
+    from pamsim.comparison.effects_on_rig import effect_cards
 
     result = effect_cards(name, rig)
     save_json(json_file, result)

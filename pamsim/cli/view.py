@@ -52,7 +52,7 @@ def command(
         watch_replay(replay, speed=1.0 if speed is None else speed)
         return OK
     options.refuse("needs a RECORDING to replay", trial=trial, speed=speed)
-    from pamsim.comparison.effect_sizes import movable_effects
+    from pamsim.comparison.effects_on_rig import movable_effects
     from pamsim.engine.rig import load_rig
     from pamsim.scene.watch import watch_live
 

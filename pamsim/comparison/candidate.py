@@ -17,12 +17,7 @@ end that near an end as they close in on it."""
 
 
 def inside(parameters: Sequence[FreeParameter], values: Mapping[str, float]) -> dict[str, float]:
-    """Values moved into their ranges and off the ends.
-
-    Args:
-        parameters: that have ranges.
-        values: name -> value of each [SI].
-    """
+    """Values by name [SI] moved into the parameters' ranges and off the ends."""
     moved: dict[str, float] = {}
     for parameter in parameters:
         off = INSIDE * (parameter.high - parameter.low)
@@ -91,11 +86,7 @@ class Candidate:
         return size.low < self.neutral[size.name] < size.high
 
     def at_end(self, values: Mapping[str, float]) -> bool:
-        """Whether a parameter lies at an end of its range beyond which rigs may lie.
-
-        Args:
-            values: rig parameter -> value of each [SI].
-        """
+        """Whether values [SI] lie at an end of a range beyond which rigs may lie."""
         return any(
             not stated.natural_ends
             and end not in (0.0, self.neutral.get(own.name))
@@ -105,11 +96,7 @@ class Candidate:
         )
 
     def moved(self, probe: Probe, factor: float) -> dict[str, float]:
-        """A probe made larger or smaller, within the ranges and off their ends.
-
-        Args:
-            probe: one of the effect's.
-            factor: on its size; negative for the other sign.
+        """A probe with its size times a factor, within the ranges and off their ends.
 
         Returns:
             Rig parameter -> value [SI].

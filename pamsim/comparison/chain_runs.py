@@ -1,4 +1,4 @@
-"""Runs of a rig's links beside the means of repeats, simulated with many parameter sets.
+"""Runs of a rig's links beside trials or the means of repeats, simulated with many parameter sets.
 
 What depends on the measured signals alone is found once for all sets: smoothed inputs, the way to
 rest, how each run is driven, the time steps that its sampling allows, moment arms.
@@ -14,23 +14,23 @@ from dataclasses import dataclass
 
 import mujoco
 
-from pamsim.comparison.experiments import grid_rate
+from pamsim.comparison.experiments import grid_rate, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
-    LinkExperiment,
     Signals,
     forces_read,
     link_experiment,
-    link_signals,
     moment_arms,
     torques_beyond,
+    ways_to_rest,
 )
-from pamsim.comparison.links import Link, LinkRun
-from pamsim.comparison.way_to_rest import ways_to_rest
+from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
+from pamsim.inference.residual_block import ResidualBlock
+from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.trial import Trial
 
 Values = Mapping[str, float]
@@ -66,27 +66,20 @@ def place(name: str) -> str:
     return name.partition(_IN)[2]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Outputs:
-    """What a run gives with one parameter set.
-
-    Attributes:
-        signals: channel -> (n,) at the times of the mean [SI].
-        steps: fine time steps in one that it was simulated in.
-    """
-
-    signals: Signals
-    steps: int
+Outputs = tuple[Signals, int]
+"""Channel -> (n,) at the times of the trial [SI], and the fine time steps in one of the run."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """One run to be simulated: number of the parameter set, of the run, its rig and time steps."""
+    """One run to be simulated: number of the parameter set and of the run, how, rig and steps."""
 
     number: int
     run: int
+    mean: Trial
+    how: LinkRun
     rig: Rig
-    steps: int
+    steps: int = 1
 
 
 class ChainRuns:
@@ -94,7 +87,7 @@ class ChainRuns:
 
     Args:
         rig: as it is.
-        runs: mean of repeats, and how a link is simulated beside it.
+        runs: trial, or mean of repeats, and how a link is simulated beside it.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
     """
@@ -105,7 +98,7 @@ class ChainRuns:
         runs: Sequence[tuple[Trial, LinkRun]],
         *,
         threads: int | None,
-        simulated: Callable[[], None] | None,
+        simulated: Callable[[], None] | None = None,
     ) -> None:
         self._rig, self._runs = rig, tuple(runs)
         self._threads, self._simulated = threads, simulated
@@ -119,7 +112,7 @@ class ChainRuns:
             for mean in {mean.name: mean for mean, run in runs if run.pulled}.values()
         }
         self._data = mujoco.MjData(rig.model)  # in which the constants of other rigs are found
-        self._driven: dict[tuple[object, ...], LinkExperiment] = {}  # with the rig's own sensors
+        self._driven: dict[tuple[object, ...], tuple[Trial, Experiment]] = {}  # own sensors
         self._possible = [self._possible_steps(number) for number in range(len(runs))]
 
     def simulate(
@@ -144,38 +137,45 @@ class ChainRuns:
         """
         rigs = self._rigs(sets, links)
         jobs = [
-            _Job(number, run, rig, self._longest(run, limit, steps))
+            _Job(number, run, *self._runs[run], rig, self._longest(run, limit, steps))
             for number, (own, wanted) in enumerate(zip(rigs, links, strict=True))
             if own is not None
             for run, (rig, limit) in self._wanted(own, wanted, only)
         ]
-        signals = self._signals([job for job in jobs if not self._run(job).pulled], {})
-        torques = {
-            (job.number, self._mean(job).name): self._torques(job, seen)
-            for job, seen in signals.items()
-            if self._pulls and self._run(job).gives_forces and seen is not None
-        }
-        signals |= self._signals([job for job in jobs if self._run(job).pulled], torques)
+        signals = self._given(jobs)
         broken = {number for number, own in enumerate(rigs) if own is None}
         broken |= {job.number for job, seen in signals.items() if seen is None}
         found: list[dict[int, Outputs] | None] = [
             None if number in broken else {} for number in range(len(sets))
         ]
         for job, seen in signals.items():
-            outputs, run = found[job.number], self._run(job)
-            if outputs is None or seen is None or run.link not in links[job.number]:
-                continue
-            if run.pulled in run.moved:
-                less = torques[job.number, self._mean(job).name][run.pulled]
-                seen = {channel: seen[channel] - less for channel in run.outputs}
-            outputs[job.run] = Outputs(signals=seen, steps=job.steps)
+            outputs = found[job.number]
+            if outputs is not None and seen is not None and job.how.link in links[job.number]:
+                outputs[job.run] = seen, job.steps
         return found
 
-    def _mean(self, job: _Job) -> Trial:
-        return self._runs[job.run][0]
+    def as_it_is(self) -> Iterator[tuple[Trial, LinkRun, Signals]]:
+        """What each run gives with the rig as it is, in fine time steps; none that breaks down."""
+        jobs = [_Job(0, run, *both, self._rig) for run, both in enumerate(self._runs)]
+        for job, seen in self._given(jobs).items():
+            if seen is not None:
+                yield job.mean, job.how, seen
 
-    def _run(self, job: _Job) -> LinkRun:
-        return self._runs[job.run][1]
+    def _given(self, jobs: Sequence[_Job]) -> dict[_Job, Signals | None]:
+        """What runs give; those of joints that are pulled come after the forces that pull them."""
+        signals = self._signals([job for job in jobs if not job.how.pulled], {})
+        torques = {
+            (job.number, job.mean.name): torques_beyond(job.rig, *self._pulls[job.mean.name], seen)
+            for job, seen in signals.items()
+            if job.mean.name in self._pulls and job.how.gives_forces and seen is not None
+        }
+        signals |= self._signals([job for job in jobs if job.how.pulled], torques)
+        for job, seen in signals.items():
+            # Where a machine moves the joint, the torque is taken off what the motion takes.
+            if seen is not None and job.how.pulled in job.how.moved:
+                less = torques[job.number, job.mean.name][job.how.pulled]
+                signals[job] = {channel: seen[channel] - less for channel in job.how.outputs}
+        return signals
 
     def _rigs(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]]
@@ -187,31 +187,26 @@ class ChainRuns:
         made: dict[tuple[tuple[str, float], ...], tuple[Rig, int] | None] = {}
         found: list[dict[Link, tuple[Rig, int]] | None] = []
         for values, wanted in zip(sets, links, strict=True):
-            own: dict[Link, tuple[Rig, int]] | None = {}
-            for link in self._links if self._pulls else wanted:
+            own: dict[Link, tuple[Rig, int]] = {}
+            needed = self._links if self._pulls else wanted
+            for link in needed:
                 inside = {plain(n): v for n, v in values.items() if place(n) == link.name}
                 inside = {n: v for n, v in values.items() if not place(n)} | inside
                 key = tuple(sorted(inside.items()))
                 if key not in made:
                     made[key] = self._with(inside)
-                one = made[key]
-                if one is None:
-                    own = None
+                if (one := made[key]) is None:
                     break
                 own[link] = one
-            found.append(own)
+            found.append(own if len(own) == len(needed) else None)
         return found
 
     def _with(self, values: Values) -> tuple[Rig, int] | None:
+        """A rig, and the most fine time steps in one that it allows."""
         try:
             rig = self._rig.with_parameters(values, data=self._data)
         except (InputError, ParameterError):
             return None
-        limit = self._limit(rig)
-        return None if limit is None else (rig, limit)
-
-    def _limit(self, rig: Rig) -> int | None:
-        """Most fine time steps in one that a rig allows; None if it allows none."""
         model = rig.model_for(data=self._data if rig.file is self._rig.file else None)
         for steps in _STEPS:
             model.opt.timestep = steps * self._fine
@@ -219,7 +214,7 @@ class ChainRuns:
                 check_timestep(model, rig.limits)
             except InputError:
                 continue
-            return steps
+            return rig, steps
         return None
 
     def _longest(self, run: int, limit: int, most: int) -> int:
@@ -231,7 +226,8 @@ class ChainRuns:
         mean, how = self._runs[run]
         rate = grid_rate(mean.time)
         if not how.pulled:
-            rate = self._experiment(_Job(0, run, self._rig, 1), {}).experiment.sample_rate
+            job = _Job(0, run, mean, how, self._rig)
+            rate = self._experiment(job, {})[1].sample_rate
         periods = [1.0 / (rate * steps * self._fine) for steps in _STEPS]
         whole = [abs(n - round(n)) <= 1e-6 * n and round(n) >= 1 for n in periods]
         return tuple(n for n, good in zip(_STEPS, whole, strict=True) if good or n == 1)
@@ -250,16 +246,17 @@ class ChainRuns:
                 yield number, rigs[run.link]
 
     def _signals(self, jobs: Sequence[_Job], torques: _Torques) -> dict[_Job, Signals | None]:
+        # Rest is shared by what is simulated together, and is another with other drives.
+        together: dict[tuple[int, object], dict[_Job, tuple[Rig, Trial, Experiment]]] = {}
+        for job in jobs:
+            if not job.how.pulled or (job.number, job.mean.name) in torques:
+                trial, experiment = self._experiment(job, torques)
+                own = together.setdefault((job.steps, experiment.drives.muscles), {})
+                own[job] = job.rig, trial, experiment
         found: dict[_Job, Signals | None] = dict.fromkeys(jobs)
-        known = [
-            job
-            for job in jobs
-            if not self._run(job).pulled or (job.number, self._mean(job).name) in torques
-        ]
-        for steps in dict.fromkeys(job.steps for job in known):
-            own = [job for job in known if job.steps == steps]
-            signals = link_signals(
-                [(job.rig, self._experiment(job, torques)) for job in own],
+        for (steps, _), own in together.items():
+            signals = sensed_signals(
+                list(own.values()),
                 timestep=steps * self._fine,
                 settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
                 threads=self._threads,
@@ -268,8 +265,8 @@ class ChainRuns:
             found.update(zip(own, signals, strict=True))
         return found
 
-    def _experiment(self, job: _Job, torques: _Torques) -> LinkExperiment:
-        mean, run = self._runs[job.run]
+    def _experiment(self, job: _Job, torques: _Torques) -> tuple[Trial, Experiment]:
+        mean, run = job.mean, job.how
         leads = run.pressures and bool(run.moved)
         sensor, stops = job.rig.sensor, job.rig.model.jnt_range
         key = job.run, sensor, stops.tobytes()
@@ -287,6 +284,48 @@ class ChainRuns:
                 self._driven[key] = known
         return known
 
-    def _torques(self, job: _Job, signals: Signals) -> dict[str, FloatArray]:
-        mean = self._mean(job)
-        return torques_beyond(job.rig, mean, *self._pulls[mean.name], signals)
+
+def link_residuals(
+    rig: Rig,
+    trials: Sequence[Trial],
+    *,
+    divided: Runs = link_runs,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> dict[Link, list[ResidualBlock]]:
+    """Simulated minus measured, for every link that the trials separate.
+
+    Args:
+        rig: as it is.
+        trials: with channels as the rig names them.
+        divided: into which links.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends.
+
+    Returns:
+        Link -> block of every output of every trial, links from the command on. Runs that break
+        down are left out.
+
+    Raises:
+        InputError: for a trial that does not fit the rig, or does not give its start pressures.
+    """
+    runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
+    chain = ChainRuns(rig, runs, threads=threads, simulated=simulated)
+    blocks: dict[Link, list[ResidualBlock]] = {}
+    for trial, run, signals in chain.as_it_is():
+        blocks.setdefault(run.link, []).extend(
+            ResidualBlock(
+                trial=trial.name,
+                protocol=trial.protocol,
+                channel=channel,
+                residual=signals[channel] - trial.measured[channel],
+                sample_interval=trial.sample_interval,
+            )
+            for channel in run.outputs
+        )
+    return {link: blocks[link] for link in sorted(blocks, key=lambda link: link.order)}
+
+
+def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:
+    """Simulations that `link_residuals` runs at most: the links, and one more for rest."""
+    return sum(len(link_runs(rig, trial)) + 1 for trial in trials)

@@ -8,13 +8,12 @@ noise that a trial's inputs bring along counts as noise of its residual, and cos
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from pamsim.comparison.chain_runs import COARSE, ChainRuns, Values, place, plain
-from pamsim.comparison.link_noise import OutputNoise, link_noise
-from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.chain_runs import COARSE, ChainRuns, Values, link_residuals, place, plain
+from pamsim.comparison.link_noise import link_noise
 from pamsim.comparison.links import VALVES, Link, Runs, joined_runs
 from pamsim.comparison.repeats import Repeats
 from pamsim.core.errors import InputError
@@ -39,7 +38,6 @@ class ChainSimulator:
         groups: repeats, with channels as the rig names them.
         divided: into which links.
         threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
 
     Attributes:
         links: that the trials separate, from the command on.
@@ -61,14 +59,13 @@ class ChainSimulator:
         *,
         divided: Runs = joined_runs,
         threads: int | None = None,
-        simulated: Callable[[], None] | None = None,
     ) -> None:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
         exact = {
             (link, block.trial, block.channel): block.residual
             for link, blocks in link_residuals(
-                rig, trials, divided=divided, threads=threads, simulated=simulated
+                rig, trials, divided=divided, threads=threads
             ).items()
             for block in blocks
         }
@@ -82,13 +79,10 @@ class ChainSimulator:
             if all((run.link, t.name, c) in exact for t in group.trials for c in run.outputs)
         ]
         self._runs = [(group, run) for group, _, run in driven]
-        self._simulator = ChainRuns(
-            rig, [(mean, run) for _, mean, run in driven], threads=threads, simulated=simulated
-        )
-        self.noise = link_noise(
-            rig, trials, exact, divided=divided, threads=threads, simulated=simulated
-        )
-        self.blocks, self.link_of = self._blocks(self.noise)
+        means = [(mean, run) for _, mean, run in driven]
+        self._simulator = ChainRuns(rig, means, threads=threads)
+        self.noise = link_noise(rig, trials, exact, divided=divided, threads=threads)
+        self.blocks, self.link_of = self._blocks()
         rows = {
             (link, b.unit, b.channel): b.rows
             for link, b in zip((self.links[i] for i in self.link_of), self.blocks, strict=True)
@@ -145,14 +139,13 @@ class ChainSimulator:
                 found.append(None)
                 continue
             residual = others.copy()
-            for number, seen in outputs.items():
+            for number, (signals, long) in outputs.items():
                 group, run = self._runs[number]
                 for trial in group.trials:
                     for channel in run.outputs:
                         rows = self._rows[number, trial.name, channel]
-                        residual[rows] = (
-                            seen.signals[channel] - trial.measured[channel]
-                        ) + self._correction(seen.steps)[rows]
+                        missed = signals[channel] - trial.measured[channel]
+                        residual[rows] = missed + self._correction(long)[rows]
             found.append(residual)
         return found
 
@@ -166,9 +159,7 @@ class ChainSimulator:
             self._corrections[steps] = self.stated - means
         return self._corrections[steps]
 
-    def _blocks(
-        self, noise: Mapping[tuple[Link, str], OutputNoise]
-    ) -> tuple[tuple[Block, ...], tuple[int, ...]]:
+    def _blocks(self) -> tuple[tuple[Block, ...], tuple[int, ...]]:
         blocks: list[Block] = []
         link_of: list[int] = []
         self._rows: dict[tuple[int, str, str], slice] = {}
@@ -184,7 +175,7 @@ class ChainSimulator:
                             unit=trial.name,
                             channel=channel,
                             rows=rows,
-                            noise=noise[run.link, channel].noise,
+                            noise=self.noise[run.link, channel].noise,
                             source=trial.name,
                         )
                     )

@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.core.catalog import installed
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.effects.catalog import FORMS, TRIAL_EFFECTS, look_up
 from pamsim.effects.effect import AT, JOINT, SECOND_MUSCLE, TILTED, Effect, EffectParameter
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import RigParameter, rig_parameter
-from pamsim.engine.rig import Rig
+from pamsim.engine.rig import Rig, load_rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.recordings.rig_file import EFFECTS
+from pamsim.recordings.sensors import MeasurementChain
 
 
-def rig_name(rig: Rig, name: str, place: str = "") -> str:
+def rig_name(rig: Rig, name: str) -> str:
     """Name of a parameter on a rig, its placeholders (see `pamsim.effects.effect`) filled in.
 
-    Args:
-        rig: with the parameter.
-        name: that may hold a placeholder.
-        place: joint or muscle, where the rig has several that the placeholder may stand for.
-
     Raises:
-        InputError: if the rig has no such part.
+        InputError: if the rig has no such part, or several.
     """
     if JOINT in name:
-        if not place and len(rig.joints) > 1:
+        if len(rig.joints) > 1:
             each = " or ".join(f"'EFFECT{AT}{joint}'" for joint in rig.joints)
             raise InputError(f"at which joint of rig {rig.name!r} does it act? Write {each}")
-        name = name.replace(JOINT, place or rig.only_joint)
+        name = name.replace(JOINT, rig.only_joint)
     if TILTED in name:
         tilted = [n.split(".")[1] for n in rig.file.native if n.endswith(".tilt")]
         if not tilted:
@@ -44,7 +43,7 @@ def rig_name(rig: Rig, name: str, place: str = "") -> str:
     if SECOND_MUSCLE in name:
         if len(rig.muscles) < 2:
             raise InputError(f"{rig.name} has a single muscle")
-        name = name.replace(SECOND_MUSCLE, place or list(rig.muscles)[1])
+        name = name.replace(SECOND_MUSCLE, list(rig.muscles)[1])
     return name
 
 
@@ -110,9 +109,8 @@ def _at(rig: Rig, found: Effect, place: str) -> Effect:
 def places(rig: Rig, found: Effect) -> tuple[str, ...]:
     """Joints or muscles of a rig at each of which an effect is a cause of its own.
 
-    Returns:
-        Their names; an empty one where the rig has a single place for the effect, or the effect
-        acts on all of them together.
+    The only name is empty where the rig has a single place for the effect, or the effect acts on
+    all of them together.
     """
     names = " ".join(parameter.name for parameter in found.parameters)
     if JOINT in names and len(rig.joints) > 1:
@@ -135,12 +133,9 @@ def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigP
 
 
 def at_size(rig: Rig, effect: Effect, size: float) -> dict[str, float]:
-    """Rig parameters of an effect at a size.
+    """Rig parameters of an effect at a size, in units of its typical one; 0 is neutral.
 
-    Args:
-        rig: without it, or with; its own values are where it starts from.
-        effect: which.
-        size: in units of its typical size; 0 is neutral.
+    The rig's own values are where it starts from.
 
     Raises:
         InputError: if the rig does not have what the effect acts on.
@@ -256,3 +251,95 @@ def _free(parameter: EffectParameter, own: RigParameter) -> FreeParameter:
     return FreeParameter(
         name=own.name, unit=own.spec.unit, start=start, low=low, high=high, scale="linear"
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class MovableEffects:
+    """Effects that change how a rig moves, in their usual form; errors of sensors do not.
+
+    Attributes:
+        rig: as it is.
+        effects: name, with its place if there are several -> effect.
+        sizes: name -> what the rig has of it, in units of its typical size.
+    """
+
+    rig: Rig
+    effects: Mapping[str, Effect]
+    sizes: Mapping[str, float]
+
+    def at(self, sizes: Mapping[str, float]) -> Rig:
+        """The rig with effects at other sizes, name -> size; 0 is without."""
+        values: dict[str, float] = {}
+        for name, size in sizes.items():
+            if size != self.sizes[name]:
+                values |= at_size(self.rig, self.effects[name], size)
+        return self.rig.with_parameters(values)
+
+
+def movable_effects(rig: Rig, names: Sequence[str] = ()) -> MovableEffects:
+    """Effects of a rig that can be moved while it is simulated.
+
+    Args:
+        rig: its model.
+        names: as `rig_effect` takes them; all if left out.
+
+    Raises:
+        InputError: for a name that is not known.
+    """
+    effects: dict[str, Effect] = {}
+    sizes: dict[str, float] = {}
+    for one in candidates(rig, names)[0]:
+        name, typical = next(iter(at_size(rig, one.effect, 1.0).items()))
+        if name.startswith(f"{MeasurementChain.group}.") or not one.usual:
+            continue
+        neutral = at_size(rig, one.effect, 0.0)[name]
+        effects[one.name] = one.effect
+        has = rig_parameter(rig, name).value - neutral
+        sizes[one.name] = has / (typical - neutral) if has else 0.0
+    return MovableEffects(rig=rig, effects=effects, sizes=sizes)
+
+
+def effect_cards(
+    name: str | None = None, rig: str | os.PathLike[str] | None = None
+) -> dict[str, Any]:
+    """Describe all effects, or one.
+
+    Args:
+        name: of one; None for all.
+        rig: name of a shipped rig or a rig folder: its own effects are listed as well, and what it
+            cannot have is said.
+
+    Returns:
+        JSON-safe mapping ``effects``: name, form, link, family, what a model without it is missing,
+        equation, parameters, look-alikes and the experiment that separates them; with a rig also
+        the joints or muscles that it is tried at, and why it cannot be tried.
+
+    Raises:
+        InputError: for an unknown name, with the nearest, or an unknown rig.
+    """
+    loaded = None if rig is None else load_rig(rig)
+    known = forms(loaded)
+    chosen = known.values() if name is None else [known[look_up(name, known).name]]
+    cards = [_card(one, loaded) for each in chosen for one in each]
+    return to_dict({"schema": "pamsim-effects/1", "effects": cards})
+
+
+def _card(one: Effect, rig: Rig | None) -> dict[str, Any]:
+    card: dict[str, Any] = {
+        "name": one.name,
+        "form": one.form,
+        "link": one.link,
+        "family": one.family,
+        "missing": one.missing,
+        "equation": one.equation,
+        "parameters": [parameter.name for parameter in one.parameters],
+        "look_alikes": one.look_alikes,
+        "separating": one.separating,
+    }
+    if rig is None:
+        return card
+    try:
+        candidate(rig, one)
+    except InputError as error:
+        return {**card, "places": [], "not_tried": str(error)}
+    return {**card, "places": [p for p in places(rig, one) if p], "not_tried": None}

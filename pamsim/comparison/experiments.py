@@ -1,17 +1,27 @@
-"""Measured trials and table rows as experiments to simulate; a simulation at a trial's times."""
+"""Measured trials and table rows as experiments, and their simulation as sensors report it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment, pressure_step
-from pamsim.recordings.recording import Recording
-from pamsim.recordings.sensors import MeasurementChain, encoder_offset
-from pamsim.recordings.signals import kind_of
+from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.sensors import (
+    MeasurementChain,
+    distorted,
+    encoder_offset,
+    true_at_rest,
+)
+from pamsim.recordings.signals import IMPOSED, kind_of
 from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
@@ -82,27 +92,18 @@ def start_pressures(trial: Trial) -> FloatArray:
         if trial.drives.muscles[muscle] in ("pressure_set", "measured"):
             start[muscle] = first[muscle]
         else:
+            name = trial.muscle_names[muscle] if trial.muscle_names else ""
             raise InputError(
-                f"trial {trial.name!r} does not give the start pressure of {_owner(trial, muscle)},"
+                f"trial {trial.name!r} does not give the start pressure of"
+                f" {name or f'muscle {muscle + 1}'}: record {name or f'p{muscle + 1}'}_kpa,"
                 " or command pressures"
             )
     # A vented sensor may read slightly below the atmosphere, where the muscle is.
     return np.maximum(start, 0.0)
 
 
-def _owner(trial: Trial, muscle: int) -> str:
-    if trial.muscle_names:
-        name = trial.muscle_names[muscle]
-        return f"{name}: record {name}_kpa"
-    return f"muscle {muscle + 1}: record p{muscle + 1}_kpa"
-
-
 def grid_rate(time: FloatArray) -> float:
-    """Rate that samples at all given times, or 2000 Hz if no divisor of it does [Hz].
-
-    Args:
-        time: (n,) [s], increasing from 0.
-    """
+    """Rate that samples at all given times (n,) [s], or 2000 Hz if no divisor of it does [Hz]."""
     rate = (time.size - 1) / float(time[-1])
     whole = round(GRID_HZ / rate)
     if whole < 1:
@@ -167,4 +168,77 @@ def table_experiments(table: StaticTable) -> list[Experiment]:
         for row, before, after, load in zip(
             table.rows, start, table.pressure, table.load, strict=True
         )
+    ]
+
+
+def identity(experiment: Experiment) -> tuple[object, ...]:
+    """All properties of an experiment but its name, as a key for equal experiments."""
+    return (
+        experiment.drives.kinds,
+        tuple(experiment.drives.joints),
+        experiment.command_time.tobytes(),
+        experiment.command_value.tobytes(),
+        experiment.start_pressure.tobytes(),
+        experiment.duration,
+        experiment.sample_rate,
+        experiment.load,
+        experiment.settle,
+        experiment.approach,
+    )
+
+
+def as_read(rig: Rig, experiment: Experiment) -> Experiment:
+    """An experiment with the true pressures and motion, given what the rig's sensors read."""
+    if rig.sensor is None:
+        return experiment
+    true = np.maximum(true_at_rest(experiment.start_pressure, rig.sensor, "pressure"), 0.0)
+    kinds = np.array(experiment.drives.kinds)
+    value = experiment.command_value.copy()
+    read = kinds == "measured"
+    value[:, read] = true_at_rest(value[:, read], rig.sensor, "pressure")
+    moved = np.isin(kinds, IMPOSED)
+    value[:, moved] = true_at_rest(value[:, moved], rig.sensor, "angle")
+    return replace(experiment, start_pressure=true, command_value=value)
+
+
+def sensed_runs(
+    jobs: Sequence[tuple[Rig, Experiment]],
+    *,
+    timestep: float | None = None,
+    settle_steps: int = 1,
+    threads: int | None = None,
+    simulated: Callable[[], None] | None = None,
+) -> list[Recording]:
+    """Simulate rigs; those that differ in their sensors alone share a model and are run once.
+
+    Options are those of `pamsim.engine.batch.simulate_batch`.
+    """
+    keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
+    different = dict(zip(reversed(keys), reversed(jobs), strict=True))
+    runs = simulate_batch(
+        list(different.values()),
+        timestep=timestep,
+        settle_steps=settle_steps,
+        threads=threads,
+        simulated=simulated,
+        above_supply=True,
+    )
+    of_key = dict(zip(different, runs, strict=True))
+    return [
+        of_key[key] if rig.sensor is None else distorted(of_key[key], rig.sensor)
+        for key, (rig, _) in zip(keys, jobs, strict=True)
+    ]
+
+
+def sensed_signals(
+    jobs: Sequence[tuple[Rig, Trial, Experiment]], **options: Any
+) -> list[dict[str, FloatArray] | None]:
+    """Signals of rigs' experiments at the times of trials, channel -> (n,) [SI].
+
+    They are None where a run breaks down; options are those of `sensed_runs`.
+    """
+    runs = sensed_runs([(rig, experiment) for rig, _, experiment in jobs], **options)
+    return [
+        at_times(run, trial, rig.sensor) if run.outcome is Outcome.COMPLETED else None
+        for run, (rig, trial, _) in zip(runs, jobs, strict=True)
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -143,8 +144,11 @@ def freed_parameters(
         units = {parameter.spec.unit for parameter in parameters}
         if len(units) > 1:
             raise InputError(f"`free` {group}: one number cannot be both {' and '.join(units)}")
-        for name in names:
-            _refuse_doubled(name, [n for other in freed for n in other.names])
+        for name, other in itertools.product(names, (n for one in freed for n in one.names)):
+            if name == other or other.endswith(f":{name}") or name.endswith(f":{other}"):
+                raise InputError(
+                    f"`free` {name}: {other} is free already, which sets the same number"
+                )
         limits = [given.pop(name) for name in names if name in given]
         freed.append(_freed(names, parameters, limits[0] if limits else None, prior))
     if given:
@@ -152,13 +156,6 @@ def freed_parameters(
         unknown = next(iter(given))
         raise InputError(f"`bounds` of {unknown}: it is not free; {nearest(unknown, known)}")
     return tuple(freed)
-
-
-def _refuse_doubled(name: str, before: Sequence[str]) -> None:
-    for other in before:
-        same = name == other or other.endswith(f":{name}") or name.endswith(f":{other}")
-        if same:
-            raise InputError(f"`free` {name}: {other} is free already, which sets the same number")
 
 
 def _freed(

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from pamsim.comparison.periodicity import samples_per_period
+from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
@@ -155,13 +155,8 @@ def import_log(
     quantities = [one.quantity for one in guesses]
     kind = _drive(drive, loaded, quantities, files[0])
     folder = Path(out)
-    cut: dict[str, Any] = {}
-    if rate and clock:
-        cut["rate"] = rate
-    if period:
-        cut["period"] = period
-    if lead_in:
-        cut["lead_in"] = lead_in
+    asked = {"rate": rate if clock else "", "period": period, "lead_in": lead_in}
+    cut = {key: text for key, text in asked.items() if text}
     parts = (segments if isinstance(segments, Mapping) else {"": segments}) or {"": ()}
     targets = {folder / file.name: file for file in files}
     if len(targets) < len(files):
@@ -171,12 +166,17 @@ def import_log(
     for path in (*moved, folder / INDEX):
         refuse_existing(path, force)
     entries = [
-        {"file": file.name, "protocol": own or protocol or _protocol(file), "drive": kind,
-         "load_kg": float(load), **cut,
-         **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {})}
+        {
+            "file": file.name,
+            "protocol": own or protocol or re.sub(r"[\W_]*\d+$", "", file.stem) or file.stem,
+            "drive": kind,
+            "load_kg": float(load),
+            **cut,
+            **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {}),
+        }
         for file in files
         for own, spans in parts.items()
-    ]  # fmt: skip
+    ]
 
     def write(index: Path, chosen: Sequence[Guess]) -> tuple[Trial, ...]:
         text = _index(_rig_from(loaded, folder), "" if clock else rate, chosen, entries)
@@ -304,10 +304,6 @@ def _of_muscles(
     )
 
 
-def _protocol(file: Path) -> str:
-    return re.sub(r"[\W_]*\d+$", "", file.stem) or file.stem
-
-
 def _rig_from(rig: Rig, folder: Path) -> str:
     """The rig as a recording in a folder names it: a shipped one by its name, others by path."""
     own = rig.file.folder.resolve()
@@ -370,17 +366,11 @@ def _turned(
 
 
 def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
-    """What drives a joint in a trial, up to a factor: its own torque or force, or its muscles.
+    """What drives a joint in a trial up to a factor, (n,): its own torque or force, or its muscles.
 
-    Args:
-        trial: one.
-        joint: of the rig.
-        arm: (m,) by which each muscle shortens as the joint moves up.
-        rig: that the trial was recorded on.
-
-    Returns:
-        (n,), or None: the pressures of muscles that drive nothing, as sealed ones, follow the
-        joint and say nothing of its sign; nor does a motion that is imposed.
+    It is None where nothing says its sign: the pressures of muscles that drive nothing, as sealed
+    ones, follow the joint; a motion may be imposed. ``arm``, (m,), is by how much each muscle
+    shortens as the joint moves up.
     """
     drives = trial.drives
     if joint in drives.imposed:
@@ -396,15 +386,15 @@ def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray 
 
 def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ...]:
     """What to know of the trials: how one log may be cut into repeats."""
-    notes: list[str] = []
-    if not cut and len(trials) == 1 and kind != "measured":
-        (trial,) = trials
-        lag = samples_per_period(trial.command)
-        if lag is not None:
-            seconds = float(trial.time[lag] - trial.time[0])
-            count = int((trial.time[-1] + trial.sample_interval) / seconds)
-            notes.append(
-                f"the command repeats every {seconds:.6g} s: `period` {seconds:.6g}s would make"
-                f" repeats of it ({count} periods)"
-            )
-    return tuple(notes)
+    if cut or len(trials) != 1 or kind == "measured":
+        return ()
+    (trial,) = trials
+    lag = samples_per_period(trial.command)
+    if lag is None:
+        return ()
+    seconds = float(trial.time[lag] - trial.time[0])
+    count = int((trial.time[-1] + trial.sample_interval) / seconds)
+    return (
+        f"the command repeats every {seconds:.6g} s: `period` {seconds:.6g}s would make"
+        f" repeats of it ({count} periods)",
+    )

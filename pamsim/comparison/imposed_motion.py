@@ -21,7 +21,7 @@ _ROUNDED = 0.1  # time over which corners of a motion are rounded [s]
 _LOW, _HIGH = 0.35, 0.88
 """Part of a joint's range that is moved over; at its upper end a muscle pulls."""
 
-_DRIVES = {"angle": "angle", "position": "length"}
+DRIVES_OF_MOTION = {"angle": "angle", "position": "length"}
 """Kind of a joint's position -> drive that imposes it."""
 
 
@@ -66,7 +66,7 @@ class ImposedMotion:
         return Experiment(
             drive={
                 **dict.fromkeys(rig.muscles, "pressure_set"),
-                **{joint: _DRIVES[kind] for joint, kind in rig.joints.items()},
+                **{joint: DRIVES_OF_MOTION[kind] for joint, kind in rig.joints.items()},
             },
             command_time=time,
             command_value=np.column_stack([*pressures, *moved]),

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
-from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.links import Link, link_runs
-from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute, NoiseFloor, noise_floor
 from pamsim.comparison.repeated_misfit import (
     LEVEL,
     RepeatedMisfit,
@@ -98,7 +97,6 @@ def gap_per_link(
     rig: Rig,
     trials: Sequence[Trial],
     *,
-    judged: Collection[str] | None = None,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
 ) -> LinkGaps:
@@ -110,7 +108,6 @@ def gap_per_link(
     Args:
         rig: as it is, or as it was fitted.
         trials: with channels as the rig names them.
-        judged: names of the trials that count, such as those that no fit has used; all if left out.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
 
@@ -122,9 +119,8 @@ def gap_per_link(
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])
         floor = noise_floor(layout(blocks), stack, trials)
-        kept = [block for block in blocks if judged is None or block.trial in judged]
-        channels = dict.fromkeys(block.channel for block in kept)
-        found += [_output(link, channel, kept, floor) for channel in channels]
+        channels = dict.fromkeys(block.channel for block in blocks)
+        found += [_output(link, channel, blocks, floor) for channel in channels]
     p_values = _p_values(found)
     outputs = tuple(map(_gap, found, p_values))
     notes = _broken(rig, trials, residuals)
@@ -169,15 +165,7 @@ def _broken(
 
 @dataclass(frozen=True, kw_only=True)
 class _Output:
-    """An output before it is judged.
-
-    Attributes:
-        link, channel: which.
-        square, variance: mean square of the residual and of the noise, over protocols [SI^2].
-        samples: of all its trials.
-        repeats: its protocols with two trials or more.
-        floor_from: how the floor is known.
-    """
+    """An output before it is judged: mean squares over protocols [SI^2], samples of all trials."""
 
     link: Link
     channel: str

@@ -20,19 +20,18 @@ Source: H. D. Patterson and R. Thompson, Biometrika 58 (1971) (variances beside 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
-from pamsim.comparison.imposed_signals import sample_noise
-from pamsim.comparison.link_simulation import link_residuals
+from pamsim.comparison.chain_runs import link_residuals
+from pamsim.comparison.link_inputs import sample_noise
 from pamsim.comparison.links import Link, Runs, joined_runs
-from pamsim.comparison.noise_within_trial import FloorRoute, settled_holds
-from pamsim.comparison.periodicity import samples_per_period
-from pamsim.comparison.repeats import repeats
+from pamsim.comparison.noise_floor import FloorRoute, settled_holds
+from pamsim.comparison.repeats import periods, repeats
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import noise_from_repeats
@@ -74,7 +73,6 @@ def link_noise(
     *,
     divided: Runs = joined_runs,
     threads: int | None = None,
-    simulated: Callable[[], None] | None = None,
 ) -> dict[Output, OutputNoise]:
     """Noise of every output of every link.
 
@@ -84,7 +82,6 @@ def link_noise(
         exact: residual of the rig as it is, each trial driven by its own measured inputs.
         divided: into which links.
         threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
     """
     found: dict[Output, OutputNoise] = {}
     groups = repeats(trials)
@@ -109,7 +106,7 @@ def link_noise(
         else:
             one = _by_periods(logs) or _by_holds(logs)
         if one is None or stated:
-            read_again = read_again or _read_again(rig, trials, exact, divided, threads, simulated)
+            read_again = read_again or _read_again(rig, trials, exact, divided, threads)
             drawn = [
                 read_again[link, n, channel] for n in names if (link, n, channel) in read_again
             ]
@@ -129,12 +126,8 @@ def link_noise(
 
 def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
     """Noise by what the periods of a command differ by, all but the first."""
-    protocols: list[FloatArray] = []
-    for trial, residual in logs:
-        period = samples_per_period(trial.command)
-        whole = 0 if period is None else residual.size // period - 1
-        if period is not None and whole > 1:
-            protocols.append(residual[period : (whole + 1) * period].reshape(whole, period))
+    each = [periods(residual, trial.command) for trial, residual in logs]
+    protocols = [runs for runs in each if runs is not None]
     if not protocols:
         return None
     return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.PERIODS)
@@ -176,7 +169,6 @@ def _read_again(
     exact: Residuals,
     divided: Runs,
     threads: int | None,
-    simulated: Callable[[], None] | None,
 ) -> Residuals:
     """By what residuals change if every signal has its noise once more."""
     rng = np.random.default_rng(0)
@@ -190,7 +182,7 @@ def _read_again(
         )
         for trial in trials
     ]
-    found = link_residuals(rig, second, divided=divided, threads=threads, simulated=simulated)
+    found = link_residuals(rig, second, divided=divided, threads=threads)
     return {
         (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
         for link, blocks in found.items()

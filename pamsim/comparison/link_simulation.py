@@ -1,9 +1,12 @@
 """Simulations of single links: measured inputs imposed, outputs beside what was measured.
 
-Imposed pressures and motion are smoothed, see `pamsim.comparison.imposed_signals`. A run starts at
+Imposed pressures and motion are smoothed, see `pamsim.comparison.link_inputs`. A run starts at
 rest at the first of them; as read, noise and all, the start of a muscle whose valves are shut would
-be wrong for the whole trial. Before an imposed motion a rig comes to rest as it would with its
-joints free, so that its hysteresis begins as in any other run.
+be wrong for the whole trial.
+
+A rig comes to rest from the model's initial position, and what hysteresis keeps of that way lasts
+until a muscle has moved on far enough. So the way is simulated with the joints free, and imposed
+signals begin with the same pressures and motion: hysteresis begins as in any other run.
 
 A joint that is given measured forces keeps its muscles in the simulation, since a joint under
 forces alone would drift away with the noise of the load cells. The muscles have their measured
@@ -14,162 +17,34 @@ exert what was measured.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
-from pamsim.comparison.imposed_signals import smoothed
-from pamsim.comparison.link_inputs import LinkInputs, inputs_of_runs, with_true_inputs
-from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
-from pamsim.comparison.sensed_runs import sensed_runs
-from pamsim.comparison.way_to_rest import way_as_lead, way_rate, ways_to_rest
+from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate, sensed_runs
+from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
+from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
+from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.inference.residual_block import ResidualBlock
 from pamsim.recordings.experiment import Experiment
-from pamsim.recordings.recording import Outcome
+from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.signals import EFFORTS
-from pamsim.recordings.trial import Trial
-
-_MOVED = {"angle": "angle", "position": "length"}
-"""Kind of a joint's position -> drive that imposes it."""
+from pamsim.recordings.trial import Trial, TrialLead
 
 Signals = Mapping[str, FloatArray]
 
 _SHIFT = 1e-5  # of a joint, by which moment arms are taken [rad or m]
 
+_REST = 4.0
+"""Time given to a rig to come to rest [s], as in every experiment."""
 
-@dataclass(frozen=True, kw_only=True)
-class LinkExperiment:
-    """A run ready to be simulated: the trial as it is driven, and its experiment."""
-
-    trial: Trial
-    run: LinkRun
-    experiment: Experiment
-
-
-def link_residuals(
-    rig: Rig,
-    trials: Sequence[Trial],
-    *,
-    divided: Runs = link_runs,
-    threads: int | None = None,
-    simulated: Callable[[], None] | None = None,
-) -> dict[Link, list[ResidualBlock]]:
-    """Simulated minus measured, for every link that the trials separate.
-
-    Args:
-        rig: as it is.
-        trials: with channels as the rig names them.
-        divided: into which links.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Returns:
-        Link -> block of every output of every trial, links from the command on. Runs that break
-        down are left out.
-
-    Raises:
-        InputError: for a trial that does not fit the rig, or does not give its start pressures.
-    """
-    runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
-    inputs = inputs_of_runs(rig, runs)
-    wanted = {trial.name for trial, run in runs if run.pulled}
-    begun = {t.name: t for t, r in runs if r.pressures and r.moved}
-    ways = ways_to_rest(rig, inputs, list(begun.values()), threads, simulated)
-
-    def driven(trial: Trial, run: LinkRun, torque: FloatArray | None = None) -> LinkExperiment:
-        way = ways.get(trial.name) if run.pressures and run.moved else None
-        return link_experiment(rig, trial, run, inputs[trial.name], way=way, torque=torque)
-
-    def done(some: Sequence[LinkExperiment]) -> Iterator[tuple[LinkExperiment, Signals]]:
-        jobs = [(rig, one) for one in some]
-        signals = link_signals(jobs, threads=threads, simulated=simulated)
-        return ((o, s) for o, s in zip(some, signals, strict=True) if s is not None)
-
-    first = [driven(trial, run) for trial, run in runs if not run.pulled]
-    found: list[tuple[LinkExperiment, Signals, FloatArray | float]] = [
-        (one, signals, 0.0) for one, signals in done(first)
-    ]
-    torques = {
-        one.trial.name: torques_beyond(
-            rig,
-            one.trial,
-            forces_read(rig, one.trial),
-            moment_arms(rig, inputs[one.trial.name]),
-            signals,
-        )
-        for one, signals, _ in found
-        if one.trial.name in wanted and one.run.gives_forces
-    }
-    second = [
-        driven(t, r, torques[t.name][r.pulled]) for t, r in runs if r.pulled and t.name in torques
-    ]
-    for one, signals in done(second):
-        # Where a machine moves the joint, the torque is taken off what the motion takes.
-        held = one.run.pulled in one.run.moved
-        found.append((one, signals, torques[one.trial.name][one.run.pulled] if held else 0.0))
-    blocks: dict[Link, list[ResidualBlock]] = {}
-    for one, signals, less in found:
-        blocks.setdefault(one.run.link, []).extend(
-            ResidualBlock(
-                trial=one.trial.name,
-                protocol=one.trial.protocol,
-                channel=channel,
-                residual=signals[channel] - less - one.trial.measured[channel],
-                sample_interval=one.trial.sample_interval,
-            )
-            for channel in one.run.outputs
-        )
-    return {link: blocks[link] for link in sorted(blocks, key=lambda link: link.order)}
-
-
-def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:
-    """Simulations that `link_residuals` runs at most: the links, and one more for rest."""
-    return sum(len(link_runs(rig, trial)) + 1 for trial in trials)
-
-
-def link_signals(
-    jobs: Sequence[tuple[Rig, LinkExperiment]],
-    *,
-    timestep: float | None = None,
-    settle_steps: int = 1,
-    threads: int | None = None,
-    simulated: Callable[[], None] | None = None,
-) -> list[dict[str, FloatArray] | None]:
-    """Simulated signals at the times of each trial.
-
-    Args:
-        jobs: rigs, and how a link of each is driven.
-        timestep: [s]; each rig's own if left out.
-        settle_steps: see `pamsim.engine.batch.simulate_batch`.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends.
-
-    Returns:
-        For each job channel -> (n,) [SI]; None where the run breaks down.
-    """
-    # Rest is shared by what is simulated together, and is another with other drives.
-    together: dict[tuple[str, ...], list[int]] = {}
-    for number, (_, one) in enumerate(jobs):
-        together.setdefault(one.experiment.drives.muscles, []).append(number)
-    found: list[dict[str, FloatArray] | None] = [None] * len(jobs)
-    for numbers in together.values():
-        recordings = sensed_runs(
-            [(jobs[n][0], jobs[n][1].experiment) for n in numbers],
-            timestep=timestep,
-            settle_steps=settle_steps,
-            threads=threads,
-            simulated=simulated,
-        )
-        for n, recording in zip(numbers, recordings, strict=True):
-            if recording.outcome is Outcome.COMPLETED:
-                found[n] = at_times(recording, jobs[n][1].trial, jobs[n][0].sensor)
-    return found
+_LEAST = 0.1
+"""Least time in which an imposed motion goes from rest to its first reading [s]: noise would
+otherwise start it with a blow. It is that in which corners of imposed motions are rounded."""
 
 
 def link_experiment(
@@ -178,10 +53,10 @@ def link_experiment(
     run: LinkRun,
     inputs: LinkInputs,
     *,
-    way: FloatArray | None = None,
-    torque: FloatArray | None = None,
-) -> LinkExperiment:
-    """A trial as a run drives it.
+    way: FloatArray | None,
+    torque: FloatArray | None,
+) -> tuple[Trial, Experiment]:
+    """A trial as a run drives it, and the experiment that repeats it.
 
     Args:
         rig: the rig.
@@ -200,7 +75,7 @@ def link_experiment(
     for joint, kind in rig.joints.items():
         own = list(drives.joints).index(joint) if joint in drives.joints else None
         if joint in run.moved:
-            drive[joint] = _MOVED[kind]
+            drive[joint] = DRIVES_OF_MOTION[kind]
             columns.append(inputs.positions[joint])
         elif own is not None or (joint == run.pulled and torque is not None):
             drive[joint] = EFFORTS[kind]
@@ -227,18 +102,16 @@ def link_experiment(
             )
     else:
         experiment = experiment_of(driven)
-    experiment = with_true_inputs(rig, experiment)
-    return LinkExperiment(trial=driven, run=run, experiment=experiment)
+    return driven, with_true_inputs(rig, experiment)
 
 
 def torques_beyond(
-    rig: Rig, trial: Trial, forces: FloatArray, arms: FloatArray, signals: Signals
+    rig: Rig, forces: FloatArray, arms: FloatArray, signals: Signals
 ) -> dict[str, FloatArray]:
     """Joint -> (n,) torque [N m] or force [N] of what cells read beyond the simulated forces.
 
     Args:
         rig: the rig.
-        trial: with the force of every muscle.
         forces: (n, m) that the cells read, see `forces_read` [N].
         arms: (n, m, j) along the measured motion, see `moment_arms` [m, or 1].
         signals: simulated along it, at the times of the trial.
@@ -272,3 +145,99 @@ def moment_arms(rig: Rig, inputs: LinkInputs) -> FloatArray:
                 ends.append(data.actuator_length[muscles].copy())
             arms[k, :, j] = (ends[0] - ends[1]) / (2.0 * _SHIFT)
     return arms
+
+
+def ways_to_rest(
+    rig: Rig,
+    inputs: Mapping[str, LinkInputs],
+    trials: Sequence[Trial],
+    threads: int | None,
+    simulated: Callable[[], None] | None,
+) -> dict[str, FloatArray]:
+    """Simulate the way to rest at the start pressures of each trial.
+
+    Args:
+        rig: the rig.
+        inputs: trial -> its measured inputs.
+        trials: as measured.
+        threads: simulations at a time; None for one per processor.
+        simulated: called as each simulation ends; None for none.
+
+    Returns:
+        Trial -> (k, m + j) readings of pressures [Pa] and positions [rad or m] at `way_rate`; none
+        where the run breaks down.
+    """
+    experiments: list[Experiment] = []
+    for trial in trials:
+        start, drives = inputs[trial.name].start(replace(trial, lead_in=None)), trial.drives
+        still = replace(drives, muscles=("pressure_set",) * start.size).stated(tuple(rig.muscles))
+        alone = Experiment(
+            drive=still,
+            command_time=np.zeros(1),
+            command_value=np.append(start, trial.command[0, start.size :])[np.newaxis],
+            start_pressure=start,
+            duration=_REST,
+            sample_rate=way_rate(trial),
+            load=trial.load,
+            settle=0.0,
+            approach=_REST,
+        )
+        experiments.append(with_true_inputs(rig, alone))
+    jobs = [(rig, experiment) for experiment in experiments]
+    recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
+    return {
+        trial.name: _until_still(recording, trial, inputs[trial.name])
+        for trial, recording in zip(trials, recordings, strict=True)
+        if recording.outcome is Outcome.COMPLETED
+    }
+
+
+def way_rate(trial: Trial) -> float:
+    """Rate of ways to rest [Hz]: the multiple of the trial's next below every step of the engine.
+
+    Hysteresis keeps the last small swings of an arm, which the rate of a log may miss.
+    """
+    steps = round(GRID_HZ / grid_rate(trial.time))
+    return GRID_HZ / next((n for n in range(2, steps) if steps % n == 0), steps)
+
+
+def _until_still(recording: Recording, trial: Trial, inputs: LinkInputs) -> FloatArray:
+    """A way to rest, until sensors would show no more motion, in whole samples of the trial."""
+    way = np.hstack([recording.pressure, recording.positions])
+    joints = list(recording.joints)
+    last = round(_LEAST * way_rate(trial))
+    each = round(way_rate(trial) / grid_rate(trial.time))
+    for joint, noise in inputs.noise.items():
+        own = way[:, recording.pressure.shape[1] + joints.index(joint)]
+        last = max([last, *np.flatnonzero(np.abs(own - own[-1]) > noise).tolist()])
+    return way[: (last // each + 1) * each]
+
+
+def way_as_lead(
+    rig: Rig, trial: Trial, run: LinkRun, start: FloatArray, way: FloatArray
+) -> TrialLead:
+    """The way to rest as what precedes a trial, leading on to where its imposed signals begin.
+
+    Args:
+        rig: the rig.
+        trial: as the run drives it, all muscles by measured pressures.
+        run: which link.
+        start: (m,) first pressures of the trial [Pa].
+        way: (k, m + j) as of `ways_to_rest`.
+    """
+    count, muscles = len(way), start.size
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
+    command = np.repeat(trial.command[:1], count, axis=0)
+    columns = dict(enumerate(range(muscles)))
+    for column, joint in enumerate(trial.drives.joints, start=muscles):
+        if joint in run.moved:
+            columns[column] = muscles + list(rig.joints).index(joint)
+    for column, number in columns.items():
+        own = way[:, number]
+        command[:, column] = own + share * (command[:, column] - own[-1])
+    return TrialLead(
+        time=np.arange(float(count)) / way_rate(trial),
+        duration=count / way_rate(trial),
+        command=command,
+        start_pressure=start,
+    )

@@ -34,31 +34,22 @@ class LinkSimulator(Protocol):
 
     `pamsim.comparison.chain_simulator.ChainSimulator` is one of trials,
     `pamsim.comparison.rest_simulator.RestSimulator` one of rows at rest.
+
+    Attributes:
+        links: that the data separate, from the command on.
+        blocks: of rows of the residual.
+        link_of: number of the link of each block.
+        stated: residual of the rig as it is, (n,) [SI].
     """
 
-    @property
-    def links(self) -> tuple[Link, ...]:
-        """That the data separate, from the command on."""
-        ...
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """Of rows of the residual."""
-        ...
-
-    @property
-    def link_of(self) -> tuple[int, ...]:
-        """Number of the link of each block."""
-        ...
+    links: tuple[Link, ...]
+    blocks: tuple[Block, ...]
+    link_of: tuple[int, ...]
+    stated: FloatArray
 
     @property
     def repeats(self) -> Sequence[Group]:
         """Groups of units."""
-        ...
-
-    @property
-    def stated(self) -> FloatArray:
-        """Residual of the rig as it is, (n,) [SI]."""
         ...
 
     def own_value(self, name: str) -> float:

@@ -94,12 +94,9 @@ class LinkRun:
 
 @dataclass(frozen=True, kw_only=True)
 class _Measured:
-    """What a trial measures of a rig, by channels that drive nothing.
+    """What a trial measures of a rig by channels that drive nothing.
 
-    Attributes:
-        pressures, forces: channels of the muscles.
-        positions: joint that moves freely -> its channel.
-        efforts: joint that a machine moves -> channel of what that takes.
+    Joints that move freely have positions, those that a machine moves efforts.
     """
 
     pressures: tuple[str, ...]
@@ -109,14 +106,9 @@ class _Measured:
 
 
 def link_runs(rig: Rig, trial: Trial) -> tuple[LinkRun, ...]:
-    """The links that the measured channels of a trial separate.
+    """A run of each link that the measured channels of a trial separate, from the command on.
 
-    Args:
-        rig: that the trial is of.
-        trial: with channels as the rig names them, see `pamsim.recordings.trial.of_rig`.
-
-    Returns:
-        A run of each, from the command on; none if no channel is left to compare.
+    The channels are as the rig names them, see `pamsim.recordings.trial.of_rig`.
     """
     return tuple(run for run in _runs(rig, trial) if run.outputs)
 

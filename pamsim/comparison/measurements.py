@@ -64,7 +64,7 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     tables: list[StaticTable] = []
     notes: list[str] = []
     rigs: dict[str, str] = {}
-    recordings = [s for s in sources if _is_recording(Path(s))]
+    recordings = [s for s in sources if Path(s).is_dir() or Path(s).suffix == ".toml"]
     for source in sources:
         if source not in recordings:
             table = read_static_table(source)
@@ -74,7 +74,9 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
         recording = read_recordings(source)
         rigs[recording.rig] = str(source)
         # Trials of two recordings may well have the same file names.
-        stem = f"{_stem(Path(source))}/" if len(recordings) > 1 else ""
+        path = Path(source).resolve()
+        folder = path if path.is_dir() else path.parent
+        stem = f"{folder.name}/" if len(recordings) > 1 else ""
         trials += [
             replace(trial, name=f"{stem}{trial.name}", protocol=f"{stem}{trial.protocol}")
             for trial in recording.trials
@@ -96,25 +98,10 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     return data
 
 
-def _is_recording(path: Path) -> bool:
-    return path.is_dir() or path.suffix == ".toml"
-
-
-def _stem(path: Path) -> str:
-    return path.resolve().name if path.is_dir() else path.resolve().parent.name
-
-
 def split_held_out(
     data: CalibrationData, names: Sequence[str]
 ) -> tuple[CalibrationData, CalibrationData]:
-    """Split data into what is fitted and what is held out.
-
-    Args:
-        data: all of it.
-        names: of trials, protocols or tables to hold out.
-
-    Returns:
-        Fitted and held-out data.
+    """Fitted data, and those of trials, protocols or tables whose names are held out.
 
     Raises:
         InputError: for an unknown name, or if nothing is left to fit.

@@ -1,17 +1,48 @@
-"""Noise floor: how far a perfect model would still be off, from repeats or within trials."""
+"""Noise floor: how far a perfect model would still be off, from repeats or within trials.
+
+A residual holds noise and what the model misses. Where no other trial repeats an input, they are
+separated, in order of preference, by
+
+* periods: where the command goes through three periods or more, all but the first are repeats;
+* holds: while a command is held and has settled, what the model misses hardly changes over `LAG`;
+  noise that drifts more slowly goes unseen;
+* the trial: what the model misses is smooth from one sample to the next, but for the moments that a
+  median ignores; noise that drifts at all goes unseen.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
 
-from pamsim.comparison.noise_within_trial import FloorRoute, noise_within_trial
+from pamsim.comparison.repeats import periods
 from pamsim.core.units import FloatArray
-from pamsim.inference.noise_model import pooled_deviation, repeat_scatter
+from pamsim.inference.noise_model import Scatter, pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import BlockPlace
+from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
+
+LAG = 0.5
+"""Time over which residuals are compared [s]."""
+
+SETTLED = 0.5
+"""Time after a change of the command at which a hold begins to count [s]."""
+
+_ENOUGH = 0.25  # share of the trial's samples that its holds must give
+
+
+class FloorRoute(StrEnum):
+    """How a noise floor is known."""
+
+    REPEATS = "repeats"
+    PERIODS = "periods"
+    HOLDS = "holds"
+    WITHIN_TRIALS = "within trials"
+    STATED = "stated"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,3 +118,37 @@ def _smallest(places: Sequence[BlockPlace], channel: str) -> float:
     """A noise below rounding would let the last bit of a simulation decide [SI]."""
     size = max(float(np.abs(p.block.residual).max()) for p in places if p.block.channel == channel)
     return max(1e-9 * size, np.finfo(float).tiny)
+
+
+def noise_within_trial(
+    residual: FloatArray, interval: float, command: FloatArray | None
+) -> tuple[FloorRoute, Scatter]:
+    """Route to the noise of one channel of one trial, and the noise's squares.
+
+    Args:
+        residual: (n,) of any parameters [SI].
+        interval: between samples [s].
+        command: (n, m); None if it is not known.
+    """
+    if command is not None:
+        runs = periods(residual, command)
+        if runs is not None:
+            square = float(np.sum((runs - runs.mean(axis=0)) ** 2))
+            return FloorRoute.PERIODS, Scatter(square, (runs.shape[0] - 1) * runs.shape[1])
+        # `LAG` in samples; less in a trial shorter than four of it.
+        lag = min(max(round(LAG / interval), 1), max((residual.size - 1) // 4, 1))
+        held = [residual[rows] for rows in settled_holds(command, interval)]
+        held = [r for r in held if r.size > 2 * lag]
+        count = sum(map(len, held))
+        if count - 2 * lag * len(held) >= _ENOUGH * residual.size:
+            return FloorRoute.HOLDS, Scatter(rough_noise(*held, lag=lag) ** 2 * count, count)
+    count = residual.size
+    return FloorRoute.WITHIN_TRIALS, Scatter(rough_noise(residual) ** 2 * count, count)
+
+
+def settled_holds(command: FloatArray, interval: float) -> list[slice]:
+    """Samples at which a command (n, m) is held and has been for `SETTLED`; interval in [s]."""
+    changed = np.flatnonzero(np.any(np.diff(command, axis=0) != 0.0, axis=1)) + 1
+    ends = [0, *changed.tolist(), command.shape[0]]
+    wait = round(SETTLED / interval)
+    return [slice(start + wait, stop) for start, stop in pairwise(ends) if stop - start > wait]

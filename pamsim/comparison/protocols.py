@@ -99,8 +99,8 @@ def _triangle(time: FloatArray, rng: np.random.Generator) -> FloatArray:
     return _apart(half * triangle(time, period, shrink))
 
 
-def _staircase(hold: float, half: float) -> Drive:
-    return lambda time, rng: _apart(half * held_levels(time, hold, 6, rng))
+def _staircase(hold: float, half: float, levels: int) -> Drive:
+    return lambda time, rng: _apart(half * held_levels(time, hold, levels, rng))
 
 
 def _multisine(half: float) -> Drive:
@@ -122,10 +122,6 @@ def _bursts(spacing: float) -> Drive:
     )
 
 
-def _loaded_steps(hold: float) -> Drive:
-    return lambda time, rng: _apart(4e4 * held_levels(time, hold, 5, rng))
-
-
 PROTOCOLS: dict[str, Protocol] = {
     protocol.name: protocol
     for protocol in (
@@ -139,7 +135,7 @@ PROTOCOLS: dict[str, Protocol] = {
             name="staircase",
             shows="creep and leaks in holds, angles at rest over the whole range",
             command="pressure_set",
-            drive=_staircase(1.6, 1.8e5),
+            drive=_staircase(1.6, 1.8e5, 6),
         ),
         Protocol(
             name="multisine",
@@ -163,7 +159,7 @@ PROTOCOLS: dict[str, Protocol] = {
             name="loaded_steps",
             shows="load, inertia and friction: small steps with a mass on the arm",
             command="pressure_set",
-            drive=_loaded_steps(1.0),
+            drive=_staircase(1.0, 4e4, 5),
             load=1.2,
         ),
     )

@@ -74,23 +74,14 @@ class RepeatedMisfit:
 
 
 def repeated_misfit(residuals: Mapping[str, FloatArray]) -> RepeatedMisfit:
-    """The misfit of repeats, cut to the shortest of them.
-
-    Args:
-        residuals: trial -> (n,) of one output [SI]; two or more.
-    """
+    """The misfit of repeats, trial -> residual (n,) [SI], cut to the shortest of them."""
     shortest = min(map(len, residuals.values()))
     rows = np.stack([r[:shortest] for r in residuals.values()])
     return RepeatedMisfit(trials=tuple(residuals), products=rows @ rows.T / shortest)
 
 
 def shared_p_values(outputs: Sequence[Sequence[RepeatedMisfit]], *, seed: int = 0) -> list[float]:
-    """P-value of each output, corrected for the number of outputs.
-
-    Args:
-        outputs: the protocols of each output.
-        seed: random seed of the signs.
-    """
+    """P-value of each output, by its protocols, corrected for the number of outputs."""
     trials = list(dict.fromkeys(t for own in outputs for one in own for t in one.trials))
     index = {name: i for i, name in enumerate(trials)}
     rng = np.random.default_rng(seed)

@@ -1,6 +1,10 @@
 """Rows at rest, predicted all at once: tables of angles at rest, and readings of loops.
 
 They give pressures and positions, and no path between: muscle and joint are one link.
+
+Angles are predicted by the torque balance, which ignores what depends on the path, such as
+hysteresis. Its contribution is the difference between a simulation in time and the balance of one
+rig, the anchor, and is added for rigs near it.
 """
 
 from __future__ import annotations
@@ -11,12 +15,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.chain_runs import COARSE, Values, plain
+from pamsim.comparison.experiments import table_experiments
 from pamsim.comparison.links import JOINT, MUSCLE, Link
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.engine.batch import simulate_batch
+from pamsim.engine.equilibrium import rest_angles
+from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import Block, unit_names
 from pamsim.inference.coloured_noise import ArNoise
+from pamsim.recordings.recording import Outcome
+from pamsim.recordings.sensors import MeasurementChain, read_at_rest, true_at_rest
 from pamsim.recordings.static_table import StaticTable
 
 AT_REST_LINK = Link((MUSCLE, JOINT))
@@ -71,9 +81,10 @@ class RestSimulator:
         own_values: Mapping[str, float],
     ) -> None:
         self._predict, self._own_values = predict, dict(own_values)
-        self.blocks, self.inputs = tuple(blocks), inputs
-        self.links = (AT_REST_LINK,)
-        self.link_of = (0,) * len(self.blocks)
+        self.blocks: tuple[Block, ...] = tuple(blocks)
+        self.inputs = inputs
+        self.links: tuple[Link, ...] = (AT_REST_LINK,)
+        self.link_of: tuple[int, ...] = (0,) * len(self.blocks)
         self.repeats = tuple(Unit(name=name) for name in unit_names(self.blocks))
         (stated,) = self._predicted([{}])
         if stated is None:
@@ -81,7 +92,7 @@ class RestSimulator:
                 f"{self.blocks[0].source}: the rig has no position at rest for some row; check its"
                 " parameters and the table's units"
             )
-        self.stated = stated
+        self.stated: FloatArray = stated
 
     def own_value(self, name: str) -> float:
         """Value of a nuisance parameter that the rig states [SI]."""
@@ -100,17 +111,9 @@ class RestSimulator:
         only: Collection[str] | None = None,
         steps: int = COARSE,
     ) -> list[FloatArray | None]:
-        """Residual with each parameter set.
+        """Residual (n,) with each parameter set [SI]; None where some row has no prediction.
 
-        Args:
-            sets: values by name.
-            links: of each set, those to predict.
-            others: residual (n,) that other rows are taken from [SI].
-            only: names of units to predict; all if left out.
-            steps: without meaning at rest.
-
-        Returns:
-            (n,) [SI] for each; None where some row has no prediction.
+        Arguments are those of `ChainSimulator.residuals`; at rest there are no time steps.
         """
         del steps
         wanted = [values for values, own in zip(sets, links, strict=True) if own]
@@ -140,26 +143,14 @@ class RestSimulator:
 
 
 def table_blocks(table: StaticTable, variance: float) -> tuple[Block, ...]:
-    """Rows of a table at rest, each a unit of its own.
-
-    Args:
-        table: of angles at rest.
-        variance: of their noise [rad^2].
-    """
+    """Rows of a table of angles at rest with a variance of their noise [rad^2], each a unit."""
     return row_blocks(table.rows, AT_REST, np.full(len(table.rows), variance), source=table.name)
 
 
 def row_blocks(
     names: Sequence[str], channel: str, variances: FloatArray, *, source: str = ""
 ) -> tuple[Block, ...]:
-    """Rows, each a unit of its own.
-
-    Args:
-        names: of the rows.
-        channel: what was measured.
-        variances: of the noise of each row, (n,) [SI^2].
-        source: where they come from.
-    """
+    """Rows of a channel with variances of their noise (n,) [SI^2], each a unit of its own."""
     return tuple(
         Block(
             unit=row,
@@ -170,3 +161,80 @@ def row_blocks(
         )
         for i, row in enumerate(names)
     )
+
+
+class RestPredictor:
+    """Predicts the rows of a table with rigs that differ in parameters.
+
+    Args:
+        rig_of: returns the rig of a set of values, or None if there is no such rig.
+        table: rows to predict.
+        threads: simulations at a time; None for one per processor.
+    """
+
+    def __init__(
+        self,
+        rig_of: Callable[[Values], Rig | None],
+        table: StaticTable,
+        *,
+        threads: int | None = None,
+    ) -> None:
+        self._rig_of = rig_of
+        self.table = table
+        self._threads = threads
+        self._experiments = table_experiments(table)
+        self._path = np.zeros(len(table.rows))
+        self._near: FloatArray | None = None
+        self._anchored: dict[tuple[tuple[str, float], ...], tuple[FloatArray, FloatArray]] = {}
+
+    def predict(self, sets: Sequence[Values]) -> list[FloatArray | None]:
+        """Simulated minus measured angle of every row, (n,) [rad], for each set of values."""
+        return [self._residual(self._rig_of(values)) for values in sets]
+
+    def anchor(self, values: Values) -> None:
+        """Simulate these values in time, for the part that depends on the path.
+
+        Raises:
+            InputError: if the simulation of a row breaks down.
+        """
+        key = tuple(sorted(values.items()))
+        if key not in self._anchored:
+            rig = self._rig_of(values)
+            self._near = None
+            simulated = None if rig is None else self.simulated(rig)
+            if rig is None or simulated is None:
+                raise InputError(
+                    f"{self.table.name}: a row's simulation breaks down; check the rig's parameters"
+                    " and the table's units"
+                )
+            balanced = self._balanced(rig)
+            path = simulated - balanced
+            # A row without a balance has no prediction; its anchor must not conceal that.
+            known = np.isfinite(path)
+            self._anchored[key] = np.where(known, path, 0.0), np.where(known, balanced, 0.0)
+        self._path, self._near = self._anchored[key]
+
+    def simulated(self, rig: Rig) -> FloatArray | None:
+        """True angles at the ends of the rows' steps simulated in time, (n,) [rad]."""
+        runs = simulate_batch(
+            [(rig, e) for e in self._experiments], threads=self._threads, above_supply=True
+        )
+        if any(run.outcome is not Outcome.COMPLETED for run in runs):
+            return None
+        return np.array([run.angle[-1] for run in runs])
+
+    def reported(self, rig: Rig, angle: FloatArray) -> FloatArray:
+        """True angles as the rig's encoder reports them [rad]."""
+        return read_at_rest(angle, rig.sensor or MeasurementChain(), "angle")
+
+    def _residual(self, rig: Rig | None) -> FloatArray | None:
+        if rig is None:
+            return None
+        residual = self.reported(rig, self._balanced(rig) + self._path) - self.table.angle
+        return residual if np.all(np.isfinite(residual)) else None
+
+    def _balanced(self, rig: Rig) -> FloatArray:
+        pressure = np.asarray(self.table.pressure)
+        if rig.sensor is not None:
+            pressure = np.maximum(true_at_rest(pressure, rig.sensor, "pressure"), 0.0)
+        return rest_angles(rig, pressure, self.table.load, self._near)

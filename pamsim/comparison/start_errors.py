@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.experiments import start_pressures
+from pamsim.comparison.link_inputs import sample_noise
+from pamsim.comparison.repeats import same_input
 from pamsim.core.units import FloatArray
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
@@ -27,7 +29,6 @@ _REACH = 4.0  # standard deviations of sensor noise that a first sample is not o
 _LAGS = 20  # parts of a trial, one of which is the longest time over which noise may drift
 _PASSES = 2  # the second weights channels by their residual without the start error
 _SAME_START = 6.0  # standard deviations by which starts of repeats may differ
-_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
 @dataclass(frozen=True)
@@ -84,9 +85,6 @@ class StartError:
 def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
     """Trials that can be simulated from one start: repeats whose first samples differ by noise.
 
-    Args:
-        trials: of one rig.
-
     Returns:
         Start pressures (m,) [Pa] of each group, and the numbers of its trials.
 
@@ -98,7 +96,7 @@ def start_groups(trials: Sequence[Trial]) -> list[tuple[FloatArray, list[int]]]:
         start = start_pressures(trial)
         for starts, members in groups:
             first = trials[members[0]]
-            if _same_settings(first, trial) and np.all(
+            if same_input(first, trial) and np.all(
                 np.abs(start - starts[0]) <= _SAME_START * _noise_of_repeats(first, trial)
             ):
                 starts.append(start)
@@ -137,13 +135,9 @@ def _noise(trial: Trial) -> FloatArray:
     """
     noise = np.zeros(trial.muscles)
     for muscle, channel in enumerate(trial.pressure_channels):
-        measured = trial.measured.get(channel)
-        if measured is not None:
-            # Neighbouring values of a converter are a step apart, those of a finer record are not.
-            step = float(np.min(np.diff(np.unique(measured)), initial=np.inf))
-            rounding = step / _UNIFORM if np.isfinite(step) else 0.0
+        if channel in trial.measured:
             stated = trial.noise[channel].rms if channel in trial.noise else 0.0
-            noise[muscle] = max(rough_noise(measured), rounding, stated)
+            noise[muscle] = max(sample_noise(trial.measured[channel]), stated)
     return noise
 
 
@@ -160,15 +154,3 @@ def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
 def _drifting(miss: FloatArray) -> float:
     """Noise of a signal without its smooth part, drift included [as the signal]."""
     return rough_noise(miss, lag=max(len(miss) // _LAGS, 1))
-
-
-def _same_settings(first: Trial, second: Trial) -> bool:
-    return (
-        first.protocol == second.protocol
-        and first.drive == second.drive
-        and first.load == second.load
-        and np.array_equal(first.time, second.time)
-        and np.array_equal(first.command, second.command)
-        and first.lead_in is None
-        and second.lead_in is None
-    )

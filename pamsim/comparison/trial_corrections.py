@@ -85,12 +85,9 @@ class Correction:
 
 
 def corrections(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
-    """Corrections of all mistakes that a recording may have.
+    """Corrections of all mistakes that a recording, one of whose trials is given, may have.
 
-    Args:
-        trial: one of it.
-        missed: channels that the simulation misses; mistakes of some columns of a kind are sought
-            among these.
+    Mistakes of some columns of a kind are sought among the channels that the simulation misses.
     """
     for clock, factor in _CLOCKS:
         yield Correction(text=f"time_s looks like {clock}: multiply it by {factor:g}", clock=factor)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from pamsim.comparison.experiments import at_times, experiment_of, table_experiments
+from pamsim.comparison.experiments import (
+    as_read,
+    at_times,
+    experiment_of,
+    identity,
+    sensed_runs,
+    table_experiments,
+)
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.sensed_runs import as_read, identity, sensed_runs
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
@@ -69,8 +76,7 @@ class TrialPredictor:
         self.rig = rig
         self.data = data
         self._channels = tuple(channels)
-        self._threads = threads
-        self._simulated = simulated
+        self._run = partial(sensed_runs, threads=threads, simulated=simulated)
         self._experiments: list[Experiment] = []
         self._numbers: dict[tuple[object, ...], int] = {}
         for trial in data.trials:
@@ -141,9 +147,7 @@ class TrialPredictor:
     ) -> list[Prediction | None]:
         """Predictions of rigs; None where there is none or a run broke down.
 
-        Args:
-            rigs: to simulate.
-            timestep: [s]; each rig's own if left out.
+        Time steps of ``timestep`` [s] are each rig's own if left out.
         """
         if self._sensitivities is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
@@ -153,11 +157,7 @@ class TrialPredictor:
         ]
 
     def adjusted(self, simulated: Prediction) -> Prediction:
-        """A prediction from the starts that fit the trials best.
-
-        Args:
-            simulated: as `as_simulated` returns it.
-        """
+        """A prediction of `as_simulated` from the starts that fit the trials best."""
         assert self._sensitivities is not None
         trials: dict[str, dict[str, FloatArray]] = {}
         for trial, start, sensitivities in zip(
@@ -185,7 +185,7 @@ class TrialPredictor:
                     if rig is not None
                     for number, e in enumerate(self._experiments)
                 ],
-                timestep,
+                timestep=timestep,
             )
         )
         return [
@@ -207,11 +207,8 @@ class TrialPredictor:
         """Compute the starts' noise and the sensitivities to them at a rig.
 
         Call it before the first prediction, and again where a fit has ended. If a run breaks down
-        there, or for None, starts are used as read.
-
-        Args:
-            rig: where, or None.
-            simulated: its trials from the starts as read, if known: see `as_simulated`.
+        there, or for None, starts are used as read. Trials that `as_simulated` has predicted there
+        need not be simulated again.
         """
         self._sensitivities = [{} for _ in self.data.trials]
         self._starts = list(map(start_error, self.data.trials, self._start_of))
@@ -244,18 +241,6 @@ class TrialPredictor:
                         sensitivities[name] = np.column_stack(
                             [(other[name] - signal) / STEP for other in signals]
                         )
-
-    def _run(
-        self,
-        jobs: list[tuple[Rig, Experiment]],
-        timestep: float | None = None,
-    ) -> list[Recording]:
-        return sensed_runs(
-            jobs,
-            timestep=timestep,
-            threads=self._threads,
-            simulated=self._simulated,
-        )
 
     def _read_off(self, runs: Sequence[Recording]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from pamsim.comparison.chain_runs import most_runs
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.link_gaps import LinkGaps, gap_per_link
-from pamsim.comparison.link_simulation import most_runs
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
 from pamsim.comparison.noise_floor import noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor

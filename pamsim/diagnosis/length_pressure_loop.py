@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pamsim.comparison.loop_effects import LOOP_EFFECTS
-from pamsim.comparison.loop_simulator import CHANNEL, Loop, LoopRows
+from pamsim.comparison.loop_simulator import CHANNEL, LOOP_EFFECTS, Loop, LoopRows
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import MM_PER_M, PA_PER_KPA, FloatArray
 from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest

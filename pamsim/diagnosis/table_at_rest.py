@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate
-from pamsim.comparison.rest_prediction import RestPredictor, Values
-from pamsim.comparison.rest_simulator import RestSimulator, table_blocks
+from pamsim.comparison.chain_runs import Values
+from pamsim.comparison.rest_simulator import RestPredictor, RestSimulator, table_blocks
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray

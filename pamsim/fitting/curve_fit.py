@@ -22,8 +22,8 @@ from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by
 from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate, Flag, without_intervals
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
-from pamsim.inference.latin_hypercube import latin_hypercube
 from pamsim.inference.record_checks import finite_samples
+from pamsim.inference.starts import latin_hypercube
 
 _student_quantile: Any = scipy.special.stdtrit
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from pamsim.identification.models import Candidate
 from pamsim.identification.structure_choice import p_value_of_improvement
-from pamsim.inference.aicc import aicc_above_best
+from pamsim.inference.criteria import aicc_above_best
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.linear.residual_tests import what_is_missing
 from pamsim.linear.signal_record import SignalRecord

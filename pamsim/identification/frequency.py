@@ -21,7 +21,7 @@ from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.models import ModelSet
 from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
-from pamsim.inference.aicc import aicc_above_best
+from pamsim.inference.criteria import aicc_above_best
 from pamsim.linear.continuous_structure import HIGHEST_ORDER
 from pamsim.linear.frequency_fit import fit_frequency_response
 from pamsim.linear.identified_model import FitStatus, IdentifiedModel

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.aicc import aicc_above_best
-from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE
+from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import WHITE, fit_trial_noise
 from pamsim.linear.identified_model import pooled_fit_percent
 from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord

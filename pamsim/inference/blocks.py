@@ -34,9 +34,6 @@ from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
 
 _helmert: Any = scipy.linalg.helmert
 
-Noise = ArNoise | FloatArray
-"""Autoregressive model of a series, or covariance (n, n) of n rows [SI unit of the channel^2]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
@@ -54,7 +51,7 @@ class Block:
     unit: str
     channel: str
     rows: slice
-    noise: Noise
+    noise: ArNoise
     source: str = ""
 
     def __post_init__(self) -> None:
@@ -66,13 +63,8 @@ class Block:
         where = f"unit {self.unit}, channel {self.channel}"
         if self.size < 1:
             raise InputError(f"{where}: no rows ({self.rows.start} to {self.rows.stop})")
-        if isinstance(self.noise, ArNoise):
-            if not (np.isfinite(self.noise.variance) and self.noise.variance > 0.0):
-                raise InputError(f"{where}: noise variance {self.noise.variance:g} is not positive")
-        elif self.noise.shape != (self.size, self.size):
-            raise InputError(
-                f"{where}: noise covariance of shape {self.noise.shape} for {self.size} rows"
-            )
+        if not (np.isfinite(self.noise.variance) and self.noise.variance > 0.0):
+            raise InputError(f"{where}: noise variance {self.noise.variance:g} is not positive")
 
     @property
     def size(self) -> int:
@@ -81,38 +73,13 @@ class Block:
 
     def part(self, unit: str, start: int, stop: int) -> Block:
         """Rows ``start`` to ``stop`` of the block, counted from its first, as a unit."""
-        inside = slice(start, stop)
-        noise = self.noise if isinstance(self.noise, ArNoise) else self.noise[inside, inside]
         rows = slice(self.rows.start + start, self.rows.start + stop)
-        return replace(self, unit=unit, rows=rows, noise=noise)
-
-    def whiten(self, values: FloatArray) -> FloatArray:
-        """Rows of a residual or a Jacobian, with noise that is white and of variance 1.
-
-        Args:
-            values: (N, ...) of all rows of a simulation [SI unit of the channel].
-
-        Returns:
-            Shape (n, ...).
-
-        Raises:
-            InputError: a covariance that is not positive definite.
-        """
-        return self.white(values[self.rows])
+        return replace(self, unit=unit, rows=rows)
 
     def white(self, own: FloatArray) -> FloatArray:
-        """The same of the block's own rows, (n, ...)."""
-        if isinstance(self.noise, ArNoise):
-            noise = _of_order_at_most(self.noise, self.size)
-            return noise.whiten(own) / np.sqrt(noise.variance)
-        try:
-            root = np.linalg.cholesky(self.noise)
-        except np.linalg.LinAlgError:
-            raise InputError(
-                f"unit {self.unit}, channel {self.channel}: noise covariance is not positive"
-                " definite"
-            ) from None
-        return np.asarray(scipy.linalg.solve_triangular(root, own, lower=True), dtype=np.float64)
+        """Own rows of a residual or a Jacobian, (n, ...), with white noise of variance 1."""
+        noise = _of_order_at_most(self.noise, self.size)
+        return noise.whiten(own) / np.sqrt(noise.variance)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,14 +105,11 @@ def unit_names(blocks: Sequence[Block]) -> tuple[str, ...]:
 
 
 def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
-    """Whitened rows of all blocks, one after the other.
+    """Whitened rows of all blocks, one after the other: (n,), or (n, k).
 
     Args:
-        blocks: (N rows in the simulation, n in the blocks).
+        blocks: of n rows in all.
         values: residual (N,), or residuals or Jacobian (N, k), as simulated [SI].
-
-    Returns:
-        Shape (n,) or (n, k).
     """
     # Blocks of one length and noise are filtered as columns of one array.
     same: dict[tuple[int, int], list[int]] = {}
@@ -159,36 +123,11 @@ def whitened(blocks: Sequence[Block], values: FloatArray) -> FloatArray:
     return np.concatenate([found[k] for k in range(len(blocks))])
 
 
-def stack(blocks: Sequence[Block], residual: FloatArray, jacobian: FloatArray) -> Stack:
-    """Stack whitened residual and Jacobian.
-
-    Args:
-        blocks: to stack.
-        residual: (N,) simulated minus measured [SI].
-        jacobian: (N, p) of the residual [SI per parameter unit].
-
-    Raises:
-        InputError: no blocks, or a residual that is not finite.
-    """
-    if not blocks:
-        raise InputError("no residual blocks to stack")
-    units = unit_names(blocks)
-    number = {name: k for k, name in enumerate(units)}
-    unit = np.repeat([number[b.unit] for b in blocks], [b.size for b in blocks])
-    rows = whitened(blocks, residual)
-    if not np.all(np.isfinite(rows)):
-        raise InputError("a residual is not finite; leave out what cannot be simulated")
-    return Stack(units=units, unit=unit, residual=rows, jacobian=whitened(blocks, jacobian))
-
-
 def noise_from_repeats(protocols: Sequence[FloatArray]) -> ArNoise:
     """Noise of a channel by what repeats of a protocol differ by, whatever the model misses.
 
     Args:
         protocols: for each a residual per repeat, (r, n) with r >= 2 [SI unit of the channel].
-
-    Returns:
-        The autoregressive model, its order by AICc.
 
     Raises:
         InputError: no protocol was repeated.
@@ -206,10 +145,6 @@ def correlation_length(noise: ArNoise, samples: int) -> int:
     It is the last lag at which the autocorrelation is at least ``1 / sqrt(samples)``, the standard
     error of the autocorrelation of white noise: what is below cannot be distinguished from 0.
 
-    Args:
-        noise: of a series.
-        samples: number of samples by which the noise is known.
-
     Source: M. S. Bartlett, Supplement to the Journal of the Royal Statistical Society 8 (1946).
     """
     lags = noise.autocovariance(samples)
@@ -217,25 +152,18 @@ def correlation_length(noise: ArNoise, samples: int) -> int:
 
 
 def most_parts(size: int, gap: int) -> int:
-    """Most parts of a series: each at least as long as the gap, one independent piece of evidence.
+    """Most parts of a series of ``size`` rows with ``gap`` rows between them.
 
-    Args:
-        size: rows of the series.
-        gap: rows between two parts.
+    Each is at least as long as the gap, one independent piece of evidence.
     """
     return size if gap == 0 else max((size + gap) // (2 * gap), 1)
 
 
 def cut(block: Block, parts: int, gap: int) -> tuple[Block, ...]:
-    """Cut a series into units with gaps between them.
+    """Cut a series into units with gaps of some rows between them, which belong to none.
 
     Channels of one log cut into as many parts, with gaps as long in time, share their units: the
     gap is that of the channel with the longest correlation.
-
-    Args:
-        block: of a log.
-        parts: number of them.
-        gap: rows between two parts, which belong to none.
 
     Raises:
         InputError: parts that would be shorter than the gap.
@@ -253,13 +181,7 @@ def cut(block: Block, parts: int, gap: int) -> tuple[Block, ...]:
 
 
 def fitted_runs(block: Block, held_out: Sequence[Block], gap: int) -> tuple[Block, ...]:
-    """Runs of a series that may be fitted: at least a gap away from every held-out part.
-
-    Args:
-        block: the whole series.
-        held_out: parts of it, from `cut`.
-        gap: rows left out on either side of a held-out part.
-    """
+    """Runs of a series that may be fitted: ``gap`` rows away from every held-out part."""
     free = np.ones(block.size + 2, dtype=bool)  # with a row before and one behind, to find ends
     free[[0, -1]] = False
     for part in held_out:

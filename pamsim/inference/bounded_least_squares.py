@@ -47,27 +47,6 @@ class _GivenUpError(Exception):
 
 
 @dataclass(frozen=True, kw_only=True)
-class StartEnd:
-    """Where one start ended.
-
-    Attributes:
-        start: place it began at, inside the box, shape (p,).
-        start_cost: sum of squares there.
-        x: place it ended at, shape (p,).
-        cost: sum of squares there.
-        converged: False if it ran out of steps.
-        steps: places tried, those of finite differences not counted.
-    """
-
-    start: FloatArray
-    start_cost: float
-    x: FloatArray
-    cost: float
-    converged: bool
-    steps: int
-
-
-@dataclass(frozen=True, kw_only=True)
 class Fit:
     """The best of the ends that were reached.
 
@@ -75,14 +54,12 @@ class Fit:
         x: the optimum, shape (p,).
         cost: sum of squares of the residual there.
         residual: there, shape (n,).
-        jacobian: shape (n, p), at the optimum; where ``moved_to_bound``, just inside the bound.
+        jacobian: shape (n, p), at the optimum; just inside a bound that a coordinate was put onto.
         converged: False if the search ran out of steps.
-        moved_to_bound: True if a coordinate was put onto the bound that attracted it.
         steps: places tried from this start, those of finite differences not counted.
         evaluations: residuals computed by the engine over all starts; not those that the client's
             own Jacobian took.
         start_cost: sum of squares where this start began.
-        starts: where each start that was followed ended, most promising first.
     """
 
     x: FloatArray
@@ -90,11 +67,9 @@ class Fit:
     residual: FloatArray
     jacobian: FloatArray
     converged: bool
-    moved_to_bound: bool
     steps: int
     evaluations: int
     start_cost: float
-    starts: tuple[StartEnd, ...]
 
 
 def one_by_one(residual: Callable[[FloatArray], FloatArray | None]) -> Residuals:
@@ -154,14 +129,22 @@ def bounded_least_squares(
     followed = [i for i in np.argsort(costs, kind="stable")[:follow] if first[i] is not None]
     if not followed:
         raise BreakdownError(f"the simulation breaks down at all {len(starts)} starts")
-    if size == 0:  # which scipy takes only from 1.16 on
-        return _without_search(begins[followed[0]], first[followed[0]], len(begins))
     best: Fit | None = None
-    ends: list[StartEnd] = []
     evaluations = len(begins)
     for i in followed:
         begin, there = begins[i], first[i]
         assert there is not None
+        if size == 0:  # which scipy takes only from 1.16 on
+            return Fit(
+                x=begin,
+                cost=costs[i],
+                residual=there,
+                jacobian=np.empty((len(there), 0)),
+                converged=True,
+                steps=1,
+                evaluations=evaluations,
+                start_cost=costs[i],
+            )
         residual = _Remembering(residuals, begin, there)
 
         def slope(x: FloatArray, residual: _Remembering = residual) -> FloatArray:
@@ -204,49 +187,17 @@ def bounded_least_squares(
             residual=solution.fun,
             jacobian=solution.jac,
             converged=bool(solution.status > 0),
-            moved_to_bound=False,
             steps=int(solution.nfev),
             evaluations=0,
             start_cost=costs[i],
-            starts=(),
         )
         if try_bounds:
             fit = _on_bounds(fit, residual, low, high, _NEAR * edge, solution.grad)
         evaluations += residual.evaluations
-        ends.append(
-            StartEnd(
-                start=begin,
-                start_cost=costs[i],
-                x=fit.x,
-                cost=fit.cost,
-                converged=fit.converged,
-                steps=fit.steps,
-            )
-        )
         if best is None or fit.cost < best.cost * (1.0 - max(_EQUAL * tolerance, 1e-9)):
             best = fit
     assert best is not None
-    return replace(best, evaluations=evaluations, starts=tuple(ends))
-
-
-def _without_search(place: FloatArray, residual: FloatArray | None, evaluations: int) -> Fit:
-    """The fit of nothing."""
-    assert residual is not None
-    cost = float(residual @ residual)
-    return Fit(
-        x=place,
-        cost=cost,
-        residual=residual,
-        jacobian=np.empty((len(residual), 0)),
-        converged=True,
-        moved_to_bound=False,
-        steps=1,
-        evaluations=evaluations,
-        start_cost=cost,
-        starts=(
-            StartEnd(start=place, start_cost=cost, x=place, cost=cost, converged=True, steps=1),
-        ),
-    )
+    return replace(best, evaluations=evaluations)
 
 
 class _Remembering:
@@ -287,4 +238,4 @@ def _on_bounds(
     cost = float(there @ there)
     if cost > fit.cost:
         return fit
-    return replace(fit, x=x, cost=cost, residual=there, moved_to_bound=True)
+    return replace(fit, x=x, cost=cost, residual=there)

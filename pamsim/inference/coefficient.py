@@ -33,14 +33,7 @@ class Coefficient:
 def held_coefficients(
     coefficients: tuple[Coefficient, ...], held: Mapping[str, float]
 ) -> tuple[Coefficient, ...]:
-    """Mark coefficients as held.
-
-    Args:
-        coefficients: of a curve.
-        held: name -> value [SI].
-
-    Returns:
-        The coefficients, the named ones held.
+    """The coefficients of a curve, those named in ``held`` at its values [SI].
 
     Raises:
         InputError: for a name that is not among them, or a value outside the range.

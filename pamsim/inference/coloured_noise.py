@@ -104,9 +104,6 @@ class ArNoise:
 
         Args:
             values: shape ``(n,)`` or ``(n, m)``: one trial, or columns of its Jacobian.
-
-        Returns:
-            The same shape.
         """
         p = min(self.order, values.shape[0])
         if p == 0:
@@ -149,7 +146,7 @@ def fit_ar_noise(
         return ArNoise((), 0.0)
     backward = forward
     reflections: list[float] = []
-    best, score = ArNoise((), variance), total * np.log(variance) + _penalty(1, total)
+    best, score = ArNoise((), variance), total * np.log(variance) + aicc_penalty(1, total)
     for k in range(1, min(most, total // 10, min(r.size for r in residuals) // 4) + 1):
         ahead = [f[..., 1:] for f in forward]
         behind = [b[..., :-1] for b in backward]
@@ -166,13 +163,14 @@ def fit_ar_noise(
         variance *= 1.0 - reflection**2
         if variance <= 0.0:
             break
-        now = total * np.log(variance) + _penalty(k + 1, total)
+        now = total * np.log(variance) + aicc_penalty(k + 1, total)
         if now < score:
             best, score = ArNoise(tuple(reflections), variance), now
     return best
 
 
-def _penalty(parameters: int, total: int) -> float:
+def aicc_penalty(parameters: int, total: int) -> float:
+    """What AICc adds to the fit's own term for parameters fitted to samples in all."""
     return 2.0 * parameters * total / max(total - parameters - 1, 1)
 
 

@@ -1,12 +1,21 @@
-"""Jacobian by finite differences, all perturbed parameter sets simulated in one call."""
+"""Residual and Jacobian of a simulator: by differences, all perturbed sets in one call."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.free_parameter import FreeParameter, SearchScale
+from pamsim.inference.residual_block import BlockPlace, Simulate, layout, stacked
+
+_FORWARD = 1e-5  # step of the search's differences, in ranges: its error is far below the noise
+_CENTRAL = 1e-4  # step at the optimum; wide enough to bridge the kinks of switching valves
+_STRAIGHT = 0.2  # of a change: by how much a Jacobian may miss it and still be updated
+_NO_CHANGE = 1e-6  # weighted: a change of rounding, from which nothing is learnt
 
 Residuals = Callable[[FloatArray], Sequence[FloatArray | None]]
 """Places, shape (k, p), to the residual of each, shape (n,); None where it cannot be computed."""
@@ -54,14 +63,9 @@ def difference_jacobian(
 
 
 def secant_update(known: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-    """A Jacobian changed by as little as makes it agree with a step.
+    """A Jacobian (n, p) changed by as little as makes it agree with a step (p,) and a change (n,).
 
     Broyden, Mathematics of Computation 19, 1965: it needs no simulation of its own.
-
-    Args:
-        known: before, shape (n, p).
-        step: shape (p,).
-        change: of the residual over the step, shape (n,).
     """
     square = float(step @ step)
     return known + np.outer(change - known @ step, step) / square if square > 0.0 else known
@@ -70,13 +74,9 @@ def secant_update(known: FloatArray, step: FloatArray, change: FloatArray) -> Fl
 def secant_updated(
     compute: Callable[[FloatArray, FloatArray], FloatArray],
 ) -> Callable[[FloatArray, FloatArray], FloatArray]:
-    """A Jacobian that is computed once; each further place updates it by `secant_update`.
+    """A Jacobian computed once; each further place of a descent updates it by `secant_update`.
 
-    Args:
-        compute: place (p,) and residual there (n,) to the Jacobian (n, p).
-
-    Returns:
-        The same, for the places of one descent in their order.
+    Place (p,) and residual there (n,) go in, the Jacobian (n, p) comes out.
     """
     last: tuple[FloatArray, FloatArray, FloatArray] | None = None
 
@@ -91,3 +91,126 @@ def secant_updated(
         return jacobian
 
     return at
+
+
+@dataclass(frozen=True)
+class _Linear:
+    """Residual (n,) and Jacobian (n, p) at a place (p,); whether from differences there."""
+
+    place: FloatArray
+    residual: FloatArray
+    jacobian: FloatArray
+    differenced: bool
+
+
+class BatchedResidual:
+    """Residual and Jacobian over places in the unit cube (see `SearchScale`).
+
+    Args:
+        simulate: parameter vectors to blocks.
+        parameters: p of them.
+        places: the blocks, if they are known already.
+
+    Attributes:
+        evaluations: simulated parameter vectors so far.
+        calls: of ``simulate`` so far.
+        diverged: vectors among them that diverged.
+    """
+
+    def __init__(
+        self,
+        simulate: Simulate,
+        parameters: Sequence[FreeParameter],
+        places: tuple[BlockPlace, ...] = (),
+    ) -> None:
+        self._simulate = simulate
+        self.scale = SearchScale(parameters)
+        self.evaluations = self.calls = self.diverged = 0
+        self._places = places
+        self._last: tuple[FloatArray, FloatArray | None] | None = None
+        self._linear: _Linear | None = None
+
+    @property
+    def places(self) -> tuple[BlockPlace, ...]:
+        """The blocks, known once a simulation has not diverged."""
+        return self._places
+
+    def many(self, at: FloatArray) -> list[FloatArray | None]:
+        """Residuals (n,) at places (k, p) in the unit cube, in one call; None where it diverged.
+
+        Raises:
+            InputError: the callable returned another number of results, or blocks that differ.
+        """
+        answers = self._simulate(self.scale.from_unit(at))
+        if len(answers) != len(at):
+            raise InputError(f"{len(at)} vectors were simulated, {len(answers)} results came back")
+        self.calls += 1
+        self.evaluations += len(at)
+        residuals: list[FloatArray | None] = []
+        for blocks in answers:
+            if blocks is not None and not self._places:
+                self._places = layout(blocks)
+            residuals.append(stacked(blocks, self._places))
+        self.diverged += sum(r is None for r in residuals)
+        return residuals
+
+    def at(self, place: FloatArray) -> FloatArray | None:
+        """Residual at one place, shape (n,), or None if the simulation diverged."""
+        if self._linear is not None and np.array_equal(self._linear.place, place):
+            return self._linear.residual
+        if self._last is None or not np.array_equal(self._last[0], place):
+            self._last = place.copy(), self.many(place[np.newaxis])[0]
+        return self._last[1]
+
+    def remember(self, place: FloatArray, residual: FloatArray) -> None:
+        """Begin at a place: take note of its residual, so that it is not simulated again."""
+        self._last, self._linear = (place.copy(), residual), None
+
+    def linearise(self, place: FloatArray, jacobian: FloatArray) -> None:
+        """Begin with a Jacobian (n, p) that holds nearly, as of data that changed a little."""
+        residual = self.at(place)
+        if residual is not None:
+            self._linear = _Linear(place.copy(), residual, jacobian, differenced=False)
+
+    def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:
+        """The Jacobian (n, p) per range along a search, updated by steps that went as it had said.
+
+        Where it missed more of a step, differences are taken again.
+
+        Args:
+            place: shape (p,), where the simulation does not diverge.
+            weight: of each row, by which a step is judged, shape (n,).
+        """
+        here, known = self.at(place), self._linear
+        assert here is not None
+        if known is None:
+            return self.jacobian(place)
+        if np.array_equal(known.place, place):
+            return known.jacobian
+        step, change = place - known.place, here - known.residual
+        missed = float(np.linalg.norm(weight * (change - known.jacobian @ step)))
+        size = float(np.linalg.norm(weight * change))
+        if missed > max(_STRAIGHT * size, _NO_CHANGE):
+            return self.jacobian(place)
+        matrix = known.jacobian
+        if size > _NO_CHANGE:
+            matrix = secant_update(matrix, step, change)
+        self._linear = _Linear(place.copy(), here, matrix, differenced=False)
+        return matrix
+
+    def jacobian(self, place: FloatArray, *, central: bool = False) -> FloatArray:
+        """Change of the residual per range, shape (n, p), see `difference_jacobian`.
+
+        Args:
+            place: shape (p,), where the simulation does not diverge.
+            central: differences to both sides instead of one.
+        """
+        known = self._linear
+        if not central and known and known.differenced and np.array_equal(known.place, place):
+            return known.jacobian
+        middle = self.at(place)
+        assert middle is not None
+        step = _CENTRAL if central else _FORWARD
+        matrix = difference_jacobian(self.many, place, middle, step, central=central)
+        self._linear = _Linear(place.copy(), middle, matrix, differenced=True)
+        return matrix

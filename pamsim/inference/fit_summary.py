@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate, PriorPull
-from pamsim.inference.flags import Identified, identified, parameter_flags
 from pamsim.inference.free_parameter import FreeParameter
+from pamsim.inference.identifiability import Identified, identified, parameter_flags
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import SearchEnd, short_of_optimum
@@ -45,9 +45,6 @@ def summarise_fit(
         ends: where they ended.
         best: the optimum.
         jacobian: of the residual per range there, shape (n, p).
-
-    Returns:
-        The fit.
     """
     place, scale = best.state.place, cost.residual.scale
     residual = cost.residual.at(place)
@@ -101,13 +98,7 @@ def summarise_fit(
 def judged(
     cost: RowWeights, parameters: Sequence[FreeParameter], end: SearchEnd, jacobian: FloatArray
 ) -> tuple[Identified, float]:
-    """What a Jacobian says of the end of a search.
-
-    Args:
-        cost: what was minimised.
-        parameters: p of them.
-        end: of the search.
-        jacobian: of the residual per range there, shape (n, p).
+    """What a Jacobian (n, p) per range says of the end of a search.
 
     Returns:
         What is determined, and how far off the optimum of that is, see `short_of_optimum`.
@@ -140,9 +131,8 @@ def _parameters(
     some = np.diag(spread.white) > 0.0
     rise = spread.quantile**2 * np.diag(spread.matrix) / np.where(some, np.diag(spread.white), 1.0)
     estimates: list[Estimate] = []
-    for i, (p, (flags, partners, sentence)) in enumerate(
-        zip(parameters, parameter_flags(parameters, split, place, spread.matrix), strict=True)
-    ):
+    for i, p in enumerate(parameters):
+        flags, partners, sentence = parameter_flags(i, parameters, split, place, spread.matrix)
         known = not (split.open[i] or split.at_bound[i])
         pull = p.prior and PriorPull(
             prior=p.prior,

@@ -1,13 +1,16 @@
-"""Which directions of a parameter space the data determine, from the Jacobian alone."""
+"""What data determine of fitted parameters, which not to quote, and what to quote instead."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
+from pamsim.inference.estimate import Flag
+from pamsim.inference.free_parameter import FreeParameter
 
 BoolArray = NDArray[np.bool_]
 
@@ -19,6 +22,8 @@ FLAT = 1e-3
 
 _MEMBER = 0.05  # share in a flat direction from which a parameter belongs to it
 _CORRELATED = 0.95  # of two estimates: a pair that is pointed out
+_AT_BOUND = 1e-6  # of the range
+_ZERO = 1e-2  # coefficient of a combination, relative to its first, that is not written
 
 
 @dataclass(frozen=True)
@@ -46,9 +51,6 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
     Args:
         jacobian: shape (n, k), columns not zero.
         singular: directions below this fraction of the largest singular value are flat.
-
-    Returns:
-        The split.
     """
     norms = np.linalg.norm(jacobian, axis=0)
     _, values, vt = np.linalg.svd(jacobian / norms, full_matrices=False)
@@ -63,26 +65,16 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
 
 
 def members(directions: FloatArray) -> BoolArray:
-    """Which parameters take part in directions of a column-scaled space.
-
-    Args:
-        directions: orthonormal columns, shape (k, f).
-
-    Returns:
-        Shape (k,).
-    """
+    """Which parameters take part in orthonormal directions (k, f) of a scaled space, (k,)."""
     return np.linalg.norm(directions, axis=1) > _MEMBER
 
 
 def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
-    """Covariance of the parameters under unit white noise, flat directions left out.
+    """Covariance (k, k) under unit white noise, flat directions left out.
 
     Args:
         jacobian: shape (n, k).
         basis: determined directions, shape (k, q), from `determined`.
-
-    Returns:
-        Shape (k, k).
     """
     _, triangle = np.linalg.qr(jacobian @ basis)
     half = np.linalg.solve(triangle.T, basis.T)
@@ -90,15 +82,12 @@ def covariance_along(jacobian: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]:
-    """Find parameters that are correlated with one by more than 0.95.
+    """Numbers of the parameters that one is correlated with by more than 0.95.
 
     Args:
         covariance: shape (k, k).
         i: the one.
         excluded: parameters not to look at, such as members of flat directions, shape (k,).
-
-    Returns:
-        Their indices.
     """
     spread = np.sqrt(np.diag(covariance))
     return [
@@ -108,3 +97,182 @@ def trade_offs(covariance: FloatArray, i: int, excluded: BoolArray) -> list[int]
         and not excluded[j]
         and abs(covariance[i, j]) > _CORRELATED * spread[i] * spread[j]
     ]
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What data and priors determine.
+
+    Attributes:
+        basis: determined directions, shape (p, q).
+        dead: parameters the data do not depend on, shape (p,).
+        at_bound: shape (p,).
+        flat: parameters in a direction that the data leave flat, shape (p,).
+        open: parameters that neither data nor priors determine, shape (p,).
+        combinations: what is determined of those, as text.
+    """
+
+    basis: FloatArray
+    dead: BoolArray
+    at_bound: BoolArray
+    flat: BoolArray
+    open: BoolArray
+    combinations: tuple[str, ...]
+
+
+def identified(
+    parameters: Sequence[FreeParameter],
+    place: FloatArray,
+    jacobian: FloatArray,
+    information: FloatArray,
+) -> Identified:
+    """Split the parameter space into what is determined and what is not.
+
+    A prior determines a direction in which the data are flat if it is narrower than the range.
+
+    Args:
+        parameters: p of them.
+        place: the optimum in the unit cube, shape (p,).
+        jacobian: in units of the noise per range, without priors, shape (n, p).
+        information: of each parameter's prior, per squared range, shape (p,).
+    """
+    count = len(parameters)
+    norms = np.linalg.norm(jacobian, axis=0)
+    dead = norms <= DEAD * np.max(norms)
+    at_bound = ~dead & (np.minimum(place, 1.0 - place) < _AT_BOUND)
+    inner = np.flatnonzero(~dead & ~at_bound)
+    flat, open_ = np.zeros(count, dtype=bool), dead & (information < 1.0)
+    held = np.flatnonzero(dead & ~open_)
+    basis = [np.eye(count)[:, held] / np.sqrt(information[held])]
+    combinations: tuple[str, ...] = ()
+    if inner.size:
+        split = determined(jacobian[:, inner], FLAT)
+        flat[inner] = split.members
+        basis.append(_embedded(split.basis, inner, count))
+        if split.flat.size:
+            plane = np.linalg.qr(split.flat.T)[0]
+            known, turn = np.linalg.eigh(plane.T @ (information[inner, np.newaxis] * plane))
+            pinned = known >= 1.0
+            basis.append(_embedded(plane @ turn[:, pinned] / np.sqrt(known[pinned]), inner, count))
+            loose = plane @ turn[:, ~pinned]
+            taking_part = members(np.linalg.qr(loose * norms[inner, np.newaxis])[0])
+            open_[inner] = taking_part
+            chosen = [parameters[i] for i in inner[taking_part]]
+            combinations = _combinations(chosen, loose[taking_part])
+    return Identified(np.hstack(basis), dead, at_bound, flat, open_, combinations)
+
+
+def parameter_flags(
+    i: int,
+    parameters: Sequence[FreeParameter],
+    split: Identified,
+    place: FloatArray,
+    covariance: FloatArray,
+) -> tuple[tuple[Flag, ...], tuple[str, ...], str]:
+    """Reasons not to quote a parameter: its flags, its partners and a sentence.
+
+    Args:
+        i: its number.
+        parameters: p of them.
+        split: from `identified`.
+        place: the optimum in the unit cube, shape (p,).
+        covariance: of the places, shape (p, p).
+    """
+    excluded = split.open | split.at_bound
+    p = parameters[i]
+    alone = "" if split.open[i] else "; its prior holds it"
+    flags: list[Flag] = []
+    partners: list[str] = []
+    sentences: list[str] = []
+    if split.dead[i]:
+        flags.append(Flag.DEAD)
+        sentences.append(f"the data do not depend on {p.name}{alone}")
+    if split.flat[i]:
+        flags.append(Flag.FLAT_DIRECTION)
+        together = [q.name for j, q in enumerate(parameters) if split.flat[j] and j != i]
+        partners += together
+        sentences.append(
+            f"{p.name} can change together with {_listed(together)} without changing the"
+            f" data{alone}"
+        )
+    if split.at_bound[i]:
+        flags.append(Flag.AT_BOUND)
+        side, bound = ("lower", p.low) if place[i] < 0.5 else ("upper", p.high)
+        sentences.append(
+            f"{p.name} ran into its {side} bound {bound:g} {p.unit}, which then decides, not the"
+            " data"
+        )
+    if not excluded[i]:
+        correlated = [parameters[j].name for j in trade_offs(covariance, i, excluded)]
+        if correlated and not split.flat[i]:
+            flags.append(Flag.TRADE_OFF)
+            partners += correlated
+            sentences.append(
+                f"{p.name} trades off with {_listed(correlated)} (correlation beyond 0.95)"
+            )
+        if covariance[i, i] > 1.0:
+            flags.append(Flag.NOT_PINNED)
+            sentences.append(f"the standard error of {p.name} is larger than its allowed range")
+    return tuple(flags), tuple(sorted(set(partners))), "; ".join(sentences)
+
+
+def _combinations(members: Sequence[FreeParameter], loose: FloatArray) -> tuple[str, ...]:
+    """Write what is determined: all that is constant along the loose directions, shape (m, f)."""
+    constant = np.linalg.svd(loose)[0][:, loose.shape[1] :].T
+    # From places in the range to the parameters themselves, or their logarithms.
+    constant = constant / _widths(members)
+    return tuple(_written(row, members) for row in _reduced(constant))
+
+
+def _widths(members: Sequence[FreeParameter]) -> list[float]:
+    return [np.log(p.high / p.low) if p.scale == "log" else p.high - p.low for p in members]
+
+
+def _reduced(rows: FloatArray) -> FloatArray:
+    """Reduced echelon form: each row starts with a 1 in a column where the others have 0."""
+    rows = rows.copy()
+    # Columns compare only after scaling: parameters have different units.
+    size = np.max(np.abs(rows), axis=0, initial=0.0)
+    done = 0
+    for column in range(rows.shape[1]):
+        if done == rows.shape[0]:
+            break
+        best = done + int(np.argmax(np.abs(rows[done:, column])))
+        if abs(rows[best, column]) <= 1e-6 * size[column]:
+            continue
+        rows[[done, best]] = rows[[best, done]]
+        rows[done] /= rows[done, column]
+        for other in range(rows.shape[0]):
+            if other != done:
+                rows[other] -= rows[other, column] * rows[done]
+        done += 1
+    return rows
+
+
+def _written(row: FloatArray, members: Sequence[FreeParameter]) -> str:
+    share = np.abs(row) * _widths(members)
+    kept = [i for i in range(row.size) if share[i] > _ZERO * np.max(share)]
+    if all(members[i].scale == "log" for i in kept):
+        text = members[kept[0]].name
+        for i in kept[1:]:
+            power = "" if abs(abs(row[i]) - 1.0) < _ZERO else f"^{abs(row[i]):.3g}"
+            text += f"{' / ' if row[i] < 0.0 else ' * '}{members[i].name}{power}"
+        return text
+    text = ""
+    for i in kept:
+        p = members[i]
+        term = f"ln({p.name})" if p.scale == "log" else p.name
+        factor = "" if abs(abs(row[i]) - 1.0) < _ZERO else f"{abs(row[i]):.3g} "
+        sign = (" - " if row[i] < 0.0 else " + ") if text else ""
+        text += f"{sign}{factor}{term}"
+    return text
+
+
+def _embedded(columns: FloatArray, rows: NDArray[np.intp], count: int) -> FloatArray:
+    full = np.zeros((count, columns.shape[1]))
+    full[rows] = columns
+    return full
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]

@@ -6,13 +6,21 @@ B the covariance of the scores J^T W^2 r (Huber, Berkeley Symposium 1967; White,
 
 * repeats, if there are enough: the scatter of the trials' scores about the mean of their protocol.
   It holds whatever the noise, and where parameters differ a little from trial to trial;
-* other trials: autoregressive noise per channel, see `pamsim.inference.residual_colour`;
+* other trials: autoregressive noise per channel, see below;
 * rows without order in time: white noise;
 * priors: their own information.
 
 Where 95 % are promised, scripts/calibration_coverage.py finds 15 to 62 % for intervals that take
 drifting noise as white. These cover 92 to 96 % with four trials and more; with two trials of 4 s in
 which a weak slow drift hides, 83 %: too few samples to see the drift by.
+
+A fit with p parameters follows the slow part of the noise: an AR model of what is left is too white
+and intervals built on it too narrow. For noise e of covariance O and an estimate that responds by
+-G^T e, the residual r = e - J G^T e has the covariance
+
+    O - J (O G)^T - (O G) J^T + J C J^T,    C = covariance of the estimate,
+
+so that its autocovariance can be corrected by what the formula says is missing.
 """
 
 from __future__ import annotations
@@ -22,22 +30,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 import scipy.special
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.effective_degrees import effective_degrees
+from pamsim.inference.coloured_noise import LARGEST_REFLECTION, MOST_ORDERS, ArNoise, aicc_penalty
 from pamsim.inference.residual_block import BlockPlace
-from pamsim.inference.residual_colour import (
-    FittedRows,
-    effective_samples,
-    fit_colour,
-    noise_in_estimate,
-    slow_gains,
-)
 from pamsim.inference.simulator_fit import Linearisation
 
 _student_quantile: Any = scipy.special.stdtrit
+_toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
 _FEWEST_DEGREES = 3
 """Of freedom, over all protocols, from which the scatter of repeats counts: Student's quantile is
@@ -78,9 +80,6 @@ def parameter_covariance(
         linear: the simulator at the optimum.
         basis: determined directions, shape (p, q).
         information: of the priors, per squared range, shape (p, p).
-
-    Returns:
-        The covariance.
     """
     weighted = linear.jacobian * linear.weight[:, np.newaxis]
     along = weighted @ basis
@@ -111,7 +110,7 @@ def parameter_covariance(
             fit_colour(records, og, total, ordered=group[0].block.sample_interval is not None)
             for records, og, group in zip(groups, slow, single, strict=True)
         ]
-        preferred, longest = [c.preferred for c in colours], [c.longest for c in colours]
+        preferred, longest = map(list, zip(*colours, strict=True))
         if np.all(np.abs(np.diag(total) - before) <= _SETTLED * before):
             break
     matrix, quantile = _together([*sure, *_coloured_parts(preferred, groups, shares)])
@@ -173,11 +172,19 @@ def _coloured_parts(
 
 
 def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
-    """Sum of the parts, and Student quantiles with Satterthwaite's degrees of freedom."""
+    """Sum of the parts, and Student's quantiles with its degrees of freedom.
+
+    Those of a sum of variances are few where one of few is most of it (Satterthwaite, Biometrics 2,
+    1946).
+    """
     matrix = np.sum([part for part, _ in parts], axis=0)
     variances = np.stack([np.diag(part) for part, _ in parts])
     degrees = np.array([freedom for _, freedom in parts], dtype=np.float64)
-    return matrix, _student_quantile(effective_degrees(variances, degrees), 0.975)
+    spread = np.sum(variances**2 / degrees[:, np.newaxis], axis=0)
+    some = spread > 0.0
+    effective = np.sum(variances, axis=0) ** 2 / np.where(some, spread, 1.0)
+    degrees = np.minimum(np.where(some, effective, _MANY), _MANY)
+    return matrix, _student_quantile(degrees, 0.975)
 
 
 def _method(
@@ -196,3 +203,98 @@ def _method(
     if any(group[0].block.sample_interval is None for group in single):
         parts.append("white noise of rows without order in time")
     return "sandwich covariance, Student's t; " + "; ".join(parts)
+
+
+@dataclass(frozen=True)
+class FittedRows:
+    """One record of a fit: what was left, and how it is tied to the estimate.
+
+    Attributes:
+        residual: shape (n,) [SI unit of the channel].
+        jacobian: change of the residual with the estimate, shape (n, p).
+        gain: G, the estimate's response to noise in these rows, shape (n, p).
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    gain: FloatArray
+
+
+def slow_gains(noise: ArNoise, records: Sequence[FittedRows]) -> list[FloatArray]:
+    """O G of each record: the covariance matrix of the noise times the gain, shape (n, p)."""
+    if noise.order == 0:
+        return [noise.variance * r.gain for r in records]
+    lags = noise.autocovariance(max(r.residual.size for r in records))
+    return [_toeplitz_times(lags[: r.residual.size], r.gain) for r in records]
+
+
+def noise_in_estimate(records: Sequence[FittedRows], slow: Sequence[FloatArray]) -> FloatArray:
+    """Covariance of the estimate due to noise in these records: sum of G^T O G, shape (p, p)."""
+    return np.sum([r.gain.T @ og for r, og in zip(records, slow, strict=True)], axis=0)
+
+
+def effective_samples(noise: ArNoise, records: Sequence[FittedRows]) -> float:
+    """How many white samples would give a variance estimate as sure as these records do."""
+    lags = noise.autocovariance(max(r.residual.size for r in records))
+    total = sum(r.residual.size for r in records)
+    return total / (1.0 + 2.0 * float(np.sum((lags[1:] / lags[0]) ** 2))) if lags[0] else total
+
+
+def fit_colour(
+    records: Sequence[FittedRows],
+    slow: Sequence[FloatArray],
+    covariance: FloatArray,
+    *,
+    ordered: bool,
+) -> tuple[ArNoise, ArNoise]:
+    """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest tried.
+
+    The longest sees slow drift too weak for AICc to spend orders on.
+
+    Args:
+        records: of one channel and sample interval.
+        slow: from `slow_gains` with the noise as known so far.
+        covariance: of the estimate with that noise, shape (p, p).
+        ordered: False for rows without order in time: white.
+
+    Source: Levinson's recursion; AICc of Hurvich and Tsai, Biometrika 76 (1989).
+    """
+    total = sum(r.residual.size for r in records)
+    shortest = min(r.residual.size for r in records)
+    most = min(MOST_ORDERS, total // 10, shortest // 4) if ordered else 0
+    lags = np.zeros(most + 1)
+    for r, og in zip(records, slow, strict=True):
+        lags += _lag_sums(r.residual[:, np.newaxis], r.residual[:, np.newaxis], most)
+        lags += _lag_sums(r.jacobian, og, most) + _lag_sums(og, r.jacobian, most)
+        lags -= _lag_sums(r.jacobian @ covariance, r.jacobian, most)
+    # Divided by the count of all samples, not of the pairs: only so the recursion stays stable.
+    return _levinson(lags / total, total)
+
+
+def _levinson(lags: FloatArray, total: int) -> tuple[ArNoise, ArNoise]:
+    variance = float(lags[0])
+    best = ArNoise((), max(variance, 0.0))
+    if variance <= 0.0:
+        return best, best
+    score = total * np.log(variance) + aicc_penalty(1, total)
+    predictor, reflections = np.array([1.0]), []
+    for k in range(1, lags.size):
+        reflection = -float(predictor @ lags[k:0:-1]) / variance
+        reflection = float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
+        longer = np.append(predictor, 0.0)
+        predictor = longer + reflection * longer[::-1]
+        reflections.append(reflection)
+        variance *= 1.0 - reflection**2
+        now = total * np.log(variance) + aicc_penalty(k + 1, total)
+        if now < score:
+            best, score = ArNoise(tuple(reflections), variance), now
+    return best, ArNoise(tuple(reflections), variance)
+
+
+def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:
+    """Sum over t and columns of first[t] second[t + k] at k = 0 ... most, shape (most + 1,)."""
+    if most == 0:
+        return np.array([np.sum(first * second)])
+    length = 1 << (first.shape[0] + most - 1).bit_length()
+    spectrum, other = (np.fft.rfft(side, length, axis=0) for side in (first, second))
+    return np.fft.irfft(np.sum(np.conj(spectrum) * other, axis=1), length)[: most + 1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.free_parameter import FreeParameter, SearchScale
 from pamsim.inference.residual_block import Simulate, stacked
+from pamsim.inference.row_weights import Priors
 from pamsim.inference.simulator_fit import SimulatorFit
 
 
@@ -22,15 +23,10 @@ class LeftOut:
     Attributes:
         residual: predicted minus measured, each row by the fit without it, shape (n,) [SI].
         values: of those fits, shape (n, p) [parameter units].
-        evaluations: simulated parameter vectors.
-        settled: largest last change of a parameter, in units of its range; a large one means that
-            some fit had not come to rest.
     """
 
     residual: FloatArray
     values: FloatArray
-    evaluations: int
-    settled: float
 
     @property
     def rms(self) -> float:
@@ -58,9 +54,6 @@ def leave_one_out(
         tolerance: change of a parameter, in units of its range, at which a refit is done.
         most: iterations.
 
-    Returns:
-        The errors.
-
     Raises:
         InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.
     """
@@ -76,70 +69,31 @@ def leave_one_out(
         raise InputError(f"{count} rows less one do not determine {len(parameters)} parameters")
     scale = SearchScale(parameters)
     optimum = scale.to_unit(fit.values)
-    pull = _Priors(parameters, scale, optimum)
+    priors = Priors(parameters, scale)
     jacobian = linear.jacobian * linear.weight[:, np.newaxis]
+    pull = priors(optimum)[1]
 
     def step(i: int, residual: FloatArray, place: FloatArray) -> FloatArray:
         keep = np.arange(count) != i
-        rows = np.vstack([jacobian[keep], pull.jacobian])
-        miss = np.concatenate([(residual * linear.weight)[keep], pull.residual(place)])
+        rows = np.vstack([jacobian[keep], pull])
+        miss = np.concatenate([(residual * linear.weight)[keep], priors(place)[0]])
         return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
 
-    def rows_of(values: FloatArray) -> list[FloatArray | None]:
-        return [stacked(blocks, linear.places) for blocks in simulate(values)]
-
-    return refits_without(
-        optimum, linear.residual, step, rows_of, scale, tolerance=tolerance, most=most
-    )
-
-
-def refits_without(
-    optimum: FloatArray,
-    residual: FloatArray,
-    step: Callable[[int, FloatArray, FloatArray], FloatArray],
-    simulate: Callable[[FloatArray], Sequence[FloatArray | None]],
-    scale: SearchScale,
-    *,
-    tolerance: float,
-    most: int,
-) -> LeftOut:
-    """Iterate the refits without each row side by side, all simulated in one call per round.
-
-    Args:
-        optimum: place of the fit to all rows in the parameters' ranges, (p,).
-        residual: of that fit, (n,) [SI].
-        step: number of a row, residual (n,) and place (p,) of the refit without it, to its next
-            place.
-        simulate: values, (n, p) [parameter units], to the residual of each, None where it diverged.
-        scale: between places and values.
-        tolerance: change of a place at which a refit is done.
-        most: rounds.
-
-    Raises:
-        InputError: if a refit diverges.
-    """
-    count = residual.size
-    at, left = np.tile(optimum, (count, 1)), np.tile(residual, (count, 1))
-    evaluations, change = 0, math.inf
+    at, left = np.tile(optimum, (count, 1)), np.tile(linear.residual, (count, 1))
     for _ in range(most):
         moved = np.stack([step(i, left[i], at[i]) for i in range(count)])
         change = float(np.max(np.abs(moved - at)))
         at = moved
-        evaluations += count
-        for i, answer in enumerate(simulate(scale.from_unit(at))):
-            if answer is None:
+        for i, blocks in enumerate(simulate(scale.from_unit(at))):
+            residual = stacked(blocks, linear.places)
+            if residual is None:
                 raise InputError(
                     f"without row {i + 1} the fit leaves the range that can be simulated"
                 )
-            left[i] = answer
+            left[i] = residual
         if change < tolerance:
             break
-    return LeftOut(
-        residual=np.diag(left).copy(),
-        values=scale.from_unit(at),
-        evaluations=evaluations,
-        settled=change,
-    )
+    return LeftOut(residual=np.diag(left).copy(), values=scale.from_unit(at))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,16 +112,10 @@ class FittedForm:
 
 
 def nested_leave_one_out(forms: Sequence[FittedForm]) -> tuple[FloatArray, list[int]]:
-    """Errors at rows whose form was chosen without them, too.
+    """Errors at rows (n,) whose form was chosen without them, too, and the number of that form.
 
     For each row, the form is taken whose leave-one-out error at the other rows, itself without this
     row, is least. These inner errors are those of refits linear about the fit to all rows.
-
-    Args:
-        forms: all that were tried.
-
-    Returns:
-        Error at each row, (n,), and the number of the form chosen for it.
     """
     count = forms[0].residual.size
     inner = np.array([_without_pairs(form) for form in forms])
@@ -192,24 +140,3 @@ def _without_pairs(form: FittedForm) -> FloatArray:
     )
     np.fill_diagonal(errors, 0.0)
     return errors
-
-
-class _Priors:
-    """Priors as rows of the least-squares problem, linear about the common optimum."""
-
-    def __init__(
-        self, parameters: Sequence[FreeParameter], scale: SearchScale, optimum: FloatArray
-    ) -> None:
-        self._scale = scale
-        self._known = [(i, p.prior) for i, p in enumerate(parameters) if p.prior is not None]
-        slope = scale.slope(optimum)
-        self.jacobian = np.zeros((len(self._known), len(parameters)))
-        for row, (i, prior) in enumerate(self._known):
-            self.jacobian[row, i] = slope[i] / prior.standard_deviation
-
-    def residual(self, place: FloatArray) -> FloatArray:
-        """(value - mean) / standard deviation of each prior, shape (k,)."""
-        values = self._scale.from_unit(place)
-        return np.array(
-            [(values[i] - prior.mean) / prior.standard_deviation for i, prior in self._known]
-        )

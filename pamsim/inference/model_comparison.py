@@ -1,4 +1,4 @@
-"""Paired comparison of models by their losses on held-out units: sign flips, step-down max-T.
+"""Paired comparison of models by their losses on held-out units: sign flips.
 
 Two models that predict equally well may exchange their losses on any unit, so that the difference
 of the two is as likely with the other sign. A test flips the signs of whole units and counts how
@@ -12,37 +12,20 @@ the test keeps its level and loses power. Differences that are skewed themselves
 in many shows all that a model is better by, break it: of ``1 - e`` with e exponential, whose mean
 is 0, 11 % are significant at 5 %, one-sided, at 5 and at 12 units.
 
-Of several comparisons the largest statistic counts, with the same flips for all of them
-(Westfall and Young 1993): similar models are not counted twice, and no assumption of independence
-is made. Every model that was tried must be among them.
-
 Few units decide little, whatever the losses are. n units have 2^n sign patterns, so that the
-smallest p-value is ``2^-n`` one-sided and ``2^(1 - n)`` two-sided:
-
-=====  =========  =========  =================
-units  one-sided  two-sided  decided at 5 %
-=====  =========  =========  =================
-3      0.125      0.25       nothing
-4      0.0625     0.125      nothing
-5      0.031      0.0625     one-sided claims
-6      0.016      0.031      all
-=====  =========  =========  =================
-
-One of these patterns alone reaches the smallest p-value: all units must agree. With five units to
-ten the test is weak against an effect that is not seen in nearly all of them. Where there are fewer
-trials, parts of trials are units if they are independent (`pamsim.inference.blocks.cut`).
+smallest p-value is ``2^-n``: four units decide nothing at 5 %, five only if all agree. With five
+units to ten the test is weak against an effect that is not seen in nearly all of them. Where there
+are fewer trials, parts of trials are units if they are independent (`pamsim.inference.blocks.cut`).
 
 Sources: F. Diebold and R. Mariano, Journal of Business and Economic Statistics 13 (1995), 3.2 (sign
-tests of loss differences); P. Westfall and S. Young, Resampling-Based Multiple Testing (Wiley
-1993); J. Romano and M. Wolf, Journal of the American Statistical Association 100 (2005);
-B. Phipson and G. Smyth, Statistical Applications in Genetics and Molecular Biology 9 (2010)
-(p-values that are never 0).
+tests of loss differences); B. Phipson and G. Smyth, Statistical Applications in Genetics and
+Molecular Biology 9 (2010) (p-values that are never 0).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,38 +45,18 @@ _ROUNDING = 1e-12  # relative difference of two statistics that counts as none
 
 @dataclass(frozen=True, kw_only=True)
 class Comparisons:
-    """Result of k paired comparisons on the same units.
+    """Result of k paired comparisons on the same units, each by itself.
 
     Attributes:
         gain: mean over the units of each difference, (k,) [unit of the losses].
-        standard_error: of the gain, by the units' scatter, (k,); infinite of one unit. For an
-            interval it has one degree of freedom less than there are units.
-        p_value: of each comparison alone, (k,).
-        adjusted: the same, corrected for all k of them, (k,): rejecting those at most alpha rejects
-            any true null with a probability of at most alpha.
-        smallest: smallest p-value that so many units can give.
-        exact: True if all sign patterns were counted, False if `DRAWN` of them were drawn.
+        p_value: of a mean that is not above 0, (k,).
     """
 
     gain: FloatArray
-    standard_error: FloatArray
     p_value: FloatArray
-    adjusted: FloatArray
-    smallest: float
-    exact: bool
-
-    def significant(self, alpha: float) -> NDArray[np.bool_]:
-        """Comparisons that hold at family-wise level alpha, (k,)."""
-        return self.adjusted <= alpha
 
 
-def smallest_p_value(units: int, *, two_sided: bool) -> float:
-    """Smallest p-value that a sign-flip test of some units can give."""
-    ways = 2.0 if two_sided else 1.0
-    return ways * 2.0**-units if _countable(units) else 1.0 / (DRAWN + 1)
-
-
-def fewest_units(alpha: float, *, two_sided: bool) -> int:
+def fewest_units(alpha: float) -> int:
     """Fewest units of which a sign-flip test can reject anything at level alpha.
 
     Raises:
@@ -102,7 +65,7 @@ def fewest_units(alpha: float, *, two_sided: bool) -> int:
     if not 1.0 / (DRAWN + 1) <= alpha < 1.0:
         raise InputError(f"alpha {alpha:g} is not between {1.0 / (DRAWN + 1):g} and 1")
     units = 1
-    while smallest_p_value(units, two_sided=two_sided) > alpha:
+    while _countable(units) and 2.0**-units > alpha:
         units += 1
     return units
 
@@ -110,7 +73,7 @@ def fewest_units(alpha: float, *, two_sided: bool) -> int:
 def compare_with_reference(
     reference: FloatArray, losses: FloatArray, *, seed: int = 0
 ) -> Comparisons:
-    """Which models predict better than a reference, one-sided.
+    """Which models predict better than a reference.
 
     Args:
         reference: (n,) losses of the reference on n held-out units.
@@ -122,17 +85,13 @@ def compare_with_reference(
     """
     if losses.ndim != 2 or reference.shape != losses.shape[:1]:
         raise InputError(f"losses of shapes {reference.shape} and {losses.shape}, not (n,), (n, k)")
-    return compare_paired(reference[:, np.newaxis] - losses, two_sided=False, seed=seed)
+    return compare_paired(reference[:, np.newaxis] - losses, seed=seed)
 
 
 def compare_paired(
-    differences: FloatArray,
-    *,
-    two_sided: bool,
-    covariance: FloatArray | None = None,
-    seed: int = 0,
+    differences: FloatArray, *, covariance: FloatArray | None = None, seed: int = 0
 ) -> Comparisons:
-    """Whether the mean of each difference is above 0, or two-sided other than 0.
+    """Whether the mean of each difference is above 0.
 
     The statistic is the sum of a column over the root of its sum of squares, which is a function of
     Student's t that increases with it, the same one for all columns.
@@ -140,7 +99,6 @@ def compare_paired(
     Args:
         differences: (n, k) of k pairs of losses on n units, or other values whose sign is arbitrary
             if nothing is there, such as the scores of `pamsim.inference.projected_effect`.
-        two_sided: whether either sign counts.
         covariance: (k, n, n) of each column under noise alone, up to a factor, where units are not
             independent: each flipped sum is then compared in units of its own standard deviation.
         seed: random seed of the sign patterns, where they are drawn.
@@ -156,33 +114,14 @@ def compare_paired(
     scaled = standardised(differences)
     units = unit_order(scaled)
     scaled = scaled[units]
-    spreads = _no_spreads if covariance is None else _Spreads(covariance[:, units][:, :, units])
+    spreads = _no_spreads if covariance is None else _spreads(covariance[:, units][:, :, units])
     observed = scaled.sum(axis=0) / spreads(np.ones((1, count)))[0]
-    if two_sided:
-        observed = np.abs(observed)
-    order = np.argsort(-observed, kind="stable")
     limit = observed - _ROUNDING * math.sqrt(count)
-    alone, corrected, patterns = np.zeros(observed.size), np.zeros(observed.size), 0
+    reached, patterns = np.zeros(observed.size), 0
     for signs in sign_patterns(count, np.random.default_rng(seed)):
-        flipped = (signs @ scaled) / spreads(signs)
-        if two_sided:
-            flipped = np.abs(flipped)
         patterns += len(signs)
-        alone += np.sum(flipped >= limit, axis=0)
-        # Largest statistic of each comparison and all that come out weaker than it.
-        largest = np.maximum.accumulate(flipped[:, order[::-1]], axis=1)[:, ::-1]
-        corrected += np.sum(largest >= limit[order], axis=0)
-    adjusted = np.empty_like(corrected)
-    adjusted[order] = np.maximum.accumulate(corrected / patterns)
-    spread = np.std(differences, axis=0, ddof=1) if count > 1 else np.full(observed.size, np.inf)
-    return Comparisons(
-        gain=differences.mean(axis=0),
-        standard_error=spread / math.sqrt(count),
-        p_value=alone / patterns,
-        adjusted=adjusted,
-        smallest=smallest_p_value(count, two_sided=two_sided),
-        exact=_countable(count),
-    )
+        reached += np.sum((signs @ scaled) / spreads(signs) >= limit, axis=0)
+    return Comparisons(gain=differences.mean(axis=0), p_value=reached / patterns)
 
 
 def standardised(differences: FloatArray) -> FloatArray:
@@ -194,33 +133,21 @@ def standardised(differences: FloatArray) -> FloatArray:
 
 
 def unit_order(scaled: FloatArray) -> NDArray[np.intp]:
-    """Units in the order of their values, (n,).
-
-    It makes drawn patterns, and with them p-values, independent of the order of units and columns.
-
-    Args:
-        scaled: (n, k).
-    """
+    """Units in the order of their values (n, k), so that p-values do not depend on another."""
     keys = np.concatenate([np.sort(scaled), np.sort(np.abs(scaled))], axis=1)
     return np.lexsort(keys.T)
 
 
-class _Spreads:
-    """Standard deviation of flipped sums over that of independent units.
+def _spreads(covariance: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Signs (b, n) to the deviation of flipped sums over that of independent units, (b, k)."""
+    whole = np.maximum(np.trace(covariance, axis1=1, axis2=2), np.finfo(float).tiny)
 
-    Args:
-        covariance: (k, n, n).
-    """
-
-    def __init__(self, covariance: FloatArray) -> None:
-        self._covariance = covariance
-        self._whole = np.maximum(np.trace(covariance, axis1=1, axis2=2), np.finfo(float).tiny)
-
-    def __call__(self, signs: FloatArray) -> FloatArray:
-        """Signs (b, n) to the ratio of each column, (b, k)."""
-        squares = np.stack([np.sum((signs @ c) * signs, axis=1) for c in self._covariance], axis=1)
+    def ratio(signs: FloatArray) -> FloatArray:
+        squares = np.stack([np.sum((signs @ c) * signs, axis=1) for c in covariance], axis=1)
         # A sum without variance is 0 but for rounding.
-        return np.sqrt(np.maximum(squares / self._whole, _ROUNDING))
+        return np.sqrt(np.maximum(squares / whole, _ROUNDING))
+
+    return ratio
 
 
 def _no_spreads(signs: FloatArray) -> FloatArray:
@@ -228,12 +155,7 @@ def _no_spreads(signs: FloatArray) -> FloatArray:
 
 
 def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Blocks of sign patterns, (b, units): all there are, or that observed and `DRAWN` others.
-
-    Args:
-        units: number of units.
-        rng: source of the patterns, if they are drawn.
-    """
+    """Blocks of sign patterns, (b, units): all there are, or that observed and `DRAWN` others."""
     if _countable(units):
         for begin in range(0, 2**units, _BLOCK):
             numbers = np.arange(begin, min(begin + _BLOCK, 2**units))[:, np.newaxis]

@@ -105,14 +105,7 @@ class NoiseModel:
         return all(place.block.noise_sd is not None for place in self._places)
 
     def estimate(self, residual: FloatArray) -> dict[str, float]:
-        """Estimate the noise of each channel.
-
-        Args:
-            residual: shape (n,) [SI units of the channels].
-
-        Returns:
-            Channel -> standard deviation [SI unit of the channel].
-        """
+        """Channel -> standard deviation [SI unit of the channel], by a residual (n,)."""
         scatter = repeat_scatter(self._estimated, residual)
         noise: dict[str, float] = {}
         for channel, smallest in self._floor.items():

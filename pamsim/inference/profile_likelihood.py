@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate
@@ -18,6 +18,8 @@ from pamsim.inference.search import SearchState, search
 from pamsim.inference.simulator_fit import SimulatorFit
 
 _CHI2 = 3.841458820694124  # 95 % point of chi-squared with one degree of freedom
+_POINTS = 4  # on each side of the optimum; a few more where the profile has to go on or to close
+_STEPS = 50  # tried per point
 _REACH = 1.3  # of the linear interval: how far the first points go
 _FURTHER = 6  # doublings of the reach where the profile has not closed yet
 _REFINED = 10  # points at most spent on the place where it closes
@@ -60,9 +62,6 @@ def profile(
     parameters: Sequence[FreeParameter],
     fit: SimulatorFit,
     name: str,
-    *,
-    points: int = 9,
-    max_iterations: int = 50,
 ) -> Profile:
     """Move one parameter away from the optimum, refitting the others, until the data contradict it.
 
@@ -75,25 +74,15 @@ def profile(
         parameters: as for `fit_simulator`.
         fit: its result.
         name: of the parameter.
-        points: values tried, the optimum among them; a few more where the profile has to go on or
-            to close.
-        max_iterations: steps tried per point.
-
-    Returns:
-        The profile.
 
     Raises:
-        InputError: no such parameter, or fewer than three points.
+        InputError: no such parameter.
     """
     names = [p.name for p in parameters]
     if name not in names:
         raise InputError(f"no parameter {name!r} to profile; {nearest(name, names)}")
-    if points < 3:
-        raise InputError(f"{points} points make no profile; give three or more")
-    path = _Path(simulate, parameters, fit, names.index(name), max_iterations)
-    low = path.side(-1.0, (points - 1) // 2)
-    high = path.side(1.0, points // 2)
-    return path.profile(low, high)
+    path = _Path(simulate, parameters, fit, names.index(name))
+    return path.profile(path.side(-1.0), path.side(1.0))
 
 
 class _Path:
@@ -105,7 +94,6 @@ class _Path:
         parameters: Sequence[FreeParameter],
         fit: SimulatorFit,
         index: int,
-        steps: int,
     ) -> None:
         linear = fit.linearisation
         self._residual = BatchedResidual(simulate, parameters, linear.places)
@@ -116,7 +104,7 @@ class _Path:
             fit.weights,
             frozen=True,
         )
-        self._parameter, self._index, self._steps = parameters[index], index, steps
+        self._parameter, self._index = parameters[index], index
         self._noise = {c: n.standard_deviation for c, n in fit.noise.items()}
         self._free = np.arange(len(parameters)) != index
         self._base = fit.objective
@@ -132,11 +120,11 @@ class _Path:
         self._middle = float(best[index])
         self._seen: dict[float, tuple[float, FloatArray]] = {self._middle: (0.0, best)}
 
-    def side(self, sign: float, count: int) -> float | None:
+    def side(self, sign: float) -> float | None:
         """Go to one side; return where the rise reaches the threshold, in the unit range."""
         bound = 0.0 if sign < 0.0 else 1.0
         room = abs(bound - self._middle)
-        distances = [self._reach * k / count for k in range(1, count + 1)]
+        distances = [self._reach * k / _POINTS for k in range(1, _POINTS + 1)]
         distances += [self._reach * 2.0**k for k in range(1, _FURTHER)] + [room]
         before = self._middle
         for distance in distances:
@@ -156,7 +144,7 @@ class _Path:
             place[self._index] = here
             if self._residual.at(place) is not None:
                 begin = SearchState(place, self._noise)
-                end = search(self._cost, begin, self._steps, lambda _: None, free=self._free)
+                end = search(self._cost, begin, _STEPS, lambda _: None, free=self._free)
                 self._seen[here] = end.objective - self._base, end.state.place
                 return self._seen[here][0]
         self._seen[here] = np.inf, start

@@ -6,7 +6,7 @@ the model are free: their signatures are projected out of the candidate's, in th
 noise, and only what they cannot give counts. A candidate whose signature is in the span of the
 forms cannot be distinguished from an error of the formula, whatever its size.
 
-All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks.stack`):
+All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks.Stack`):
 
     residual = -(model and forms) a - signature * size + noise of variance 1
 
@@ -33,7 +33,6 @@ standard deviation).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -53,11 +52,6 @@ class ProjectedEffect:
     """What a candidate adds to a model whose forms are free.
 
     Attributes:
-        share: of the signature's squares that model and forms cannot give, in [0, 1].
-        size: its least-squares estimate [of the signature]; 0 if the share is 0.
-        noise_error: standard error of the size by the noise alone [of the signature].
-        unit_error: standard error by the scatter of the units (jackknife), which holds if something
-            varies from unit to unit; it has one degree of freedom less than there are units.
         losses: (u,) of the units, each predicted from the other ones with the candidate; mean
             squares per row, to be compared with `FreeForms.losses`.
         scores: (u,) fall of each unit's half sum of squares per size at size 0, forms profiled
@@ -66,10 +60,6 @@ class ProjectedEffect:
             fit of model and forms to all units makes them share.
     """
 
-    share: float
-    size: float
-    noise_error: float
-    unit_error: float
     losses: FloatArray
     scores: FloatArray
     score_covariance: FloatArray
@@ -125,10 +115,6 @@ class FreeForms:
         whole, kept = float(signature @ signature), float(left @ left)
         if kept <= _RANK**2 * whole:
             return ProjectedEffect(
-                share=0.0,
-                size=0.0,
-                noise_error=math.inf,
-                unit_error=math.inf,
                 losses=self.losses,
                 scores=np.zeros(self._rows.size),
                 score_covariance=np.zeros((self._rows.size, self._rows.size)),
@@ -141,10 +127,6 @@ class FreeForms:
         sizes = np.where(known, (along + slope) / np.where(known, others, 1.0), 0.0)
         shared = np.stack([left[rows] @ self._basis[rows] for rows in self._own])
         return ProjectedEffect(
-            share=min(kept / whole, 1.0),
-            size=along / kept,
-            noise_error=1.0 / math.sqrt(kept),
-            unit_error=_jackknife_error(sizes) if bool(np.all(known)) else math.inf,
             losses=self.losses + (2.0 * sizes * slope + sizes**2 * curvature) / self._rows,
             scores=-self._sums(left * self._residual),
             score_covariance=np.diag(self._sums(left**2)) - shared @ shared.T,
@@ -163,19 +145,15 @@ class FreeForms:
         return sums.astype(np.float64)
 
 
-def compare_effects(
-    effects: Sequence[ProjectedEffect], *, two_sided: bool = False, seed: int = 0
-) -> Comparisons:
-    """Which candidates are there, corrected for all that were tried.
+def compare_effects(effects: Sequence[ProjectedEffect], *, seed: int = 0) -> Comparisons:
+    """Which candidates are there, each by itself.
 
     The scores' signs are flipped for whole units; each flipped sum is compared in units of its own
-    standard deviation. In other words, the candidate competes with itself under other signs, which
-    fit as well if it is absent.
+    standard deviation. In other words, the candidate competes with itself under the negative sign
+    in some units, which fits as well if it is absent.
 
     Args:
-        effects: of all candidates that were tried, on the same units. A candidate whose size may
-            have either sign enters one-sided with its signature and with the negative of it.
-        two_sided: True if all sizes may have either sign.
+        effects: candidates with a positive size, on the same units.
         seed: random seed of the sign patterns, where they are drawn.
 
     Raises:
@@ -185,7 +163,6 @@ def compare_effects(
         raise InputError("no candidate effects to compare")
     return compare_paired(
         np.stack([effect.scores for effect in effects], axis=1),
-        two_sided=two_sided,
         covariance=np.stack([effect.score_covariance for effect in effects]),
         seed=seed,
     )
@@ -199,9 +176,3 @@ def orthonormal(columns: FloatArray) -> FloatArray:
         return np.empty((len(columns), 0))
     basis, values, _ = np.linalg.svd(used, full_matrices=False)
     return basis[:, values > _RANK * values[0]]
-
-
-def _jackknife_error(sizes: FloatArray) -> float:
-    """Standard error by estimates without each unit (Tukey 1958)."""
-    count = sizes.size
-    return math.sqrt((count - 1) / count * float(np.sum((sizes - sizes.mean()) ** 2)))

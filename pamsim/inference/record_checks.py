@@ -14,14 +14,7 @@ UNIFORM_TOLERANCE = 0.01
 
 
 def finite_samples(values: ArrayLike, name: str) -> FloatArray:
-    """Return ``values`` as a one-dimensional float array, all of it finite.
-
-    Args:
-        values: samples, shape ``(n,)``, any unit.
-        name: what the samples are, for the error sentence.
-
-    Returns:
-        A float64 array, shape ``(n,)``, same unit.
+    """Samples as a float64 array, shape ``(n,)``, all of it finite; ``name`` is for the error.
 
     Raises:
         InputError: not one-dimensional, not numbers, or a sample is NaN or infinite.
@@ -42,18 +35,11 @@ def finite_samples(values: ArrayLike, name: str) -> FloatArray:
 
 
 def increasing_time(time: ArrayLike, response: ArrayLike, minimum: int) -> tuple[FloatArray, ...]:
-    """Return time and response as arrays of one length with strictly increasing time.
-
-    Args:
-        time: sample times, shape ``(n,)`` [s].
-        response: samples, shape ``(n,)``, any unit.
-        minimum: fewest samples that are enough.
-
-    Returns:
-        ``(time, response)`` as float64 arrays, shape ``(n,)`` each.
+    """Time [s] and response as float64 arrays, shape ``(n,)`` each, time strictly increasing.
 
     Raises:
-        InputError: lengths differ, too few samples, non-finite samples, or time does not increase.
+        InputError: lengths differ, fewer samples than ``minimum``, non-finite samples, or time does
+            not increase.
     """
     t = finite_samples(time, "time")
     y = finite_samples(response, "response")
@@ -76,13 +62,7 @@ def increasing_time(time: ArrayLike, response: ArrayLike, minimum: int) -> tuple
 
 
 def uniform_interval(time: FloatArray) -> float:
-    """Return the sample interval of a uniformly spaced, increasing time.
-
-    Args:
-        time: sample times, shape ``(n,)``, n >= 2 [s].
-
-    Returns:
-        The mean interval [s].
+    """Mean sample interval [s] of a uniformly spaced, increasing time, shape ``(n,)``, n >= 2 [s].
 
     Raises:
         InputError: an interval differs from the mean by more than 1 %.
@@ -99,10 +79,7 @@ def uniform_interval(time: FloatArray) -> float:
 
 
 def varying_output(response: FloatArray) -> None:
-    """Refuse an output that never moves.
-
-    Args:
-        response: samples, shape ``(n,)``, any unit.
+    """Refuse an output, shape ``(n,)``, that never moves.
 
     Raises:
         InputError: all samples are equal to rounding.

@@ -54,13 +54,7 @@ class BlockPlace:
 
 
 def layout(blocks: Sequence[ResidualBlock]) -> tuple[BlockPlace, ...]:
-    """Stack blocks one after the other.
-
-    Args:
-        blocks: of one simulation.
-
-    Returns:
-        One place per block.
+    """Stack the blocks of a simulation one after the other.
 
     Raises:
         InputError: no blocks, an empty or badly shaped block, or a useless noise or interval.
@@ -82,14 +76,7 @@ def layout(blocks: Sequence[ResidualBlock]) -> tuple[BlockPlace, ...]:
 
 
 def stacked(blocks: Blocks | None, places: tuple[BlockPlace, ...]) -> FloatArray | None:
-    """Put the residuals of one simulation into one vector.
-
-    Args:
-        blocks: of one simulation, or None if it diverged.
-        places: from `layout`.
-
-    Returns:
-        Shape (n,), or None if the simulation diverged.
+    """The residual of one simulation, shape (n,), or None if it diverged.
 
     Raises:
         InputError: the blocks are not those of ``places``.

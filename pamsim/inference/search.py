@@ -79,9 +79,6 @@ def search(
         free: parameters to move, shape (p,); None for all.
         rough: True ends with the first round, near the optimum.
         arrived: standard errors from the optimum, as the Jacobian sees it, at which it ends.
-
-    Returns:
-        The end.
     """
     moved = np.ones(state.place.size, dtype=bool) if free is None else free
     converged = not bool(np.any(moved))

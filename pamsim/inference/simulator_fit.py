@@ -57,17 +57,13 @@ class SearchProgress:
         start: number of the start that is followed, from 0.
         starts: of how many.
         iteration: of this start.
-        evaluations: simulated parameter vectors so far.
         cost: mean square of the residuals in units of the noise.
-        values: name -> value [parameter units].
     """
 
     start: int
     starts: int
     iteration: int
-    evaluations: int
     cost: float
-    values: Mapping[str, float]
 
 
 @dataclass(frozen=True, kw_only=True)

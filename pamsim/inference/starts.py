@@ -1,4 +1,4 @@
-"""Where a calibration starts: the nominal values and a Latin hypercube, off the bounds."""
+"""Where a search starts: nominal values and a Latin hypercube, off the bounds."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.batched_residual import BatchedResidual
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.latin_hypercube import latin_hypercube
 
 _ON_BOUND = 1e-3  # of the range
 _INSIDE = 0.05  # of the range: where a start on a bound is moved to
@@ -68,3 +67,13 @@ def _spread(rng: np.random.Generator, count: int, size: int) -> FloatArray:
     if count < 1:
         return np.empty((0, size))
     return _INSIDE + (1.0 - 2.0 * _INSIDE) * latin_hypercube(rng, count, size)
+
+
+def latin_hypercube(rng: np.random.Generator, count: int, size: int) -> FloatArray:
+    """Latin hypercube (count, size) in the unit cube: each axis has one point in each slice.
+
+    Source: McKay, Beckman and Conover, Technometrics 21 (1979) 239-245. scipy.stats.qmc has the
+    same, but importing scipy.stats would double the time a small fit takes.
+    """
+    slices = np.array([rng.permutation(count) for _ in range(size)]).reshape(size, count).T
+    return (slices + rng.uniform(size=(count, size))) / count

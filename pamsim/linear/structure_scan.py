@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.hannan_quinn import NO_SUPPORT, TIE, hannan_quinn
+from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
 from pamsim.inference.trial_noise import WHITE
 from pamsim.linear.continuous_fit import delay_starts
 from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.rest_prediction import RestPredictor
+from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.published_rig import published_rig

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.comparison import link_inputs
+from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_gaps import gap_per_link
-from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial
@@ -80,15 +80,6 @@ def test_a_rig_with_creep_rests_where_it_is_held(tmp_path):
     rig = ARM.with_parameters({"creep.stiffness": 2e3})
     trials = trials_of(tmp_path, {}, rig, noise=0.0, variation=0.0, repeats=1, forces=False)
     assert worst(rig, trials) < 0.25
-
-
-def test_trials_that_count_may_be_named(tmp_path):
-    trials = trials_of(tmp_path, {}, seed=1, forces=False)
-    held_out = {t.name for t in trials if t.protocol.endswith("_check")}
-    some = gap_per_link(ARM, trials, judged=held_out)
-    every = gap_per_link(ARM, trials)
-    assert [one.channel for one in some.outputs] == [one.channel for one in every.outputs]
-    assert all(a.gap != b.gap for a, b in zip(some.outputs, every.outputs, strict=True))
 
 
 def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):

@@ -78,7 +78,7 @@ def diagnose_rest(
     """
     steps = Steps(progress, FITS)
     steps.begin("the rows, with the rig as it is")
-    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha, two_sided=False)
+    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha)
     if stated.size < fewest:
         raise InputError(
             f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at"

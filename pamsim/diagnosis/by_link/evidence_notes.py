@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from pamsim.comparison.link_noise import Output, OutputNoise
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.log_variation import VARIATION, VARYING
 from pamsim.diagnosis.by_link.units import Units
 

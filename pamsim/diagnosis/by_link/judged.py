@@ -25,7 +25,7 @@ from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.inference.hannan_quinn import TIE
+from pamsim.inference.criteria import TIE
 
 LEVELS = ("place", "family", "name", "form")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from pamsim.comparison.chain_simulator import ChainSimulator
-from pamsim.comparison.noise_within_trial import LAG, FloorRoute
+from pamsim.comparison.noise_floor import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.log_variation import log_variation
@@ -22,7 +22,7 @@ def judged_trials(
     found = {trial.name: trial for trial in trials if trial.name in held_out}
     if len(found) == len(trials):
         raise InputError("all trials are held out, none is left to fit; name fewer in `hold_out`")
-    if not found and len(trials) >= 2 * fewest_units(alpha, two_sided=False):
+    if not found and len(trials) >= 2 * fewest_units(alpha):
         return {trial.name: trial for k, trial in enumerate(trials) if second_half(k)}
     return found
 
@@ -31,7 +31,7 @@ def units_of(
     simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str], alpha: float
 ) -> Units:
     """Trials, or parts of them if fewer are held out than decide anything."""
-    fewest = fewest_units(alpha, two_sided=False)
+    fewest = fewest_units(alpha)
     if len(judged) >= fewest:
         inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
         repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())

@@ -17,7 +17,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.imposed_signals import smoothed
+from pamsim.comparison.link_inputs import smoothed
 from pamsim.comparison.links import JOINT, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import HeldOut

@@ -36,7 +36,6 @@ from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.unseen import Difference
 from pamsim.inference.blocks import Stack
-from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together
 from pamsim.inference.permutation import best_of_many_p_values
@@ -81,8 +80,7 @@ class LeftOut:
         """Simulated minus measured of each row by a fit to the others, (n,) [SI]."""
         basis = orthonormal(_free_columns(model))
         free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
-        noise = [block.noise for block in self._fitter.units.fitted.blocks]
-        variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
+        variance = [block.noise.variance for block in self._fitter.units.fitted.blocks]
         left = model.rows - basis @ (basis.T @ model.rows)
         return left / free * np.sqrt(variance)
 

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
-from pamsim.fitting.loop_cost import maxwell_loop
+from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.papers.claim import AGREES, Order, Recomputed, printed_numbers, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,

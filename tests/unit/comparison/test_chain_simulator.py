@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.chain_runs import COARSE, in_link, plain
+from pamsim.comparison.chain_runs import COARSE, in_link, link_residuals, plain
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
-from pamsim.comparison.link_simulation import link_residuals
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.recording_reader import read_recordings
@@ -46,7 +45,7 @@ def losses_of(chain):
     """Mean square of the whitened rows of each trial."""
     rows = {}
     for block in chain.blocks:
-        rows.setdefault(block.unit, []).append(block.whiten(chain.stated))
+        rows.setdefault(block.unit, []).append(block.white(chain.stated[block.rows]))
     return np.array([np.mean(np.concatenate(own) ** 2) for own in rows.values()])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.imposed_signals import sample_noise, smoothed
+from pamsim.comparison.link_inputs import sample_noise, smoothed
 
 TIME = np.arange(800) / 100.0
 MOTION = 0.4 * np.sin(2.0 * TIME)

@@ -7,7 +7,7 @@ import pytest
 
 from pamsim.comparison.link_noise import link_noise
 from pamsim.comparison.links import JOINT, MUSCLE, Link
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial
 from tests.unit.inference.closed_form_rigs import coloured

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.other_numbers import least_missed
+from pamsim.comparison.likely_mistakes import least_missed
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
 

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_noise import link_noise
-from pamsim.comparison.link_simulation import link_residuals
-from pamsim.comparison.noise_floor import noise_floor
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute, noise_floor
 from pamsim.comparison.start_errors import start_error
 from pamsim.engine.rig import load_rig
 from pamsim.inference.residual_block import layout

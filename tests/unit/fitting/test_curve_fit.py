@@ -13,7 +13,7 @@ from pamsim.fitting.curve_fit import fit_curve, search_curve
 from pamsim.fitting.linear_part import best_linear, linear_coefficients
 from pamsim.inference.coefficient import Coefficient, held_coefficients
 from pamsim.inference.estimate import Flag
-from pamsim.inference.latin_hypercube import latin_hypercube
+from pamsim.inference.starts import latin_hypercube
 
 X = np.linspace(0.0, 1.0, 25)
 

@@ -16,7 +16,6 @@ from pamsim.inference.blocks import (
     fitted_runs,
     most_parts,
     noise_from_repeats,
-    stack,
     unit_names,
     whitened,
 )
@@ -38,30 +37,17 @@ def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance(size):
     values = np.random.default_rng(size).standard_normal(size)
     covariance = scipy.linalg.toeplitz(SLOW.autocovariance(size))
     expected = values @ np.linalg.solve(covariance, values)
-    for noise in (SLOW, covariance):
-        assert np.sum(block(size, noise).whiten(values) ** 2) == pytest.approx(expected)
+    assert np.sum(block(size).white(values) ** 2) == pytest.approx(expected)
 
 
-def test_residual_and_jacobian_are_whitened_the_same_way():
+def test_blocks_are_whitened_one_by_one_and_all_columns_the_same():
     rng = np.random.default_rng(1)
-    blocks = [block(40), block(30, scipy.linalg.toeplitz(SLOW.autocovariance(30)), start=40)]
-    jacobian, size = rng.standard_normal((70, 3)), rng.standard_normal(3)
-    stacked = stack(blocks, jacobian @ size, jacobian)
-    assert stacked.residual == pytest.approx(stacked.jacobian @ size)
-    assert np.array_equal(stacked.residual, whitened(blocks, jacobian @ size))
-
-
-def test_channels_of_a_trial_are_one_unit():
-    blocks = [
-        block(4, ArNoise((), 4.0), 0, "a", "angle"),
-        block(2, ArNoise((), 1.0), 4, "b", "angle"),
-        block(2, ArNoise((), 9.0), 6, "a", "force"),
-    ]
-    residual = np.array([2.0, 2.0, 2.0, 2.0, 1.0, 3.0, 6.0, 6.0])
-    assert unit_names(blocks) == ("a", "b")
-    stacked = stack(blocks, residual, np.zeros((8, 0)))
-    assert stacked.units == ("a", "b")
-    assert stacked.unit.tolist() == [0, 0, 0, 0, 1, 1, 0, 0]
+    blocks = [block(40), block(3, start=40), block(30, FIRST_ORDER, start=43, unit="b")]
+    jacobian, size = rng.standard_normal((73, 3)), rng.standard_normal(3)
+    rows = whitened(blocks, jacobian)
+    assert rows == pytest.approx(np.concatenate([b.white(jacobian[b.rows]) for b in blocks]))
+    assert rows @ size == pytest.approx(whitened(blocks, jacobian @ size))
+    assert unit_names(blocks) == ("t", "b")
 
 
 def test_noise_alone_has_a_loss_of_one():
@@ -117,13 +103,6 @@ def test_neighbouring_parts_hardly_share_their_noise():
         assert np.corrcoef(*ends)[0, 1] == pytest.approx(shared, abs=0.08)
 
 
-def test_a_part_keeps_the_noise_of_its_rows():
-    covariance = np.diag([1.0, 4.0, 9.0, 16.0, 25.0, 36.0])
-    pieces = cut(block(6, covariance, start=2), 2, 2)
-    assert [np.diag(p.noise).tolist() for p in pieces] == [[1.0, 4.0], [25.0, 36.0]]
-    assert pieces[1].whiten(np.full(8, 30.0)).tolist() == [6.0, 5.0]
-
-
 def test_fitted_rows_stay_a_gap_away_from_held_out_parts():
     whole = block(100, start=1000)
     parts = cut(whole, 5, 4)
@@ -143,11 +122,3 @@ def test_useless_blocks_are_refused():
         block(0)
     with pytest.raises(InputError, match="not positive"):
         block(3, ArNoise((), 0.0))
-    with pytest.raises(InputError, match=r"\(2, 2\) for 3 rows"):
-        block(3, np.eye(2))
-    with pytest.raises(InputError, match="positive definite"):
-        block(2, np.ones((2, 2))).whiten(np.ones(2))
-    with pytest.raises(InputError, match="no residual blocks"):
-        stack([], np.ones(2), np.ones((2, 1)))
-    with pytest.raises(InputError, match="not finite"):
-        stack([block(2)], np.array([1.0, np.nan]), np.ones((2, 1)))

@@ -35,7 +35,7 @@ def test_of_no_coordinate_the_fit_is_what_is_there():
     fit = bounded_least_squares(one_by_one(lambda x: np.full(3, 2.0)), [np.empty(0)])
     assert (fit.x.shape, fit.jacobian.shape, fit.cost) == ((0,), (3, 0), 12.0)
     assert fit.converged
-    assert (fit.steps, fit.evaluations, len(fit.starts)) == (1, 1, 1)
+    assert (fit.steps, fit.evaluations) == (1, 1)
 
 
 @pytest.mark.parametrize("jacobian", ["2-point", "3-point", 1e-6])
@@ -84,7 +84,6 @@ def test_a_box_in_other_units_and_an_open_side():
         try_bounds=True,
     )
     assert fit.x.tolist() == [2e5, pytest.approx(2.0), -1.0]
-    assert fit.moved_to_bound
 
 
 def test_a_bound_that_attracts_is_tried_only_if_asked_for():
@@ -94,7 +93,6 @@ def test_a_bound_that_attracts_is_tried_only_if_asked_for():
     start = [np.array([0.5, 0.5])]
     inside = bounded_least_squares(one_by_one(residual), start)
     assert inside.x[0] < 1.0
-    assert not inside.moved_to_bound
     fit = bounded_least_squares(one_by_one(residual), start, try_bounds=True)
     assert fit.x.tolist() == [1.0, pytest.approx(0.5)]
     assert fit.cost == pytest.approx(0.25)
@@ -107,19 +105,22 @@ def test_the_most_promising_starts_are_followed_and_the_best_end_counts():
     starts = [np.array([v]) for v in (0.95, 0.75, 0.1, 0.5)]
     fit = bounded_least_squares(one_by_one(residual), starts, follow=2)
     costs = [float(residual(s) @ residual(s)) for s in starts]
-    assert [e.start_cost for e in fit.starts] == pytest.approx(sorted(costs)[:2])
-    assert fit.starts[0].x == pytest.approx([0.8], abs=0.02)
     assert fit.x == pytest.approx([0.2], abs=1e-6)
-    assert fit.cost == min(e.cost for e in fit.starts)
-    assert fit.start_cost == fit.starts[1].start_cost
-    assert len(bounded_least_squares(one_by_one(residual), starts).starts) == 4
+    assert fit.start_cost == pytest.approx(sorted(costs)[1])
+    nearest = bounded_least_squares(one_by_one(residual), starts, follow=1)
+    assert nearest.start_cost == pytest.approx(min(costs))
+    assert nearest.x == pytest.approx([0.8], abs=0.02)
+    assert nearest.evaluations < fit.evaluations
 
 
 def test_of_ends_that_are_the_same_the_first_counts():
-    starts = [np.array([0.3, 0.4]), np.array([0.9, 0.9])]
-    fit = bounded_least_squares(Counted([0.7, 0.3]), starts, tolerance=1e-3)
-    first = min(fit.starts, key=lambda e: e.start_cost)
-    assert fit.start_cost == first.start_cost or fit.cost < 0.98 * first.cost
+    starts = [np.array([0.9, 0.9]), np.array([0.3, 0.4])]
+    residuals = Counted([0.7, 0.3])
+    costs = [float(r @ r) for r in residuals(starts)]
+    alone = bounded_least_squares(residuals, starts, follow=1, tolerance=1e-3)
+    both = bounded_least_squares(residuals, starts, tolerance=1e-3)
+    assert alone.start_cost == min(costs)
+    assert both.start_cost == min(costs) or both.cost < 0.98 * alone.cost
 
 
 def test_a_search_turns_back_where_the_simulation_breaks_down():
@@ -133,7 +134,6 @@ def test_starts_that_break_down_are_passed_over_and_all_of_them_are_refused():
     starts = [np.array([0.9, 0.5]), np.array([0.5, 0.5])]
     fit = bounded_least_squares(residuals, starts, jacobian=1e-6)
     assert fit.x == pytest.approx([0.7, 0.3], abs=1e-5)
-    assert len(fit.starts) == 1
     with pytest.raises(BreakdownError, match="at all 1 starts"):
         bounded_least_squares(residuals, starts[:1])
     assert issubclass(BreakdownError, InputError)

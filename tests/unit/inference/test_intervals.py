@@ -9,9 +9,8 @@ import pytest
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.intervals import parameter_covariance
+from pamsim.inference.intervals import FittedRows, fit_colour, parameter_covariance, slow_gains
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
-from pamsim.inference.residual_colour import FittedRows, fit_colour, slow_gains
 from pamsim.inference.simulator_fit import Linearisation
 from tests.unit.inference.closed_form_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
 
@@ -197,10 +196,10 @@ def test_colour_absorbed_by_a_fit_is_given_back():
         lag = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
         known = sum(r.gain.T @ 0.95**lag @ r.gain for r in records)
         slow = slow_gains(true, records)
-        noise = fit_colour(records, slow, known, ordered=True).preferred
+        noise = fit_colour(records, slow, known, ordered=True)[0]
         corrected.append(noise.autocovariance(20)[[0, 19]])
         none = [FittedRows(r.residual, 0.0 * r.jacobian, r.gain) for r in records]
-        noise = fit_colour(none, slow, known, ordered=True).preferred
+        noise = fit_colour(none, slow, known, ordered=True)[0]
         plain.append(noise.autocovariance(20)[[0, 19]])
     truth = np.array([1.0, 0.95**19])
     assert np.mean(corrected, axis=0) == pytest.approx(truth, rel=0.15)

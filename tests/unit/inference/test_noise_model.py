@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.noise_floor import noise_floor
-from pamsim.comparison.noise_within_trial import FloorRoute
+from pamsim.comparison.noise_floor import FloorRoute, noise_floor
 from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_scatter
 from pamsim.inference.residual_block import ResidualBlock, layout
 

@@ -75,7 +75,7 @@ def test_a_curved_simulator_has_a_lopsided_profile():
     one = (free("rate", 2.0),)
     rig = Rig([("t", "p", "angle", curve, curve([3.0]) + noise)], noise_sd=0.3)
     fit = fit_simulator(rig, one)
-    found = profile(rig, one, fit, "rate", points=11)
+    found = profile(rig, one, fit, "rate")
     grid = np.linspace(1.0, 9.0, 4001)
     measured = rig.trials[0][4]
     cost = np.array([np.sum((curve([r]) - measured) ** 2) / 0.09 for r in grid])
@@ -100,5 +100,3 @@ def test_refusals():
     fit = fit_simulator(rig, DECAY)
     with pytest.raises(InputError, match="did you mean 'rate'"):
         profile(rig, DECAY, fit, "rat")
-    with pytest.raises(InputError, match="2 points"):
-        profile(rig, DECAY, fit, "rate", points=2)

@@ -12,7 +12,7 @@ from pamsim.inference.blocks import (
     correlation_length,
     cut,
     noise_from_repeats,
-    stack,
+    unit_names,
     whitened,
 )
 from pamsim.inference.model_comparison import compare_with_reference
@@ -64,7 +64,7 @@ def claimed(stack, forms, signature):
     free = FreeForms(stack, forms)
     effect = free.effect(signature)
     losses = compare_with_reference(free.losses, effect.losses[:, np.newaxis])
-    return bool(losses.significant(0.05)[0]), effect
+    return bool(losses.p_value[0] <= 0.05)
 
 
 def test_a_wrong_form_is_no_second_effect_if_its_forms_are_free():
@@ -74,63 +74,28 @@ def test_a_wrong_form_is_no_second_effect_if_its_forms_are_free():
     for _ in range(runs):
         model = Friction(rng, 8)
         data = model.data(rng)
-        free += claimed(data, model.forms, model.second)[0]
-        alone += claimed(data, model.forms[:, :0], model.second)[0]
+        free += claimed(data, model.forms, model.second)
+        alone += claimed(data, model.forms[:, :0], model.second)
     assert free / runs < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
     assert alone / runs > 0.9
 
 
-def test_a_second_effect_behind_a_wrong_form_is_found_with_its_size():
+def test_a_second_effect_behind_a_wrong_form_is_found():
     rng = np.random.default_rng(2)
-    runs, found, pulls, wrong = 60, 0, [], []
+    runs, found = 60, 0
     for _ in range(runs):
         model = Friction(rng, 8)
-        data = model.data(rng, second=4.0)
-        certain, effect = claimed(data, model.forms, model.second)
-        found += certain
-        pulls.append((effect.size - 4.0) / effect.noise_error)
-        wrong.append(claimed(data, model.forms[:, :0], model.second)[1].size - 4.0)
+        found += claimed(model.data(rng, second=4.0), model.forms, model.second)
     assert found / runs > 0.9
-    assert np.mean(pulls) == pytest.approx(0.0, abs=3 / np.sqrt(runs))
-    assert np.std(pulls) == pytest.approx(1.0, abs=0.3)
-    assert abs(np.mean(wrong)) > 2.0
 
 
-def test_errors_by_noise_and_by_units_agree_where_nothing_varies():
-    rng = np.random.default_rng(3)
-    ratio = []
-    for _ in range(40):
-        model = Friction(rng, 12)
-        effect = FreeForms(model.data(rng, second=2.0), model.forms).effect(model.second)
-        ratio.append(effect.unit_error / effect.noise_error)
-    assert np.mean(ratio) == pytest.approx(1.0, abs=0.15)
-
-
-def test_units_that_differ_widen_the_error():
-    rng = np.random.default_rng(4)
-    model = Friction(rng, 12)
-    sizes = np.repeat(rng.normal(4.0, 3.0, 12), ROWS)
-    data = model.data(rng)
-    varied = stacked(data.residual - sizes * model.second, data.jacobian, 12)
-    effect = FreeForms(varied, model.forms).effect(model.second)
-    assert effect.unit_error > 2.0 * effect.noise_error
-    assert effect.size == pytest.approx(4.0, abs=4 * effect.unit_error)
-
-
-def test_the_share_is_what_model_and_forms_cannot_give():
+def test_what_model_and_forms_can_give_changes_nothing():
     rng = np.random.default_rng(5)
     model = Friction(rng, 4)
     free = FreeForms(model.data(rng), model.forms)
     inside = free.effect(model.forms @ [1.0, -2.0, 0.5] + model.used)
-    assert (inside.share, inside.size, inside.noise_error) == (0.0, 0.0, np.inf)
     assert np.array_equal(inside.losses, free.losses)
     assert not inside.scores.any()
-    across = free.project_out(rng.standard_normal(4 * ROWS))
-    assert free.effect(across).share == pytest.approx(1.0)
-    columns = np.column_stack([model.nuisance, model.used, model.forms])
-    left = model.second - columns @ np.linalg.lstsq(columns, model.second, rcond=None)[0]
-    expected = left @ left / (model.second @ model.second)
-    assert free.effect(model.second).share == pytest.approx(expected)
 
 
 def test_losses_are_those_of_fits_without_the_unit():
@@ -165,9 +130,7 @@ def test_a_direction_that_one_unit_alone_shows_does_not_count():
         moved = stacked(data.residual + size * offset, np.column_stack([data.jacobian, offset]), 4)
         effects.append(FreeForms(moved, model.forms).effect(model.second))
     assert effects[1].losses == pytest.approx(effects[0].losses)
-    assert effects[1].size == pytest.approx(effects[0].size)
     only = FreeForms(data, model.forms).effect(offset * rng.standard_normal(offset.size))
-    assert only.unit_error == np.inf
     assert only.losses[2] == pytest.approx(FreeForms(data, model.forms).losses[2])
 
 
@@ -179,8 +142,8 @@ def test_scores_of_an_absent_effect_have_either_sign(units):
     for _ in range(runs):
         model = Friction(rng, units)
         effect = FreeForms(model.data(rng), model.forms).effect(model.second)
-        values.append(compare_effects([effect], two_sided=True).p_value[0])
-    levels = np.arange(1, 2 ** (units - 1)) / 2.0 ** (units - 1)
+        values.append(compare_effects([effect]).p_value[0])
+    levels = np.arange(1, 2**units) / 2.0**units
     share = np.mean(np.array(values)[:, np.newaxis] <= levels + 1e-9, axis=0)
     assert np.max(np.abs(share - levels)) < np.sqrt(np.log(2 / 0.05) / (2 * runs))
 
@@ -208,30 +171,8 @@ def test_the_covariance_of_the_scores_is_that_of_noise():
     ]
     covariance = effects[0].score_covariance
     assert np.cov(np.stack([e.scores for e in effects]).T) == pytest.approx(covariance, abs=0.5)
-    assert np.sum(covariance) == pytest.approx(effects[0].noise_error ** -2)
-    assert np.sum(effects[0].scores) == pytest.approx(effects[0].size / effects[0].noise_error ** 2)
-
-
-def test_of_many_similar_candidates_one_is_claimed_as_rarely_as_promised():
-    """Twelve candidates beside a wrong form: none is there in one half, the first in the other."""
-    rng = np.random.default_rng(9)
-    runs, wrong, found, elsewhere = 200, 0, 0, 0
-    for _ in range(runs):
-        model = Friction(rng, 8)
-        mixed = rng.standard_normal((model.true.size, 11))
-        signatures = np.column_stack([model.second, 0.3 * mixed + model.second[:, np.newaxis]])
-        for second in (0.0, 3.0):
-            free = FreeForms(model.data(rng, second=second), model.forms)
-            result = compare_effects([free.effect(s) for s in signatures.T])
-            claims = result.significant(0.05)
-            if second:
-                found += bool(claims[0])
-                elsewhere += int(np.argmin(result.p_value)) == 0
-            else:
-                wrong += bool(np.any(claims))
-    assert wrong / runs < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
-    assert found / runs > 0.8
-    assert elsewhere / runs > 0.5
+    left = signature - jacobian @ np.linalg.lstsq(jacobian, signature, rcond=None)[0]
+    assert np.sum(covariance) == pytest.approx(left @ left)
 
 
 def test_purged_parts_of_one_drifting_log_are_units():
@@ -245,7 +186,12 @@ def test_purged_parts_of_one_drifting_log_are_units():
     columns = np.stack([np.ones(1500), np.sin(20.0 * time)], axis=1)
     runs, values = 300, []
     for _ in range(runs):
-        data = stack(parts, coloured(rng, 1500, 0.9), columns)
+        data = Stack(
+            units=unit_names(parts),
+            unit=np.repeat(np.arange(len(parts)), [part.size for part in parts]),
+            residual=whitened(parts, coloured(rng, 1500, 0.9)),
+            jacobian=whitened(parts, columns),
+        )
         free = FreeForms(data, np.empty((data.residual.size, 0)))
         effect = free.effect(whitened(parts, np.sign(np.sin(20.0 * time + 0.5))))
         values.append(compare_effects([effect]).p_value[0])

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from pamsim.comparison.effect_sizes import movable_effects
+from pamsim.comparison.effects_on_rig import movable_effects
 from pamsim.core.errors import EngineError, InputError
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate

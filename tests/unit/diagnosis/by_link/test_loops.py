@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.comparison.loop_effects import (
+from pamsim.comparison.loop_simulator import (
     LOOP_EFFECTS,
+    Loop,
+    LoopRows,
     bouc_wen_signal,
     drift_signal,
     lag_signal,
@@ -14,7 +16,6 @@ from pamsim.comparison.loop_effects import (
     rate_signal,
     stop_signal,
 )
-from pamsim.comparison.loop_simulator import Loop, LoopRows
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.fitting.loop_cost import maxwell_loop
+from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
     fractional_derivative_weights,

@@ -1,4 +1,4 @@
-"""Criterion of Hannan and Quinn for fits whose residuals are noise, white or coloured."""
+"""Criteria by which fits of different size to the same data compete."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def hannan_quinn(
     unknowns: int,
     rounding: float = 0.0,
 ) -> float:
-    """Return the criterion: of two fits to the same data that with the smaller is preferred.
+    """Criterion of Hannan and Quinn: of two fits the one with the smaller is preferred.
 
     The residuals are predicted from their own past (autoregressive noise), so that every sample
     counts, however slow the noise is. An unneeded coefficient is chosen ever more seldom as the
@@ -45,3 +45,28 @@ def hannan_quinn(
         for residual, own in zip(residuals, noise.models, strict=True)
     )
     return surprise + 2.0 * math.log(math.log(samples)) * (unknowns + noise.order)
+
+
+def aicc_above_best(
+    squares: Sequence[float], unknowns: Sequence[float], samples: float
+) -> list[float]:
+    """Akaike's criterion, corrected for few samples (AICc), of each fit above the smallest.
+
+    The correction has no value where there are no more samples than unknowns. A record of few
+    independent samples can still tell a fit that misses nearly all from one that misses nearly
+    nothing, so the correction is that of two samples more than the richest fit has unknowns.
+
+    Args:
+        squares: mean squared error of each fit, in one unit.
+        unknowns: fitted numbers of each.
+        samples: independent ones that the data are worth.
+
+    Source: Hurvich and Tsai (Biometrika 1989).
+    """
+    corrected = max(samples, max(unknowns) + 2.0)
+    scores = [
+        samples * math.log(max(square, np.finfo(float).tiny))
+        + 2.0 * k * corrected / (corrected - k - 1.0)
+        for square, k in zip(squares, unknowns, strict=True)
+    ]
+    return [score - min(scores) for score in scores]

@@ -1,13 +1,15 @@
-"""Under slow noise every sample counts; what is only rounding decides nothing."""
+"""Criteria: those of the textbooks; slow noise, few samples and rounding decide nothing."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from pamsim.inference.coloured_noise import fit_ar_noise
-from pamsim.inference.hannan_quinn import hannan_quinn
+from pamsim.inference.criteria import aicc_above_best, hannan_quinn
 
 
 def slow_noise(seed, n=1000, phi=0.9):
@@ -46,3 +48,27 @@ def test_trials_are_pooled_and_rounding_is_equal():
         [0.1 * residual], [0.01], 1, 1.0
     )
     assert np.isfinite(hannan_quinn([np.zeros(100)], [0.01], 2))
+
+
+def test_with_many_samples_aicc_is_that_of_the_textbook():
+    found = aicc_above_best([2.0, 1.0, 0.99], [2.0, 3.0, 4.0], 50.0)
+    stated = [
+        50.0 * math.log(square) + 2.0 * k + 2.0 * k * (k + 1.0) / (50.0 - k - 1.0)
+        for square, k in ((2.0, 2.0), (1.0, 3.0), (0.99, 4.0))
+    ]
+    assert found == pytest.approx([score - min(stated) for score in stated])
+    assert found[1] == 0.0
+
+
+def test_of_equal_errors_the_fit_with_fewer_unknowns_is_best():
+    for samples in (0.5, 3.0, 30.0):
+        first, second, third = aicc_above_best([1.0, 1.0, 1.0], [2.0, 3.0, 9.0], samples)
+        assert first == 0.0 < second < third
+
+
+@pytest.mark.parametrize("samples", [3.0, 5.0, 9.0])
+def test_few_samples_still_tell_missing_nearly_all_from_missing_nearly_nothing(samples):
+    """The step of an arm is worth three samples: an integrator was best, with 40 % fit."""
+    scores = aicc_above_best([0.36, 2e-4, 1.9e-4], [2.0, 4.0, 12.0], samples)
+    assert scores[1] == 0.0
+    assert aicc_above_best([1.0, 0.0], [1.0, 2.0], samples)[1] == 0.0  # no error at all
