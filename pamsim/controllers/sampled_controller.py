@@ -4,9 +4,6 @@ Controllers themselves know nothing of python-control: `pamsim.controllers.model
 these numbers.
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -18,7 +15,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 
-_control: Any = control
+_control: Any = control  # carries no types
 
 _SAME = 1e-9  # relative, of two sampling times
 _HOLDS = 1e-8  # change per sample of a state that holds, relative to the state
@@ -108,8 +105,8 @@ def sampled_controller(
         )
     return SampledController(
         period=period,
-        transition=_rows(a),
-        input=_rows(b),
+        transition=rows(a),
+        input=rows(b),
         output=tuple(map(float, c[0])),
         direct=tuple(map(float, d[0])),
         rest=tuple(map(float, _rest(a, c))),
@@ -149,5 +146,6 @@ def _rest(a: FloatArray, c: FloatArray) -> FloatArray:
     return kept.T @ seen / (seen @ seen)
 
 
-def _rows(matrix: FloatArray) -> tuple[Row, ...]:
+def rows(matrix: FloatArray) -> tuple[Row, ...]:
+    """A matrix (n, m) as plain numbers."""
     return tuple(tuple(map(float, row)) for row in matrix)
