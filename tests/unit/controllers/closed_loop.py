@@ -5,13 +5,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.signal import cont2discrete
 
 import pamsim
-from pamsim.controllers.controller import JointObservation, Observation
+from pamsim.controllers.controller import JointObservation, Observation, PressureSplit
+from pamsim.controllers.model_based import LinearisationPoint
+from pamsim.controllers.second_order_model import SecondOrderModel
 
 PERIOD = 0.02
 SUPPLY = 6e5
 LEVEL = 3e5
+SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
+MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)
+POINT = LinearisationPoint(split=SPLIT, difference=2e4, angle=0.05)
 
 
 def observe(angle=0.0, velocity=0.0, pressure=(LEVEL, LEVEL), wanted=(0.0, 0.0, 0.0), **more):
@@ -36,6 +42,11 @@ def sine(frequency, degrees):
 def constant(angle):
     """Time to an angle that stays."""
     return lambda t: (angle, 0.0, 0.0)
+
+
+def out_of_reach_and_back(time):
+    """An angle that the pressures cannot reach for 6 s, then one that they can."""
+    return (3.0 if time < 6.0 else 0.2), 0.0, 0.0
 
 
 class _Hook:
@@ -83,3 +94,34 @@ def miss(recording, wanted, after=0.0):
     """RMS of angle less wanted angle [rad]."""
     goal = np.array([wanted(t)[0] for t in recording.time])
     return float(np.sqrt(np.mean((recording.angle - goal)[recording.time >= after] ** 2)))
+
+
+class LinearPlant:
+    """G2 sampled under a held input, about a trim point; ``disturbance`` adds to the input [Pa]."""
+
+    def __init__(self, period, disturbance=lambda time: 0.0, state=(0.0, 0.0)):
+        a, b = MODEL.matrices()
+        whole = np.array(a), np.array(b), np.eye(2), np.zeros((2, 1))
+        self._a, self._b, *_ = cont2discrete(whole, period, method="zoh")
+        self._period, self._disturbance = period, disturbance
+        self.state, self.time = np.array(state, dtype=float), 0.0
+
+    def observation(self, wanted=(POINT.angle, 0.0, 0.0), difference=0.0):
+        angle, velocity = self.state.tolist()
+        pressure = POINT.pressures(difference)
+        return observe(POINT.angle + angle, velocity, pressure, wanted)
+
+    def take(self, command):
+        departure = command[0] - command[1] - POINT.difference + self._disturbance(self.time)
+        self.state = self._a @ self.state + self._b[:, 0] * departure
+        self.time += self._period
+
+    def close(self, controller, wanted, samples):
+        """Angles [rad] at every sample under a controller, and its memory at the end."""
+        memory, angles = controller.start(self.observation()), []
+        for _ in range(samples):
+            angles.append(POINT.angle + self.state[0])
+            observation = self.observation(wanted(self.time + self._period))
+            command, memory = controller.step(observation, memory)
+            self.take(command)
+        return np.array(angles), memory

@@ -10,7 +10,6 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
@@ -18,7 +17,7 @@ from pamsim.physics.record import parameters
 from tests.unit.controllers.closed_loop import (
     LEVEL,
     PERIOD,
-    SUPPLY,
+    SPLIT,
     constant,
     miss,
     observe,
@@ -84,7 +83,7 @@ def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
 
 
 def test_what_does_not_fit_is_refused(rig):
-    outer = Pid(split=PressureSplit(common=LEVEL, supply=SUPPLY), period=PERIOD, gain=1e5)
+    outer = Pid(split=SPLIT, period=PERIOD, gain=1e5)
     with pytest.raises(InputError, match="must command pressure"):
         Cascade(outer=Cascade(outer=outer, inner=LOOP), inner=LOOP)
     with pytest.raises(InputError, match="samples every"):

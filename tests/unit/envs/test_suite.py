@@ -1,9 +1,11 @@
-"""Every controller that a suite designs brings the arm where it is wanted."""
+"""Every controller that a suite designs is pure and brings the arm where it is wanted."""
 
 from __future__ import annotations
 
+import copy
 import math
 import os
+import pickle
 import sys
 
 import numpy as np
@@ -13,6 +15,7 @@ import pamsim
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import EngineError
 from pamsim.envs.closed_loop import run_episode, score
+from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 
 
 @pytest.fixture(scope="module")
@@ -36,6 +39,39 @@ def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
     left = math.degrees(abs(run.position[-10:] - run.reference[-10:]).max())
     # The compensated feed-forward undoes a path that the joint does not take when it overshoots.
     assert left < (1.3 if name == "feed-forward, compensated" else 1.0)
+
+
+def seen(k):
+    return observe(
+        angle=0.1 * math.sin(0.3 * k),
+        velocity=math.cos(0.3 * k),
+        pressure=(LEVEL + 2e4 * math.sin(0.2 * k), LEVEL - 1e4 * math.cos(0.5 * k)),
+        wanted=(0.2 * math.sin(0.1 * k), 0.3, -0.5),
+    )
+
+
+def commands(controller, memory, samples):
+    found = []
+    for k in samples:
+        command, memory = controller.step(seen(k), memory)
+        found.append(command)
+    return found, memory
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_memory_can_be_copied_and_continued_and_commands_can_be_had(name, suite):
+    family = FAMILIES[name]
+    controller, other = (family.make(suite, family.tried[0]) for _ in range(2))
+    first, memory = commands(controller, controller.start(seen(0)), range(20))
+    before = pickle.dumps(memory)
+    once, _ = commands(controller, memory, range(20, 200))
+    assert pickle.dumps(memory) == before
+    again, _ = commands(controller, copy.deepcopy(memory), range(20, 200))
+    stranger, _ = commands(other, pickle.loads(before), range(20, 200))
+    assert once == again == stranger
+    assert len(set(first + once)) > 20
+    low, high = (0.0, SUPPLY) if controller.command == "pressure_set" else (-1.0, 1.0)
+    assert all(low <= value <= high for command in first + once for value in command)
 
 
 def test_stiffness_is_had_by_co_contraction(suite, made):
