@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 
+import gymnasium
 import numpy as np
 from scipy.signal import cont2discrete
 
-import pamsim
 from pamsim.controllers.controller import JointObservation, Observation, PressureSplit
 from pamsim.controllers.model_based import LinearisationPoint
 from pamsim.controllers.second_order_model import SecondOrderModel
+from pamsim.envs import ENVIRONMENT
+from pamsim.envs.closed_loop import run_episode
+from pamsim.envs.tasks import TaskSignals
 
 PERIOD = 0.02
 SUPPLY = 6e5
@@ -49,51 +53,25 @@ def out_of_reach_and_back(time):
     return (3.0 if time < 6.0 else 0.2), 0.0, 0.0
 
 
-class _Hook:
-    """Lets a controller act at every period of a run."""
+def run(rig, controller, wanted, duration):
+    """Episode of a controller on a rig with a load that starts at rest at equal pressures."""
 
-    def __init__(self, controller, wanted):
-        self._controller, self._wanted = controller, wanted
-        self._samples, self._memory, self._command = 0, None, None
+    def task(rng, time, reach):
+        free = np.zeros(time.size)
+        angle, rate, acceleration = np.array([wanted(t) for t in time.tolist()]).T
+        signals = {"position": angle, "velocity": rate, "acceleration": acceleration}
+        return TaskSignals(**signals, stiffness=free, torque=free)
 
-    def __call__(self, model, data):
-        if data.time < -1e-9:
-            return
-        if data.time > self._samples * PERIOD - 1e-9:
-            self._samples += 1
-            observation = observe(
-                angle=float(data.qpos[0]),
-                velocity=float(data.qvel[0]),
-                pressure=tuple(pamsim.pressures(model, data).tolist()),
-                wanted=self._wanted(self._samples * PERIOD),
-            )
-            if self._memory is None:
-                self._memory = self._controller.start(observation)
-            self._command, self._memory = self._controller.step(observation, self._memory)
-        data.ctrl[:] = self._command
+    own = {"rig": rig, "action": controller.command, "task": task, "load": 1.2}
+    env = gymnasium.make(ENVIRONMENT, **own, max_episode_steps=round(duration / PERIOD))
+    with closing(env):
+        return run_episode(env, controller, seed=0)
 
 
-def run(rig, controller, wanted, duration, load=1.2):
-    """Recording of a controller on a rig that starts at rest at equal pressures."""
-    start = np.full(2, LEVEL)
-    experiment = pamsim.Experiment(
-        drive=controller.command,
-        command_time=np.zeros(1),
-        command_value=np.array([start if controller.command == "pressure_set" else np.zeros(2)]),
-        start_pressure=start,
-        duration=duration,
-        sample_rate=1.0 / PERIOD,
-        load=load,
-        settle=1.0,
-    )
-    hook = _Hook(controller, wanted)
-    return pamsim.simulate(rig, experiment, each_step=hook).completed()
-
-
-def miss(recording, wanted, after=0.0):
-    """RMS of angle less wanted angle [rad]."""
-    goal = np.array([wanted(t)[0] for t in recording.time])
-    return float(np.sqrt(np.mean((recording.angle - goal)[recording.time >= after] ** 2)))
+def miss(episode, after):
+    """RMS of angle less wanted angle [rad] after a time [s]."""
+    error = (episode.position - episode.reference)[round(after / PERIOD) :]
+    return float(np.sqrt(np.mean(error**2)))
 
 
 class LinearPlant:

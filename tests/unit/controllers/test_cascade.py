@@ -78,8 +78,7 @@ def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
     still = run(rig, cascade, constant(0.15), 2.5)
     goal, _ = forward.ahead(observe(angle=0.15, wanted=(0.15, 0.0, 0.0)), ())
     np.testing.assert_allclose(still.pressure[-1], goal, atol=2e3)
-    wanted = sine(0.5, 10.0)
-    assert miss(run(rig, cascade, wanted, 4.0), wanted, after=2.0) < math.radians(0.6)
+    assert miss(run(rig, cascade, sine(0.5, 10.0), 4.0), after=2.0) < math.radians(0.6)
 
 
 def test_what_does_not_fit_is_refused(rig):

@@ -114,18 +114,17 @@ def test_undone_hysteresis_is_undone(strong):
     plain = FeedForward.for_rig(strong, load=1.2, common_pressure=LEVEL)
     undoing = dataclasses.replace(plain, hysteresis=found.operator.inverse())
     without, compensated = (
-        miss(run(strong, item, wanted, 7.5), wanted, after=2.5) for item in (plain, undoing)
+        miss(run(strong, item, wanted, 7.5), after=2.5) for item in (plain, undoing)
     )
     assert without > math.radians(3.0)
     assert compensated < 0.2 * without
 
 
 def test_feedback_and_law_together_beat_either(rig, forward):
-    wanted = sine(0.5, 10.0)
     both = dataclasses.replace(forward, feedback=PID)
     alone = dataclasses.replace(PID, rate_weight=0.0)
     missed = [
-        miss(run(rig, item, wanted, 4.0), wanted, after=2.0) for item in (both, forward, alone)
+        miss(run(rig, item, sine(0.5, 10.0), 4.0), after=2.0) for item in (both, forward, alone)
     ]
     assert missed[0] < 0.5 * min(missed[1:])
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import control
 import numpy as np
 import pytest
@@ -22,6 +20,7 @@ from tests.unit.controllers.closed_loop import (
     SPLIT,
     LinearPlant,
     observe,
+    out_of_reach_and_back,
 )
 
 PID = control.tf([8e3, 1.2e5, 9e5], [0.01, 1.0, 0.0])  # Pa/rad
@@ -88,31 +87,12 @@ def test_it_begins_with_the_pressures_that_are_there():
 
 
 def test_a_limited_output_does_not_wind_up():
-    narrow = dataclasses.replace(POINT, difference=5.4e5)
-    conditioned = sampled_controller(PID, PERIOD)
     free = sampled_controller(PID, PERIOD, back_calculation=np.zeros(2))
-
-    def overshoot(design, point):
-        controller = Lti(design=design, point=point)
-        plant, memory, angles = LinearPlant(PERIOD), None, []
-        for k in range(250):
-            goal = POINT.angle + (0.25 if k < 100 else 0.1)  # 0.25 rad is out of reach
-            seen = observe(
-                angle=POINT.angle + float(plant.state[0]),
-                pressure=point.pressures(0.0),
-                wanted=(goal, 0.0, 0.0),
-            )
-            memory = controller.start(seen) if memory is None else memory
-            command, memory = controller.step(seen, memory)
-            plant.take((command[0] - point.difference + POINT.difference, command[1]))
-            angles.append(float(plant.state[0]))
-        return np.array(angles)
-
-    # After the goal has come back into reach, the angle follows at once.
-    late = overshoot(free, narrow)[110:]
-    prompt = overshoot(conditioned, narrow)[110:]
-    assert np.max(np.abs(prompt - 0.1)) < 0.5 * np.max(np.abs(late - 0.1))
-    assert prompt[-1] == pytest.approx(0.1, abs=1e-3)
+    prompt, late = (
+        LinearPlant(PERIOD).close(Lti(design=design, point=POINT), out_of_reach_and_back, 400)[0]
+        for design in (sampled_controller(PID, PERIOD), free)
+    )
+    assert abs(prompt[-1] - 0.2) < 0.1 < 1.0 < abs(late[-1] - 0.2)
 
 
 def test_rest_is_where_an_integrator_holds_the_output_without_error():
@@ -134,21 +114,20 @@ def test_conditioning_needs_a_direct_path_and_stable_zeros():
 
 
 TWO = control.tf([[[1.0], [2.0]]], [[[1.0, 1.0], [1.0, 2.0]]])
-BAD = {
-    "improper": (control.tf([1.0, 0.0], [1.0]), {}, "more zeros than poles"),
-    "another period": (control.tf([1.0], [1.0, 0.5], 0.01), {}, "is sampled at 0.01 s"),
-    "two by transfer function": (TWO, {}, "needs slycot"),
-    "three inputs": (control.ss([[0.1]], np.ones((1, 3)), [[1.0]], 0.0, PERIOD), {}, "3 inputs"),
-    "corrections": (PID, {"back_calculation": np.zeros(5)}, "2 states"),
-    "period": (PID, {"period": 0.0}, "must be above 0"),
-}
+BAD = (
+    (control.tf([1.0, 0.0], [1.0]), {}, "more zeros than poles"),
+    (control.tf([1.0], [1.0, 0.5], 0.01), {}, "is sampled at 0.01 s"),
+    (TWO, {}, "needs slycot"),
+    (control.ss([[0.1]], np.ones((1, 3)), [[1.0]], 0.0, PERIOD), {}, "3 inputs"),
+    (PID, {"back_calculation": np.zeros(5)}, "2 states"),
+    (PID, {"period": 0.0}, "must be above 0"),
+)
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_what_is_no_controller_is_refused(name):
-    system, changes, expected = BAD[name]
-    with pytest.raises(InputError, match=expected):
-        sampled_controller(system, **({"period": PERIOD} | changes))
+def test_what_is_no_controller_is_refused():
+    for system, changes, expected in BAD:
+        with pytest.raises(InputError, match=expected):
+            sampled_controller(system, **({"period": PERIOD} | changes))
 
 
 def test_a_linearised_arm_has_the_gain_and_the_angle_at_rest():
