@@ -56,7 +56,7 @@ def design_lead_lag(
     lag_ratio: float = 10.0,
     delay: int = 0,
 ) -> LeadLagDesign:
-    """Design the filter.
+    """Design the filter; python-control finds its margins.
 
     Args:
         model: G2.
@@ -65,9 +65,6 @@ def design_lead_lag(
         phase_margin: wanted at least [rad].
         lag_ratio: by how much the lag lifts the gain at rest, from 1 on.
         delay: dead time of the plant beside G2, in whole periods.
-
-    Returns:
-        The filter with its margins, found by python-control.
 
     Raises:
         InputError: for a crossover beyond half the Nyquist frequency, a margin that one lead cannot

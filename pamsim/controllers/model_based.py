@@ -122,11 +122,7 @@ def linearise_arm(
 
 @dataclass(frozen=True, kw_only=True)
 class LinearisedController:
-    """A controller from the angle to pressures about an operating point.
-
-    Attributes:
-        point: where its model holds; its limits bound the output.
-    """
+    """A controller to pressures about an operating ``point``, whose limits bound the output."""
 
     command = "pressure_set"
     point: LinearisationPoint

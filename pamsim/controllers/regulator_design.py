@@ -65,9 +65,6 @@ def design_regulator(
         integral_time: over which that error may last at the same cost [s].
         input_noise: standard deviation of what disturbs the input [input unit].
         output_noise: of the measured output [output unit].
-
-    Returns:
-        The gains.
     """
     a, b = model.matrices()
     plant = _control.ss(a, b, [[1.0, 0.0]], 0.0)

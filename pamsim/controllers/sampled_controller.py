@@ -56,7 +56,7 @@ def sampled_controller(
     method: str = "tustin",
     back_calculation: FloatArray | None = None,
 ) -> SampledController:
-    """Take over a controller that was designed with python-control.
+    """Numbers of a controller that was designed with python-control.
 
     By default the controller is conditioned, so that its state does not wind up at limits (Hanus,
     Kinnaert and Henrotte 1987): the correction B/D makes the state what it would have been under
@@ -69,9 +69,6 @@ def sampled_controller(
         period: between two samples [s]; of a discrete system its own.
         method: of ``control.sample_system``, for a continuous system.
         back_calculation: (n,) corrections of the states of the sampled system; zeros for none.
-
-    Returns:
-        Its numbers.
 
     Raises:
         InputError: for other inputs and outputs, another sampling time, an improper system, or

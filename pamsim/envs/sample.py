@@ -63,16 +63,10 @@ class Sampling(NamedTuple):
         readings has them as they come.
         """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
-        for columns, gain, bend, bias, lag in (
-            (slice(joints), own.angle_scale, own.angle_bend, own.angle_bias, own.angle_lag),
-            (
-                slice(joints, None),
-                own.pressure_scale,
-                own.pressure_bend,
-                own.pressure_bias,
-                own.pressure_lag,
-            ),
-        ):
+        for columns, kind in ((slice(joints), "angle"), (slice(joints, None), "pressure")):
+            gain, bend, bias, lag = (
+                getattr(own, f"{kind}_{name}") for name in ("scale", "bend", "bias", "lag")
+            )
             ratio = self.period / lag if lag > 0.0 else math.inf
             done = -math.expm1(-ratio)
             self.gain[number, columns], self.bend[number, columns] = gain, bend

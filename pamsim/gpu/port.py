@@ -136,10 +136,8 @@ class Port:
         return self.scalar(value) if isinstance(value, float) else value
 
 
-@functools.cache
-def port(precision: str) -> Port:
-    """The only port of a precision in the process; errors as of `Port`."""
-    return Port(precision)
+port = functools.cache(Port)
+"""The only port of a precision in the process; errors as of `Port`."""
 
 
 @functools.cache

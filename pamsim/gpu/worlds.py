@@ -289,11 +289,8 @@ def _check_laws(rows: FloatArray, precision: str) -> None:
 def engine_model(rig: Rig, model: mujoco.MjModel) -> mujoco.MjModel:
     """The model of a rig without the plugin, which `mujoco_warp` does not know.
 
-    MuJoCo itself must not step it: its muscles would pull as plain actuators do.
-
-    Args:
-        rig: gives the MJCF.
-        model: the rig's, set up for an experiment; all numbers are taken from it.
+    MuJoCo itself must not step it: its muscles would pull as plain actuators do. All numbers are
+    taken from the model, which is the rig's, set up for an experiment.
 
     Raises:
         InputError: if its integrator is neither Euler nor implicitfast.
