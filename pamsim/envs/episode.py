@@ -65,10 +65,8 @@ _FIXED = Episode.__dataclass_fields__.keys() - {"seeds"}
 def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
     """The parameters that a rig's file states with a 95 % interval.
 
-    The dead time of the valves is left out: commands are delayed by whole time steps.
-
-    Returns:
-        Name -> centre, standard deviation, smallest and largest allowed value [SI].
+    Name -> centre, standard deviation, smallest and largest allowed value [SI]. The dead time of
+    the valves is left out: commands are delayed by whole time steps.
     """
     file = rig.file
     sections = {"": file.muscle, **{f"{name}:": own for name, own in file.overrides.items()}}

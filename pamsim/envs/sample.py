@@ -114,10 +114,8 @@ def take_sample(s, rigs, first, true, command, table, at, observation, terms, br
 
     From true signals (n, s), commands (n, m) of the step, the episodes' tables and the numbers (n,)
     of the last samples, which are counted on; the memory of the `Sampling` is updated. At first the
-    rigs are at rest, the commands are those that leave them there, and nothing has passed.
-
-    Returns:
-        Whether a table is at its last row.
+    rigs are at rest, the commands are those that leave them there, and nothing has passed. Returns
+    whether a table is at its last row.
     """
     joints, signals = s.unit.size, true.shape[1]
     velocity, seen = np.zeros(joints), np.empty(s.centre.size)

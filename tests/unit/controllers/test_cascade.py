@@ -28,11 +28,6 @@ from tests.unit.controllers.closed_loop import (
 LOOP = PressureLoop(period=PERIOD, gain=5e-5, integral_time=0.3, tracking_time=0.3)
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def filled(loop, goal, samples, pressure, integral):
     """Pressure after some samples in a chamber that fills at 300 kPa/s at full opening."""
     for _ in range(samples):

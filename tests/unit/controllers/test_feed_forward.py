@@ -38,11 +38,6 @@ PID = Pid(
 
 
 @pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
-@pytest.fixture(scope="module")
 def strong(rig):
     """Ten times the default hysteresis: 20 N/bar."""
     return rig.with_parameters({"hysteresis.force_per_pressure": 2e-4})
