@@ -19,8 +19,7 @@ from pamsim.recordings.policy_file import PolicyFile, read_policy
 class NeuralPolicy:
     """Layers with tanh between them, from an observation to the mean action.
 
-    Attributes:
-        policy: its numbers, and the rig that they are for.
+    ``policy`` holds their numbers, and the rig that they are for.
     """
 
     policy: PolicyFile

@@ -210,8 +210,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig, quickly: without shadows and fine parts.
 
-        Returns:
-            (height, width, 3) picture in mode ``rgb_array``, else None.
+        Returns a picture (height, width, 3) in mode ``rgb_array``, else None.
 
         Raises:
             EngineError: without OpenGL, or in mode ``human`` without a screen; it names the fix.

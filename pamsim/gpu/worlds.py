@@ -69,9 +69,6 @@ class Worlds:
             pictures.
         device: name of Warp's, such as ``cuda:0`` or ``cpu``; its own choice if left out.
 
-    Attributes:
-        count: how many.
-
     Raises:
         InputError: if Warp is not installed, the precision unknown, or the rig has a law or an
             integrator that has no counterpart on a GPU or in that precision.
@@ -143,9 +140,8 @@ class Worlds:
     def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """Give some worlds their parameters and a state.
 
-        Args:
-            states: number of a world -> the rig's model with its parameters, and a state of it, see
-                `pamsim.save_state`.
+        Number of a world -> the rig's model with its parameters, and a state of it, see
+        `pamsim.save_state`.
 
         Raises:
             InputError: if a model differs in what all worlds share, or a law has no counterpart.

@@ -40,12 +40,7 @@ _FALLEN_BEHIND = 0.25
 
 
 class ArmViewer:
-    """A window on an arm; close it by `close` or a ``with`` block.
-
-    Attributes:
-        model: the window's own.
-        data: the window's own.
-    """
+    """A window on an arm, with a model and data of its own; close it by `close` or ``with``."""
 
     def __init__(
         self, model: mujoco.MjModel, *, control_range: ArrayLike | None = None, note: str = ""
