@@ -46,7 +46,7 @@ def command(
         options.refuse("is known from the recording", pressure=pressure, load=load)
         options.refuse("is of a simulation, not of a recording", effects=effects or None)
         from pamsim.scene.replay import read_replay
-        from pamsim.scene.watch import watch_replay
+        from pamsim.scene.viewer import watch_replay
 
         replay = read_replay(recording, trial=trial, rig=rig)
         watch_replay(replay, speed=1.0 if speed is None else speed)
@@ -54,7 +54,7 @@ def command(
     options.refuse("needs a RECORDING to replay", trial=trial, speed=speed)
     from pamsim.comparison.effects_on_rig import movable_effects
     from pamsim.engine.rig import load_rig
-    from pamsim.scene.watch import watch_live
+    from pamsim.scene.viewer import watch_live
 
     loaded = load_rig(rig or "mas20_arm", scene=True)
     movable = movable_effects(loaded, effects)

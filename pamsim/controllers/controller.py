@@ -138,7 +138,7 @@ class PressureSplit:
 def present_reference(joint: JointObservation, period: float) -> tuple[float, float]:
     """Reference [rad or m] and its rate at the present sample, one period [s] earlier.
 
-    The acceleration is taken as constant meanwhile.
+    The acceleration is taken as constant meanwhile. A negative period looks ahead.
     """
     acceleration = joint.reference_acceleration
     rate = joint.reference_rate - period * acceleration

@@ -26,7 +26,7 @@ import numpy as np
 import scipy.optimize
 
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.controller import Command, Observation, PressureSplit
+from pamsim.controllers.controller import Command, Observation, PressureSplit, present_reference
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
@@ -243,13 +243,11 @@ class FeedForward:
         self, observation: Observation, plays: tuple[float, ...]
     ) -> tuple[Command, tuple[float, ...]]:
         """Pressures of the wanted motion alone, and the new memory of the hysteresis' inverse."""
-        joint, lead = observation.joint, self.lead
-        acceleration = joint.reference_acceleration
-        rate = joint.reference_rate + lead * acceleration
-        angle = joint.reference + lead * (joint.reference_rate + 0.5 * lead * acceleration)
+        joint = observation.joint
+        angle, rate = present_reference(joint, -self.lead)
         if self.hysteresis is not None:
             plays, angle = self.hysteresis.step(plays, angle)
-        torque = self.arm.muscle_torque(angle, rate, acceleration)
+        torque = self.arm.muscle_torque(angle, rate, joint.reference_acceleration)
         if joint.stiffness is None:
             return balanced_pressures(self.arm, angle, torque, self.common_pressure), plays
         return stiff_pressures(self.arm, angle, torque, joint.stiffness), plays

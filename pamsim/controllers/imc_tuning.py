@@ -31,12 +31,9 @@ class PidGains:
 def imc_gains(
     model: SecondOrderModel, *, closed_loop_time: float, dead_time: float = 0.0
 ) -> PidGains:
-    """Gains for a model.
+    """Gains for G2, or G1 as G2 with a2 near 0, behind a dead time L [s].
 
-    Args:
-        model: G2, or G1 as G2 with a2 near 0.
-        closed_loop_time: lambda, time constant that the closed loop is to have [s].
-        dead_time: L of the model [s].
+    The closed loop is to have the time constant lambda [s].
 
     Raises:
         InputError: for a time constant that is not above 0.
@@ -51,11 +48,9 @@ def imc_gains(
 
 
 def imc_gains_of_fit(fit: IdentifiedModel, *, closed_loop_time: float) -> PidGains:
-    """Gains for a fitted model of one or two poles, its dead time included.
+    """Gains for a fitted model of one or two poles without zeros, its dead time included.
 
-    Args:
-        fit: without zeros.
-        closed_loop_time: lambda [s].
+    The closed loop is to have the time constant lambda [s].
 
     Raises:
         InputError: for a model of another structure.

@@ -7,9 +7,6 @@ plant is taken as it is and Tustin's rule is made exact at the crossover, so tha
 is the margin had; where the plant has more than that by itself, no lead is added.
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 import cmath
@@ -23,7 +20,7 @@ import numpy as np
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 
-_control: Any = control
+_control: Any = control  # carries no types
 
 _MOST_LEAD = math.radians(75.0)
 _EXACT = 1e-5  # rad
@@ -59,7 +56,7 @@ def design_lead_lag(
     lag_ratio: float = 10.0,
     delay: int = 0,
 ) -> LeadLagDesign:
-    """Design the filter.
+    """Design the filter; python-control finds its margins.
 
     Args:
         model: G2.
@@ -68,9 +65,6 @@ def design_lead_lag(
         phase_margin: wanted at least [rad].
         lag_ratio: by how much the lag lifts the gain at rest, from 1 on.
         delay: dead time of the plant beside G2, in whole periods.
-
-    Returns:
-        The filter with its margins, found by python-control.
 
     Raises:
         InputError: for a crossover beyond half the Nyquist frequency, a margin that one lead cannot

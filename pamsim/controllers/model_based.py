@@ -23,7 +23,7 @@ from pamsim.controllers.controller import (
 )
 from pamsim.controllers.lead_lag_design import LeadLagDesign
 from pamsim.controllers.regulator_design import RegulatorDesign
-from pamsim.controllers.sampled_controller import SampledController, sampled_controller
+from pamsim.controllers.sampled_controller import SampledController, rows, sampled_controller
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
@@ -122,11 +122,7 @@ def linearise_arm(
 
 @dataclass(frozen=True, kw_only=True)
 class LinearisedController:
-    """A controller from the angle to pressures about an operating point.
-
-    Attributes:
-        point: where its model holds; its limits bound the output.
-    """
+    """A controller to pressures about an operating ``point``, whose limits bound the output."""
 
     command = "pressure_set"
     point: LinearisationPoint
@@ -249,8 +245,8 @@ class Lti(LinearisedController):
         if self.model is not None:
             # Limited first: feedback must not compensate a reference that is out of reach.
             wanted += point.given(point.input_for(self.model, joint))
-        rows = zip(design.transition, design.input, strict=True)
-        state = [_dot(a, memory) + _dot(b, seen) for a, b in rows]
+        each = zip(design.transition, design.input, strict=True)
+        state = [_dot(a, memory) + _dot(b, seen) for a, b in each]
         missed = point.given(wanted) - wanted
         return point.pressures(wanted), _moved(state, design.correction, missed)
 
@@ -293,8 +289,8 @@ def lead_lag(design: LeadLagDesign, model: SecondOrderModel, point: Linearisatio
     transition[:, 0] = -poles
     filtered = SampledController(
         period=design.period,
-        transition=tuple(map(tuple, transition.tolist())),
-        input=tuple((b,) for b in into.tolist()),
+        transition=rows(transition),
+        input=rows(into[:, None]),
         output=(1.0, *[0.0] * (len(poles) - 1)),
         direct=(first,),
         rest=tuple((-np.cumsum(poles[::-1])[::-1]).tolist()),

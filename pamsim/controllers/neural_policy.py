@@ -10,6 +10,7 @@ import numpy as np
 
 from pamsim.controllers.controller import Command, JointObservation, Observation
 from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.policy_file import PolicyFile, read_policy
 
@@ -18,8 +19,7 @@ from pamsim.recordings.policy_file import PolicyFile, read_policy
 class NeuralPolicy:
     """Layers with tanh between them, from an observation to the mean action.
 
-    Attributes:
-        policy: its numbers, and the rig that they are for.
+    ``policy`` holds their numbers, and the rig that they are for.
     """
 
     policy: PolicyFile
@@ -53,11 +53,15 @@ class NeuralPolicy:
         fields = JointObservation.__dataclass_fields__
         signals = [[getattr(each, name) or 0.0 for each in observation.joints] for name in fields]
         value = np.concatenate([*signals[:2], observation.pressure, *signals[2:]])
-        value = (value - self.policy.centre) / self.policy.scale
-        *hidden, (weight, bias) = zip(self.policy.weights, self.policy.biases, strict=True)
-        for inner, offset in hidden:
-            value = np.tanh(inner @ value + offset)
-        action = np.clip(weight @ value + bias, -1.0, 1.0)
+        action = self.action((value - self.policy.centre) / self.policy.scale)
         if self.command == "pressure_set":
             action = 0.5 * self.policy.supply * (action + 1.0)
         return tuple(action.tolist()), None
+
+    def action(self, observation: FloatArray) -> FloatArray:
+        """Mean actions (..., m) of scaled observations (..., 6j + m)."""
+        value = observation
+        *hidden, (weight, bias) = zip(self.policy.weights, self.policy.biases, strict=True)
+        for inner, offset in hidden:
+            value = np.tanh(value @ inner.T + offset)
+        return np.clip(value @ weight.T + bias, -1.0, 1.0)

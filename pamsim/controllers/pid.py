@@ -109,11 +109,7 @@ class PidLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class Pid(PidLaw):
-    """PID from the angle of a rig's only joint to the pressures of its two muscles.
-
-    Attributes:
-        split: makes pressures of the difference.
-    """
+    """PID from the angle of a rig's only joint to its two muscles' pressures, by a ``split``."""
 
     command = "pressure_set"
     split: PressureSplit

@@ -4,9 +4,6 @@ G2 is sampled under a held input; the integral of the error is a third state. Bo
 are solved by python-control (Anderson and Moore, Optimal Control, 1990).
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,12 +12,10 @@ from typing import Any
 import control
 import numpy as np
 
+from pamsim.controllers.sampled_controller import Row, rows
 from pamsim.controllers.second_order_model import SecondOrderModel
 
-_control: Any = control
-
-Row = tuple[float, ...]
-Matrix = tuple[Row, ...]
+_control: Any = control  # carries no types
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +37,7 @@ class RegulatorDesign:
 
     period: float
     model: SecondOrderModel
-    transition: Matrix
+    transition: tuple[Row, ...]
     input: Row
     feedback: Row
     integral_gain: float
@@ -70,9 +65,6 @@ def design_regulator(
         integral_time: over which that error may last at the same cost [s].
         input_noise: standard deviation of what disturbs the input [input unit].
         output_noise: of the measured output [output unit].
-
-    Returns:
-        The gains.
     """
     a, b = model.matrices()
     plant = _control.ss(a, b, [[1.0, 0.0]], 0.0)
@@ -93,7 +85,7 @@ def design_regulator(
     return RegulatorDesign(
         period=period,
         model=model,
-        transition=tuple(tuple(map(float, row)) for row in transition),
+        transition=rows(transition),
         input=tuple(map(float, into[:, 0])),
         feedback=(first, second),
         integral_gain=-integral,

@@ -4,9 +4,6 @@ Controllers themselves know nothing of python-control: `pamsim.controllers.model
 these numbers.
 """
 
-# python-control carries no types: its objects are Any at this file's boundary.
-# pyright: reportMissingTypeStubs=false
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -18,7 +15,7 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 
-_control: Any = control
+_control: Any = control  # carries no types
 
 _SAME = 1e-9  # relative, of two sampling times
 _HOLDS = 1e-8  # change per sample of a state that holds, relative to the state
@@ -59,7 +56,7 @@ def sampled_controller(
     method: str = "tustin",
     back_calculation: FloatArray | None = None,
 ) -> SampledController:
-    """Take over a controller that was designed with python-control.
+    """Numbers of a controller that was designed with python-control.
 
     By default the controller is conditioned, so that its state does not wind up at limits (Hanus,
     Kinnaert and Henrotte 1987): the correction B/D makes the state what it would have been under
@@ -72,9 +69,6 @@ def sampled_controller(
         period: between two samples [s]; of a discrete system its own.
         method: of ``control.sample_system``, for a continuous system.
         back_calculation: (n,) corrections of the states of the sampled system; zeros for none.
-
-    Returns:
-        Its numbers.
 
     Raises:
         InputError: for other inputs and outputs, another sampling time, an improper system, or
@@ -108,8 +102,8 @@ def sampled_controller(
         )
     return SampledController(
         period=period,
-        transition=_rows(a),
-        input=_rows(b),
+        transition=rows(a),
+        input=rows(b),
         output=tuple(map(float, c[0])),
         direct=tuple(map(float, d[0])),
         rest=tuple(map(float, _rest(a, c))),
@@ -149,5 +143,6 @@ def _rest(a: FloatArray, c: FloatArray) -> FloatArray:
     return kept.T @ seen / (seen @ seen)
 
 
-def _rows(matrix: FloatArray) -> tuple[Row, ...]:
+def rows(matrix: FloatArray) -> tuple[Row, ...]:
+    """A matrix (n, m) as plain numbers."""
     return tuple(tuple(map(float, row)) for row in matrix)

@@ -16,6 +16,9 @@ class SecondOrderModel:
         gain: K > 0 [output unit per input unit].
         a1: T1 + T2, or 2 zeta/wn [s].
         a2: T1 T2, or 1/wn^2 [s^2].
+
+    Raises:
+        InputError: if a number is not above 0: the model is unstable, or its gain negative.
     """
 
     gain: float
@@ -23,11 +26,6 @@ class SecondOrderModel:
     a2: float
 
     def __post_init__(self) -> None:
-        """Check that the model is stable and its gain is positive.
-
-        Raises:
-            InputError: if it does not.
-        """
         if not (self.gain > 0.0 and self.a1 > 0.0 and self.a2 > 0.0):
             raise InputError(
                 f"G2 with K = {self.gain:g}, a1 = {self.a1:g} s, a2 = {self.a2:g} s^2: all three"

@@ -169,11 +169,7 @@ class Score:
 
 
 def score(run: EpisodeRun, joint: str | None = None) -> Score:
-    """Figures of one joint in one episode.
-
-    Args:
-        run: the episode.
-        joint: name; may be left out for a rig with one joint.
+    """Figures of one joint in one episode; its name may be left out for a rig with one joint.
 
     Raises:
         InputError: if there is no such joint, or several to choose from.

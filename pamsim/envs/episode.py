@@ -65,10 +65,8 @@ _FIXED = Episode.__dataclass_fields__.keys() - {"seeds"}
 def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
     """The parameters that a rig's file states with a 95 % interval.
 
-    The dead time of the valves is left out: commands are delayed by whole time steps.
-
-    Returns:
-        Name -> centre, standard deviation, smallest and largest allowed value [SI].
+    Name -> centre, standard deviation, smallest and largest allowed value [SI]. The dead time of
+    the valves is left out: commands are delayed by whole time steps.
     """
     file = rig.file
     sections = {"": file.muscle, **{f"{name}:": own for name, own in file.overrides.items()}}
@@ -110,9 +108,7 @@ class Episodes:
         self._random = random_parameters(rig) if settings.randomize else {}
         self._data = mujoco.MjData(rig.model)
         # Many episodes have the same one.
-        self._usual = functools.lru_cache(1)(
-            lambda load, pressure: self._settled(self._rig, load, pressure, 1)
-        )
+        self._usual = functools.lru_cache(1)(functools.partial(self._settled, rig, 1))
 
     def asked(self, options: Mapping[str, Any] | None = None) -> Episode:
         """What the options of `reset` fix of an episode.
@@ -186,10 +182,10 @@ class Episodes:
             return self._usual(load, episode.start_pressure)
         # The load sets the mass of its body after all other parameters.
         rig = self._rig.with_parameters(values, data=self._data)
-        return self._settled(rig, load, episode.start_pressure, _STEPS)
+        return self._settled(rig, _STEPS, load, episode.start_pressure)
 
     def _settled(
-        self, rig: Rig, load: float, pressure: tuple[float, ...], steps: int
+        self, rig: Rig, steps: int, load: float, pressure: tuple[float, ...]
     ) -> tuple[Rig, FloatArray]:
         kind, start = KINDS[self._settings.action], np.array(pressure)
         model = rig.model_for(load=load, command=kind.command, data=self._data)

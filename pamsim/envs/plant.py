@@ -164,12 +164,10 @@ if hasattr(os, "register_at_fork"):
 
 
 def fixed_tendons(model: mujoco.MjModel) -> FloatArray | None:
-    """Derivatives of the actuators' lengths by the positions, where they are constant.
+    """Derivatives (nout, nq) of the actuators' lengths by the positions [m/rad or 1], if constant.
 
-    A batch would take a fifth longer for a short step if it had to find the lengths itself.
-
-    Returns:
-        (nout, nq) [m/rad or 1] if every tendon is fixed, else None.
+    They are where every tendon is fixed. A batch would take a fifth longer for a short step if it
+    had to find the lengths itself.
     """
     if (model.wrap_type != mujoco.mjtWrap.mjWRAP_JOINT).any():
         return None

@@ -103,10 +103,6 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ``is_success``, whether each joint is within r/40 of it; and the terms of the reward above,
     ``reward_position``, ``reward_effort`` and ``reward_stiffness``.
 
-    ## Version History
-
-    * v0: first version.
-
     Raises:
         InputError: for an unknown option, or one that does not fit the rig.
         ParameterError: for a number out of range.
@@ -157,12 +153,8 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     ) -> tuple[FloatArray, dict[str, Any]]:
         """Begin a new episode.
 
-        Args:
-            seed: of the episodes from now on.
-            options: what is fixed of this one, see the class.
-
-        Returns:
-            The observation, and the true ``position`` and ``pressure``.
+        The seed is that of the episodes from now on; the options fix something of this one, see
+        the class.
 
         Raises:
             InputError: for an unknown option.
@@ -218,8 +210,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the rig, quickly: without shadows and fine parts.
 
-        Returns:
-            (height, width, 3) picture in mode ``rgb_array``, else None.
+        Returns a picture (height, width, 3) in mode ``rgb_array``, else None.
 
         Raises:
             EngineError: without OpenGL, or in mode ``human`` without a screen; it names the fix.

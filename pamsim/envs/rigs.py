@@ -146,8 +146,7 @@ class Rigs:
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Advance all rigs by one period under actions (n, ...) of the kind's space.
 
-        Returns:
-            Rewards (n,), and which rigs have broken down (n,).
+        Returns rewards (n,), and which rigs have broken down (n,).
 
         Raises:
             InputError: for an action that is none, or before the first reset.

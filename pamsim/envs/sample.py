@@ -63,16 +63,10 @@ class Sampling(NamedTuple):
         readings has them as they come.
         """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
-        for columns, gain, bend, bias, lag in (
-            (slice(joints), own.angle_scale, own.angle_bend, own.angle_bias, own.angle_lag),
-            (
-                slice(joints, None),
-                own.pressure_scale,
-                own.pressure_bend,
-                own.pressure_bias,
-                own.pressure_lag,
-            ),
-        ):
+        for columns, kind in ((slice(joints), "angle"), (slice(joints, None), "pressure")):
+            gain, bend, bias, lag = (
+                getattr(own, f"{kind}_{name}") for name in ("scale", "bend", "bias", "lag")
+            )
             ratio = self.period / lag if lag > 0.0 else math.inf
             done = -math.expm1(-ratio)
             self.gain[number, columns], self.bend[number, columns] = gain, bend
@@ -120,10 +114,8 @@ def take_sample(s, rigs, first, true, command, table, at, observation, terms, br
 
     From true signals (n, s), commands (n, m) of the step, the episodes' tables and the numbers (n,)
     of the last samples, which are counted on; the memory of the `Sampling` is updated. At first the
-    rigs are at rest, the commands are those that leave them there, and nothing has passed.
-
-    Returns:
-        Whether a table is at its last row.
+    rigs are at rest, the commands are those that leave them there, and nothing has passed. Returns
+    whether a table is at its last row.
     """
     joints, signals = s.unit.size, true.shape[1]
     velocity, seen = np.zeros(joints), np.empty(s.centre.size)

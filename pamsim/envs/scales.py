@@ -71,8 +71,8 @@ def stiffness_of_joints(
 def reaches_of(rig: Rig, top: float) -> tuple[tuple[Reach, ...], FloatArray]:
     """What each recorded joint can do, with set points up to ``top``, gauge [Pa].
 
-    Returns:
-        The joints' reaches, and the moment arms (m, j) of the muscles at rest at equal pressures.
+    Returns the joints' reaches, and the moment arms (m, j) of the muscles at rest at equal
+    pressures.
 
     Raises:
         InputError: if a joint finds no rest or does not move; if a joint is free or a ball.

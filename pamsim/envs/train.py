@@ -11,6 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from pamsim.controllers.neural_policy import NeuralPolicy
 from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import write_json
 from pamsim.core.errors import EngineError, InputError
@@ -178,12 +179,8 @@ def train(
 def _largest_difference(policy: PolicyFile, theirs: Any) -> float:
     """Between the actions by the exported numbers and PyTorch's; an error if they differ."""
     tried = np.random.default_rng(0).normal(size=(_TRIED, len(policy.centre))).astype(np.float32)
-    value = linear = tried.astype(float)
-    for weight, bias in zip(policy.weights, policy.biases, strict=True):
-        linear = value @ weight.T + bias
-        value = np.tanh(linear)
     actions = theirs.predict(tried, deterministic=True)[0]
-    apart = float(np.abs(np.clip(linear, -1.0, 1.0) - actions).max())
+    apart = float(np.abs(NeuralPolicy(policy=policy).action(tried.astype(float)) - actions).max())
     if not apart < _NEAR:
         raise EngineError(f"the exported policy differs from PyTorch's by {apart:g}")
     return apart

@@ -15,8 +15,7 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from pamsim.gpu.port import port
-from pamsim.gpu.warp_package import warp
+from pamsim.gpu.port import port, warp
 from pamsim.physics import chamber_pressure as chamber
 from pamsim.physics import kernel, muscle_valves, supply
 from pamsim.physics.record import STATE_NAMES, slot

@@ -1,4 +1,4 @@
-"""Laws as Warp functions, from the source that the CPU's kernel compiles."""
+"""Laws as functions of Warp, an extra, from the source that the CPU's kernel compiles."""
 
 from __future__ import annotations
 
@@ -6,14 +6,15 @@ import functools
 import inspect
 import itertools
 import math
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager
 from types import BuiltinFunctionType, FunctionType
 from typing import Any
 
 from pamsim.core.compilation import function_of_text
 from pamsim.core.errors import InputError
 from pamsim.gpu.translate import translate, translated_name, with_body
-from pamsim.gpu.warp_package import warp
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
@@ -25,6 +26,37 @@ _MATH = {"atan", "atan2", "copysign", "cos", "exp", "isfinite", "isinf", "isnan"
     *("sin", "sqrt", "tan", "tanh")
 }
 """Functions that Warp calls as Python's `math` does."""
+
+
+def warp() -> Any:
+    """Warp; it stays silent about what it compiles, unless the caller has imported it before.
+
+    Raises:
+        InputError: if it is not installed.
+    """
+    new = "warp" not in sys.modules
+    with _installed():
+        import warp as package
+    if new:
+        package.config.log_level = package.LOG_WARNING
+    return package
+
+
+def mujoco_warp() -> Any:
+    """MuJoCo's engine in Warp; errors as of `warp`."""
+    warp()
+    with _installed():
+        import mujoco_warp as package
+    return package
+
+
+@contextmanager
+def _installed() -> Generator[None]:
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        message = f"a GPU needs the package {error.name}: pip install 'pamsim[gpu]'"
+        raise InputError(message) from None
 
 
 class Port:
@@ -104,10 +136,8 @@ class Port:
         return self.scalar(value) if isinstance(value, float) else value
 
 
-@functools.cache
-def port(precision: str) -> Port:
-    """The only port of a precision in the process; errors as of `Port`."""
-    return Port(precision)
+port = functools.cache(Port)
+"""The only port of a precision in the process; errors as of `Port`."""
 
 
 @functools.cache

@@ -27,7 +27,7 @@ def simulate_worlds(
     device: str | None = None,
     threads: int | None = None,
 ) -> list[Recording]:
-    """Run many experiments at once, on a GPU if there is one.
+    """Run many experiments at once, on a GPU if there is one: a recording per job, in their order.
 
     Takes what `pamsim.simulate_batch` takes and gives the same to the rounding of single precision,
     see docs/gpu.md. The rigs are one rig with different parameters (`Rig.with_parameters`), the
@@ -40,9 +40,6 @@ def simulate_worlds(
         precision: of the muscles, see `pamsim.gpu.worlds.Worlds`.
         device: name of Warp's, such as ``cuda:0`` or ``cpu``; its own choice if left out.
         threads: how many come to rest at a time; one per processor if left out.
-
-    Returns:
-        One recording per job, in their order.
 
     Raises:
         InputError: if Warp is not installed, an experiment does not fit its rig, jobs differ in

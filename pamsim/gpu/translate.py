@@ -46,10 +46,9 @@ _TAKEN = (
 
 
 def translate(function: FunctionType) -> tuple[str, dict[str, Any]]:
-    """Rewrite a function of numbers and of rows of them.
+    """Rewrite a function of numbers and of rows of them, with annotated arguments.
 
-    Args:
-        function: its arguments are annotated; it calls `math`, and functions like itself.
+    It may call `math`, and functions like itself.
 
     Returns:
         Text of a function called `translated_name`, with the types ``_float``, ``_int``, ``_bool``,

@@ -12,14 +12,13 @@ from pamsim.core.catalog import USER_DEFINED
 from pamsim.core.compilation import compile_notice
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.engine.attach import rig_spec
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import Signals
 from pamsim.engine.state import restore_state, save_state
 from pamsim.engine.stepping import check_steppable
-from pamsim.gpu.engine_model import engine_model
 from pamsim.gpu.muscle_kernels import launch, muscle_kernels
-from pamsim.gpu.port import port
-from pamsim.gpu.warp_package import mujoco_warp, warp
+from pamsim.gpu.port import mujoco_warp, port, warp
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.pleated import PleatedShape
 from pamsim.physics.hysteresis.arctangent import Arctangent
@@ -69,9 +68,6 @@ class Worlds:
         precision: of the muscles: ``float64``, or ``float32``, which is quicker on GPUs made for
             pictures.
         device: name of Warp's, such as ``cuda:0`` or ``cpu``; its own choice if left out.
-
-    Attributes:
-        count: how many.
 
     Raises:
         InputError: if Warp is not installed, the precision unknown, or the rig has a law or an
@@ -144,9 +140,8 @@ class Worlds:
     def put(self, states: Mapping[int, tuple[mujoco.MjModel, FloatArray]]) -> None:
         """Give some worlds their parameters and a state.
 
-        Args:
-            states: number of a world -> the rig's model with its parameters, and a state of it, see
-                `pamsim.save_state`.
+        Number of a world -> the rig's model with its parameters, and a state of it, see
+        `pamsim.save_state`.
 
         Raises:
             InputError: if a model differs in what all worlds share, or a law has no counterpart.
@@ -285,3 +280,41 @@ def _check_laws(rows: FloatArray, precision: str) -> None:
     for what, has in close.items():
         if precision == "float32" and has.any():
             raise InputError(f"{what} needs more than single precision: give precision='float64'")
+
+
+def engine_model(rig: Rig, model: mujoco.MjModel) -> mujoco.MjModel:
+    """The model of a rig without the plugin, which `mujoco_warp` does not know.
+
+    MuJoCo itself must not step it: its muscles would pull as plain actuators do. All numbers are
+    taken from the model, which is the rig's, set up for an experiment.
+
+    Raises:
+        InputError: if its integrator is neither Euler nor implicitfast.
+    """
+    name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_").lower()
+    if name not in ("euler", "implicitfast"):
+        raise InputError(f"no integrator {name} on a GPU; give 'Euler' or 'implicitfast'")
+    spec = rig_spec(rig.file, rig.muscles)
+    for actuator in spec.actuators:
+        actuator.plugin.active = False
+        actuator.plugin.name = actuator.plugin.plugin_name = ""
+        actuator.dyntype = mujoco.mjtDyn.mjDYN_USER
+        actuator.gaintype = mujoco.mjtGain.mjGAIN_USER
+        actuator.biastype = mujoco.mjtBias.mjBIAS_USER
+    for plugin in list(spec.plugins):
+        spec.delete(plugin)
+    bare = spec.compile()
+    for name in dir(model):
+        value = getattr(model, name)
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            getattr(bare, name)[:] = value
+    for name in dir(model.opt):
+        value = getattr(model.opt, name)
+        if not name.startswith("_") and isinstance(value, int | float):
+            setattr(bare.opt, name, value)
+    bare.stat.meaninertia = model.stat.meaninertia
+    # That engine resets no world by itself; nobody reads sensors, and they take long to compile.
+    bits = mujoco.mjtDisableBit
+    kept = model.opt.disableflags & ~int(bits.mjDSBL_AUTORESET)
+    bare.opt.disableflags = kept | int(bits.mjDSBL_SENSOR)
+    return bare

@@ -10,7 +10,6 @@ named sites: ``muscle_1_anchor`` ... for the muscles in actuator order, ``sprock
 from __future__ import annotations
 
 import copy
-import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -27,14 +26,10 @@ from pamsim.engine.simulate import simulate
 from pamsim.physics.muscle import Muscle
 from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.pictures import write_picture
-from pamsim.scene.chain_shape import STEEL, add_chain
-from pamsim.scene.muscle_shape import add_muscle
-from pamsim.scene.pose import has_site, muscle_lengths, object_id, pose, site_pose
+from pamsim.scene.parts import add_chain, add_load, add_muscle
+from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
 from pamsim.scene.series_colours import series_rgb
-from pamsim.scene.solids import Rgba, add_rod
 
-_IRON: Rgba = (0.27, 0.27, 0.28, 1.0)
-_IRON_DENSITY = 7300.0  # of the load discs, cast iron [kg/m^3]
 _USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
 _COMPOSED_FOR = 1.6  # width over height of the pictures that the scenes' cameras are placed for
 _QUICK_SLICES = 20  # sides of a cylinder in a quick picture
@@ -228,29 +223,4 @@ def decorate(
     if has_site(model, "sprocket"):
         add_chain(scene, model, data, lengths, fine=fine)
     if has_site(model, "load_seat"):
-        _add_load(scene, model, data)
-
-
-def _add_load(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """Draw as many discs as the load weighs, the model's one-kilogram disc shrunk to their core."""
-    disc = mujoco.mjtObj.mjOBJ_GEOM, object_id(model, mujoco.mjtObj.mjOBJ_GEOM, "load_disc")
-    seat, frame = site_pose(model, data, "load_seat")
-    radius, up = float(model.site("load_seat").size[0]), frame[:, 2]
-    mass = float(model.body_mass[object_id(model, mujoco.mjtObj.mjOBJ_BODY, "load")])
-    top = mass / (_IRON_DENSITY * math.pi * radius**2)
-    # The gaps between the discs show the core. Without load it sinks into the tip of the arm.
-    core, half, middle = 0.001, 0.0005, -0.001
-    if mass > 0.0:
-        core, half, middle = 0.96 * radius, max(top / 2 - 0.001, 0.0005), top / 2
-    own = [geom for geom in scene.geoms[: scene.ngeom] if (geom.objtype, geom.objid) == disc]
-    for geom in own:
-        geom.size[:] = core, core, half
-        geom.pos[:] = seat + middle * up
-    if mass <= 0.0:
-        return
-    add_rod(scene, seat, seat + (top + 0.004) * up, 0.005, STEEL, gloss=0.8)
-    if not own:  # a viewer's scene for additions holds none of the model's geoms
-        add_rod(scene, seat, seat + 2.0 * half * up, core, _IRON)
-    edges = np.linspace(0.0, top, max(1, round(mass / 0.5)) + 1)
-    for low, high in zip(edges[:-1] + 0.0006, edges[1:] - 0.0006, strict=True):
-        add_rod(scene, seat + low * up, seat + high * up, radius, _IRON, gloss=0.8)
+        add_load(scene, model, data)

@@ -20,9 +20,8 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.signals import column_of
 from pamsim.recordings.trial import Trial, of_rig
-from pamsim.scene.camera import seen_by
 from pamsim.scene.picture import open_renderer, render_arm, require_camera
-from pamsim.scene.pose import has_site, pose, site_pose
+from pamsim.scene.pose import has_site, pose, seen_by, site_pose
 
 Picture = NDArray[np.uint8]
 

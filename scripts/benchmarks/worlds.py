@@ -26,9 +26,8 @@ from pamsim.core.computation import versions
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.envs.plant import ManyRigs
-from pamsim.gpu.port import PRECISIONS
+from pamsim.gpu.port import PRECISIONS, mujoco_warp, warp
 from pamsim.gpu.simulate_worlds import simulate_worlds
-from pamsim.gpu.warp_package import mujoco_warp, warp
 from pamsim.gpu.worlds import Worlds
 from pamsim.recordings.experiment import Experiment
 

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 
+import gymnasium
 import numpy as np
+from scipy.signal import cont2discrete
 
-import pamsim
-from pamsim.controllers.controller import JointObservation, Observation
+from pamsim.controllers.controller import JointObservation, Observation, PressureSplit
+from pamsim.controllers.model_based import LinearisationPoint
+from pamsim.controllers.second_order_model import SecondOrderModel
+from pamsim.envs import ENVIRONMENT
+from pamsim.envs.closed_loop import run_episode
+from pamsim.envs.tasks import TaskSignals
 
 PERIOD = 0.02
 SUPPLY = 6e5
 LEVEL = 3e5
+SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
+MODEL = SecondOrderModel(gain=3e-6, a1=0.066, a2=0.0092)
+POINT = LinearisationPoint(split=SPLIT, difference=2e4, angle=0.05)
 
 
 def observe(angle=0.0, velocity=0.0, pressure=(LEVEL, LEVEL), wanted=(0.0, 0.0, 0.0), **more):
@@ -38,48 +48,58 @@ def constant(angle):
     return lambda t: (angle, 0.0, 0.0)
 
 
-class _Hook:
-    """Lets a controller act at every period of a run."""
-
-    def __init__(self, controller, wanted):
-        self._controller, self._wanted = controller, wanted
-        self._samples, self._memory, self._command = 0, None, None
-
-    def __call__(self, model, data):
-        if data.time < -1e-9:
-            return
-        if data.time > self._samples * PERIOD - 1e-9:
-            self._samples += 1
-            observation = observe(
-                angle=float(data.qpos[0]),
-                velocity=float(data.qvel[0]),
-                pressure=tuple(pamsim.pressures(model, data).tolist()),
-                wanted=self._wanted(self._samples * PERIOD),
-            )
-            if self._memory is None:
-                self._memory = self._controller.start(observation)
-            self._command, self._memory = self._controller.step(observation, self._memory)
-        data.ctrl[:] = self._command
+def out_of_reach_and_back(time):
+    """An angle that the pressures cannot reach for 6 s, then one that they can."""
+    return (3.0 if time < 6.0 else 0.2), 0.0, 0.0
 
 
-def run(rig, controller, wanted, duration, load=1.2):
-    """Recording of a controller on a rig that starts at rest at equal pressures."""
-    start = np.full(2, LEVEL)
-    experiment = pamsim.Experiment(
-        drive=controller.command,
-        command_time=np.zeros(1),
-        command_value=np.array([start if controller.command == "pressure_set" else np.zeros(2)]),
-        start_pressure=start,
-        duration=duration,
-        sample_rate=1.0 / PERIOD,
-        load=load,
-        settle=1.0,
-    )
-    hook = _Hook(controller, wanted)
-    return pamsim.simulate(rig, experiment, each_step=hook).completed()
+def run(rig, controller, wanted, duration):
+    """Episode of a controller on a rig with a load that starts at rest at equal pressures."""
+
+    def task(rng, time, reach):
+        free = np.zeros(time.size)
+        angle, rate, acceleration = np.array([wanted(t) for t in time.tolist()]).T
+        signals = {"position": angle, "velocity": rate, "acceleration": acceleration}
+        return TaskSignals(**signals, stiffness=free, torque=free)
+
+    own = {"rig": rig, "action": controller.command, "task": task, "load": 1.2}
+    env = gymnasium.make(ENVIRONMENT, **own, max_episode_steps=round(duration / PERIOD))
+    with closing(env):
+        return run_episode(env, controller, seed=0)
 
 
-def miss(recording, wanted, after=0.0):
-    """RMS of angle less wanted angle [rad]."""
-    goal = np.array([wanted(t)[0] for t in recording.time])
-    return float(np.sqrt(np.mean((recording.angle - goal)[recording.time >= after] ** 2)))
+def miss(episode, after):
+    """RMS of angle less wanted angle [rad] after a time [s]."""
+    error = (episode.position - episode.reference)[round(after / PERIOD) :]
+    return float(np.sqrt(np.mean(error**2)))
+
+
+class LinearPlant:
+    """G2 sampled under a held input, about a trim point; ``disturbance`` adds to the input [Pa]."""
+
+    def __init__(self, period, disturbance=lambda time: 0.0, state=(0.0, 0.0)):
+        a, b = MODEL.matrices()
+        whole = np.array(a), np.array(b), np.eye(2), np.zeros((2, 1))
+        self._a, self._b, *_ = cont2discrete(whole, period, method="zoh")
+        self._period, self._disturbance = period, disturbance
+        self.state, self.time = np.array(state, dtype=float), 0.0
+
+    def observation(self, wanted=(POINT.angle, 0.0, 0.0), difference=0.0):
+        angle, velocity = self.state.tolist()
+        pressure = POINT.pressures(difference)
+        return observe(POINT.angle + angle, velocity, pressure, wanted)
+
+    def take(self, command):
+        departure = command[0] - command[1] - POINT.difference + self._disturbance(self.time)
+        self.state = self._a @ self.state + self._b[:, 0] * departure
+        self.time += self._period
+
+    def close(self, controller, wanted, samples):
+        """Angles [rad] at every sample under a controller, and its memory at the end."""
+        memory, angles = controller.start(self.observation()), []
+        for _ in range(samples):
+            angles.append(POINT.angle + self.state[0])
+            observation = self.observation(wanted(self.time + self._period))
+            command, memory = controller.step(observation, memory)
+            self.take(command)
+        return np.array(angles), memory

@@ -10,7 +10,6 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
@@ -18,7 +17,7 @@ from pamsim.physics.record import parameters
 from tests.unit.controllers.closed_loop import (
     LEVEL,
     PERIOD,
-    SUPPLY,
+    SPLIT,
     constant,
     miss,
     observe,
@@ -27,11 +26,6 @@ from tests.unit.controllers.closed_loop import (
 )
 
 LOOP = PressureLoop(period=PERIOD, gain=5e-5, integral_time=0.3, tracking_time=0.3)
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def filled(loop, goal, samples, pressure, integral):
@@ -79,12 +73,11 @@ def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):
     still = run(rig, cascade, constant(0.15), 2.5)
     goal, _ = forward.ahead(observe(angle=0.15, wanted=(0.15, 0.0, 0.0)), ())
     np.testing.assert_allclose(still.pressure[-1], goal, atol=2e3)
-    wanted = sine(0.5, 10.0)
-    assert miss(run(rig, cascade, wanted, 4.0), wanted, after=2.0) < math.radians(0.6)
+    assert miss(run(rig, cascade, sine(0.5, 10.0), 4.0), after=2.0) < math.radians(0.6)
 
 
 def test_what_does_not_fit_is_refused(rig):
-    outer = Pid(split=PressureSplit(common=LEVEL, supply=SUPPLY), period=PERIOD, gain=1e5)
+    outer = Pid(split=SPLIT, period=PERIOD, gain=1e5)
     with pytest.raises(InputError, match="must command pressure"):
         Cascade(outer=Cascade(outer=outer, inner=LOOP), inner=LOOP)
     with pytest.raises(InputError, match="samples every"):

@@ -10,15 +10,21 @@ import pytest
 
 import pamsim
 from pamsim.controllers.cascade import regulated_lag
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.feed_forward import FeedForward, balanced_pressures, shut_stiffness
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
 from pamsim.controllers.pid import Pid
-from pamsim.core.errors import InputError
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, miss, observe, run, sine
+from tests.unit.controllers.closed_loop import (
+    LEVEL,
+    PERIOD,
+    SPLIT,
+    SUPPLY,
+    miss,
+    observe,
+    run,
+    sine,
+)
 
-SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
 PID = Pid(
     split=SPLIT,
     period=PERIOD,
@@ -29,11 +35,6 @@ PID = Pid(
     rate_weight=1.0,
     tracking_time=0.5,
 )
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 @pytest.fixture(scope="module")
@@ -84,16 +85,6 @@ def test_feedback_knows_the_limited_difference(forward):
     assert integrals[-1] == pytest.approx(integrals[-2])
 
 
-def test_an_operator_without_plays_changes_nothing(forward):
-    idle = PlaySum(linear=1.0, thresholds=(), weights=()).inverse()
-    same = dataclasses.replace(forward, hysteresis=idle)
-    observation = observe(wanted=(0.2, 0.5, 1.0))
-    assert (
-        same.step(observation, same.start(observation))[0]
-        == forward.step(observation, forward.start(observation))[0]
-    )
-
-
 def test_the_way_to_the_first_angle_is_remembered(forward):
     lagging = PlaySum(linear=0.4, thresholds=(0.02, 0.1), weights=(0.3, 0.2))
     undoing = dataclasses.replace(forward, hysteresis=lagging.inverse())
@@ -102,6 +93,11 @@ def test_the_way_to_the_first_angle_is_remembered(forward):
         undoing.step(observation, undoing.start(observe(angle=angle)))[0] for angle in (0.3, 0.0)
     )
     assert back[0] - back[1] < fresh[0] - fresh[1] - 1e3
+    # An operator without plays changes nothing.
+    idle = PlaySum(linear=1.0, thresholds=(), weights=()).inverse()
+    same = dataclasses.replace(forward, hysteresis=idle)
+    one, other = (each.step(observation, each.start(observation))[0] for each in (same, forward))
+    assert one == other
 
 
 def test_undone_hysteresis_is_undone(strong):
@@ -113,25 +109,19 @@ def test_undone_hysteresis_is_undone(strong):
     plain = FeedForward.for_rig(strong, load=1.2, common_pressure=LEVEL)
     undoing = dataclasses.replace(plain, hysteresis=found.operator.inverse())
     without, compensated = (
-        miss(run(strong, item, wanted, 7.5), wanted, after=2.5) for item in (plain, undoing)
+        miss(run(strong, item, wanted, 7.5), after=2.5) for item in (plain, undoing)
     )
     assert without > math.radians(3.0)
     assert compensated < 0.2 * without
 
 
 def test_feedback_and_law_together_beat_either(rig, forward):
-    wanted = sine(0.5, 10.0)
     both = dataclasses.replace(forward, feedback=PID)
     alone = dataclasses.replace(PID, rate_weight=0.0)
     missed = [
-        miss(run(rig, item, wanted, 4.0), wanted, after=2.0) for item in (both, forward, alone)
+        miss(run(rig, item, sine(0.5, 10.0), 4.0), after=2.0) for item in (both, forward, alone)
     ]
     assert missed[0] < 0.5 * min(missed[1:])
-
-
-def test_a_common_pressure_that_cannot_be_had_is_refused(rig):
-    with pytest.raises(InputError, match="common pressure"):
-        FeedForward.for_rig(rig, common_pressure=7e5)
 
 
 def test_the_triangle_shrinks_and_starts_at_equal_pressures():

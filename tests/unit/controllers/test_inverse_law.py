@@ -16,11 +16,6 @@ from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.state import charge, reset
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 @pytest.mark.parametrize("load", [0.0, 1.2])
 @pytest.mark.parametrize("common", [2e5, 3e5, 4e5])
 def test_the_arm_rests_at_the_angle_asked_for(rig, load, common):

@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.lead_lag_design import design_lead_lag
 from pamsim.controllers.model_based import lead_lag
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
-from tests.unit.controllers.closed_loop import PERIOD, observe
-from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
+from tests.unit.controllers.closed_loop import (
+    MODEL,
+    PERIOD,
+    POINT,
+    LinearPlant,
+    observe,
+    out_of_reach_and_back,
+)
 
 LAGS = SecondOrderModel(gain=3e-6, a1=0.09 + 0.58, a2=0.09 * 0.58)
 
@@ -50,32 +55,25 @@ def test_the_margin_asked_is_the_margin_had(model, crossover, margin, delay):
     assert design.gain_margin > 1.0
 
 
-def test_more_phase_than_asked_is_left_to_the_plant():
+def test_the_lag_lifts_the_gain_at_rest_and_phase_beyond_the_margin_is_left_to_the_plant():
+    def at_rest(ratio):
+        asked = {"period": PERIOD, "crossover": 4.0, "phase_margin": 1.0, "lag_ratio": ratio}
+        design = design_lead_lag(LAGS, **asked)
+        return sum(design.numerator) / sum(design.denominator)
+
+    assert at_rest(20.0) / at_rest(2.0) == pytest.approx(10.0, rel=0.2)
     easy = design_lead_lag(LAGS, period=PERIOD, crossover=1.0, phase_margin=math.radians(20.0))
     assert easy.phase_margin > math.radians(60.0)
 
 
-def test_the_lag_lifts_the_gain_at_rest():
-    def at_rest(ratio):
-        design = design_lead_lag(
-            LAGS, period=PERIOD, crossover=4.0, phase_margin=1.0, lag_ratio=ratio
-        )
-        return sum(design.numerator) / sum(design.denominator)
-
-    assert at_rest(20.0) / at_rest(2.0) == pytest.approx(10.0, rel=0.2)
-
-
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
+def test_an_impossible_design_is_refused():
+    for asked, message in (
         ({"crossover": 90.0, "phase_margin": 0.7}, "Nyquist"),
         ({"crossover": 30.0, "phase_margin": 1.5, "delay": 2}, "at most 75: ask for a smaller"),
         ({"crossover": 6.0, "phase_margin": 0.7, "delay": 3}, "swings too"),
-    ],
-)
-def test_an_impossible_design_is_refused(asked, message):
-    with pytest.raises(InputError, match=message):
-        design_lead_lag(MODEL, period=PERIOD, **asked)
+    ):
+        with pytest.raises(InputError, match=message):
+            design_lead_lag(MODEL, period=PERIOD, **asked)
 
 
 DESIGN = design_lead_lag(MODEL, period=PERIOD, crossover=14.0, phase_margin=math.radians(50.0))
@@ -103,24 +101,10 @@ def test_a_disturbance_is_held_down_by_the_gain_at_rest():
     assert angles[-1] - wanted == pytest.approx(left, rel=1e-3)
 
 
-class Unlimited:
-    """The filter with a memory that knows no limits."""
-
-    def __init__(self):
-        point = dataclasses.replace(POINT, split=PressureSplit(common=1e9, supply=2e9))
-        self._filter = dataclasses.replace(CONTROLLER, point=point)
-        self.start = CONTROLLER.start
-
-    def step(self, observation, memory):
-        (first, second), memory = self._filter.step(observation, memory)
-        return POINT.split.pressures(first - second), memory
-
-
 def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not():
-    def wanted(time):
-        return (3.0, 0.0, 0.0) if time < 6.0 else (0.2, 0.0, 0.0)
-
-    angles, _ = LinearPlant(PERIOD).close(CONTROLLER, wanted, 350)
-    assert abs(angles[-1] - 0.2) < 0.1
-    left, _ = LinearPlant(PERIOD).close(Unlimited(), wanted, 350)
-    assert abs(left[-1] - 0.2) > 0.5
+    design = dataclasses.replace(CONTROLLER.design, correction=(0.0, 0.0))
+    angles, left = (
+        LinearPlant(PERIOD).close(one, out_of_reach_and_back, 350)[0]
+        for one in (CONTROLLER, dataclasses.replace(CONTROLLER, design=design))
+    )
+    assert abs(angles[-1] - 0.2) < 0.1 < 0.5 < abs(left[-1] - 0.2)

@@ -1,4 +1,4 @@
-"""LQG around G2: its poles, its offset, its limits."""
+"""LQG around G2: gains against Riccati equations solved by scipy; its poles, offset, limits."""
 
 from __future__ import annotations
 
@@ -7,25 +7,37 @@ import math
 
 import numpy as np
 import pytest
+from scipy.linalg import solve_discrete_are
 
 from pamsim.controllers.model_based import Lqg, LqgMemory
 from pamsim.controllers.regulator_design import design_regulator
-from tests.unit.controllers.closed_loop import PERIOD, constant, sine
-from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
+from tests.unit.controllers.closed_loop import (
+    MODEL,
+    PERIOD,
+    POINT,
+    LinearPlant,
+    constant,
+    out_of_reach_and_back,
+    sine,
+)
+
+ERROR, INPUT, TIME, PUSH, NOISE = math.radians(2.0), 3e4, 0.3, 1e4, math.radians(0.1)
+
+
+def designed(largest_input):
+    noise = {"input_noise": PUSH, "output_noise": NOISE}
+    worst = {"largest_error": ERROR, "largest_input": largest_input}
+    return design_regulator(MODEL, period=PERIOD, integral_time=TIME, **worst, **noise)
 
 
 @pytest.fixture(scope="module")
 def lqg():
-    design = design_regulator(
-        MODEL,
-        period=PERIOD,
-        largest_error=math.radians(2.0),
-        largest_input=3e4,
-        integral_time=0.3,
-        input_noise=1e4,
-        output_noise=math.radians(0.1),
-    )
-    return Lqg(design=design, point=POINT, tracking_time=0.3)
+    return Lqg(design=designed(INPUT), point=POINT, tracking_time=0.3)
+
+
+@pytest.fixture(scope="module")
+def design(lqg):
+    return lqg.design
 
 
 def around(lqg, whole):
@@ -50,19 +62,27 @@ def test_the_closed_loop_has_the_poles_of_feedback_and_of_filter(lqg):
     assert max(abs(pole) for pole in wanted) < 1.0
 
 
-def test_cheaper_input_makes_a_faster_loop():
-    def slowest(largest_input):
-        design = design_regulator(
-            MODEL,
-            period=PERIOD,
-            largest_error=0.03,
-            largest_input=largest_input,
-            input_noise=1e4,
-            output_noise=1e-3,
-        )
-        return max(abs(pole) for pole in design.poles)
+def test_the_filter_corrects_by_the_gain_of_least_variance(design):
+    a, b, c = np.array(design.transition), np.array(design.input)[:, None], np.array([[1.0, 0.0]])
+    before = solve_discrete_are(a.T, c.T, PUSH**2 * b @ b.T, np.array([[NOISE**2]]))
+    best = before @ c.T / (c @ before @ c.T + NOISE**2)
+    assert design.correction == pytest.approx(best[:, 0])
+    at_rest = np.linalg.solve(np.eye(2) - a, b)[:, 0]
+    assert at_rest == pytest.approx((MODEL.gain, 0.0), abs=1e-15)
 
-    assert slowest(1e5) < slowest(1e4) < slowest(1e3) < 1.0
+
+def test_the_feedback_costs_least_and_is_faster_the_cheaper_the_input(design):
+    integral = np.array([[-PERIOD, 0.0, 1.0]])
+    a = np.block([[np.array(design.transition), np.zeros((2, 1))], [integral]])
+    b = np.array([*design.input, 0.0])[:, None]
+    cost, dear = np.diag([ERROR**-2.0, 0.0, (ERROR * TIME) ** -2.0]), np.array([[INPUT**-2.0]])
+    riccati = solve_discrete_are(a, b, cost, dear)
+    best = np.linalg.solve(dear + b.T @ riccati @ b, b.T @ riccati @ a)[0]
+    assert (*design.feedback, -design.integral_gain) == pytest.approx(best, rel=1e-6)
+    poles = np.linalg.eigvals(a - b @ best[None])
+    np.testing.assert_allclose(np.sort_complex(design.poles), np.sort_complex(poles), rtol=1e-6)
+    slowest = [max(map(abs, designed(size).poles)) for size in (1e5, 1e4, 1e3)]
+    assert slowest[0] < slowest[1] < slowest[2] < 1.0
 
 
 def test_the_integral_takes_a_constant_disturbance(lqg):
@@ -92,10 +112,8 @@ def test_at_the_limits_the_filter_still_knows_where_the_arm_is(lqg):
 
 
 def test_it_comes_back_from_the_limits_where_a_wound_up_one_does_not(lqg):
-    def wanted(time):
-        return (3.0, 0.0, 0.0) if time < 6.0 else (0.2, 0.0, 0.0)
-
-    tracked, _ = LinearPlant(PERIOD).close(lqg, wanted, 350)
     wound = dataclasses.replace(lqg, tracking_time=math.inf)
-    left, _ = LinearPlant(PERIOD).close(wound, wanted, 350)
+    tracked, left = (
+        LinearPlant(PERIOD).close(one, out_of_reach_and_back, 350)[0] for one in (lqg, wound)
+    )
     assert abs(tracked[-1] - 0.2) < 0.1 < 1.0 < abs(left[-1] - 0.2)

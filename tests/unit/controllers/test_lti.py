@@ -7,11 +7,21 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.controller import PressureSplit
-from pamsim.controllers.model_based import LinearisationPoint, Lti, linear_controller
+from pamsim.controllers.model_based import Lti, linear_controller, linearise_arm
 from pamsim.controllers.sampled_controller import sampled_controller
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
-from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
+from pamsim.core.errors import InputError
+from pamsim.engine.equilibrium import rest_angles
+from pamsim.linear.identified_model import FitStatus
+from tests.unit.controllers.closed_loop import (
+    LEVEL,
+    MODEL,
+    PERIOD,
+    POINT,
+    SPLIT,
+    LinearPlant,
+    observe,
+    out_of_reach_and_back,
+)
 
 PID = control.tf([8e3, 1.2e5, 9e5], [0.01, 1.0, 0.0])  # Pa/rad
 SYSTEMS = {
@@ -77,30 +87,54 @@ def test_it_begins_with_the_pressures_that_are_there():
 
 
 def test_a_limited_output_does_not_wind_up():
-    narrow = LinearisationPoint(
-        split=PressureSplit(common=LEVEL, supply=SUPPLY), difference=5.4e5, angle=POINT.angle
-    )
-    conditioned = sampled_controller(PID, PERIOD)
     free = sampled_controller(PID, PERIOD, back_calculation=np.zeros(2))
+    prompt, late = (
+        LinearPlant(PERIOD).close(Lti(design=design, point=POINT), out_of_reach_and_back, 400)[0]
+        for design in (sampled_controller(PID, PERIOD), free)
+    )
+    assert abs(prompt[-1] - 0.2) < 0.1 < 1.0 < abs(late[-1] - 0.2)
 
-    def overshoot(design, point):
-        controller = Lti(design=design, point=point)
-        plant, memory, angles = LinearPlant(PERIOD), None, []
-        for k in range(250):
-            goal = POINT.angle + (0.25 if k < 100 else 0.1)  # 0.25 rad is out of reach
-            seen = observe(
-                angle=POINT.angle + float(plant.state[0]),
-                pressure=point.pressures(0.0),
-                wanted=(goal, 0.0, 0.0),
-            )
-            memory = controller.start(seen) if memory is None else memory
-            command, memory = controller.step(seen, memory)
-            plant.take((command[0] - point.difference + POINT.difference, command[1]))
-            angles.append(float(plant.state[0]))
-        return np.array(angles)
 
-    # After the goal has come back into reach, the angle follows at once.
-    late = overshoot(free, narrow)[110:]
-    prompt = overshoot(conditioned, narrow)[110:]
-    assert np.max(np.abs(prompt - 0.1)) < 0.5 * np.max(np.abs(late - 0.1))
-    assert prompt[-1] == pytest.approx(0.1, abs=1e-3)
+def test_rest_is_where_an_integrator_holds_the_output_without_error():
+    design = sampled_controller(PID, PERIOD)
+    x = np.array(design.rest)
+    np.testing.assert_allclose(np.array(design.transition) @ x, x, atol=1e-12)
+    assert np.dot(design.output, x) == pytest.approx(1.0)
+    lag = control.tf([1.0], [1e4, 1.0])  # slow, but forgets
+    assert sampled_controller(lag, PERIOD).rest == (0.0,)
+
+
+def test_conditioning_needs_a_direct_path_and_stable_zeros():
+    assert any(sampled_controller(PID, PERIOD).correction)
+    assert sampled_controller(control.tf([1.0], [1.0, 0.0], PERIOD), PERIOD).correction == (0.0,)
+    unstable_zero = control.tf([1.0, -2.0], [1.0, -1.0], PERIOD)
+    assert sampled_controller(unstable_zero, PERIOD).correction == (0.0,)
+    own = sampled_controller(unstable_zero, PERIOD, back_calculation=np.array([0.3]))
+    assert own.correction == (0.3,)
+
+
+TWO = control.tf([[[1.0], [2.0]]], [[[1.0, 1.0], [1.0, 2.0]]])
+BAD = (
+    (control.tf([1.0, 0.0], [1.0]), {}, "more zeros than poles"),
+    (control.tf([1.0], [1.0, 0.5], 0.01), {}, "is sampled at 0.01 s"),
+    (TWO, {}, "needs slycot"),
+    (control.ss([[0.1]], np.ones((1, 3)), [[1.0]], 0.0, PERIOD), {}, "3 inputs"),
+    (PID, {"back_calculation": np.zeros(5)}, "2 states"),
+    (PID, {"period": 0.0}, "must be above 0"),
+)
+
+
+def test_what_is_no_controller_is_refused():
+    for system, changes, expected in BAD:
+        with pytest.raises(InputError, match=expected):
+            sampled_controller(system, **({"period": PERIOD} | changes))
+
+
+def test_a_linearised_arm_has_the_gain_and_the_angle_at_rest():
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"hysteresis.force_per_pressure": 0.0})
+    found = linearise_arm(rig, SPLIT, difference=5e4, load=1.2, hold=1.2)
+    assert found.fit.status is FitStatus.CONVERGED
+    pressures = np.array([SPLIT.pressures(d) for d in (5e4, 3e4, 7e4)])
+    angles = rest_angles(rig, pressures, np.full(3, 1.2))
+    assert found.point.angle == pytest.approx(angles[0], abs=1e-4)
+    assert found.model.gain == pytest.approx((angles[2] - angles[1]) / 4e4, rel=0.05)

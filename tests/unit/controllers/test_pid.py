@@ -7,12 +7,10 @@ import math
 
 import pytest
 
-from pamsim.controllers.controller import PressureSplit
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
-from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SUPPLY, observe
+from tests.unit.controllers.closed_loop import LEVEL, PERIOD, SPLIT, observe
 
-SPLIT = PressureSplit(common=LEVEL, supply=SUPPLY)
 PI = Pid(split=SPLIT, period=PERIOD, gain=2e6, integral_time=0.5, tracking_time=0.2)
 LAG, GAIN = 0.5, 1e-6  # of a plant T y' = K dp - y [s, rad/Pa]
 

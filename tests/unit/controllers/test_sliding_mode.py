@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.controllers.model_based import SlidingMode
-from tests.unit.controllers.closed_loop import observe
-from tests.unit.controllers.linear_plant import MODEL, POINT, LinearPlant
+from tests.unit.controllers.closed_loop import MODEL, POINT, LinearPlant, observe
 
 FINE = 1e-3
 PUSH = 1e4  # Pa

@@ -21,6 +21,7 @@ from pamsim.envs.episode import Episode, random_parameters
 from pamsim.envs.rig_env import RigEnv
 from pamsim.envs.tasks import TASKS
 from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.sensors import lagged, through_backlash
 
 PRESSURE = "pamsim/PamArmPressure-v0"
 VALVE = "pamsim/PamArmValve-v0"
@@ -31,16 +32,8 @@ RIGS = ("mas20_arm", "two_joint_arm")
 
 
 @pytest.fixture
-def made():
-    opened = []
-
-    def make(name=PRESSURE, **options):
-        opened.append(gymnasium.make(name, **{**SHORT, **options}).unwrapped)
-        return opened[-1]
-
-    yield make
-    for env in opened:
-        env.close()
+def made(opened):
+    return lambda name=PRESSURE, **options: opened(name, **{**SHORT, **options}).unwrapped
 
 
 def played(env, actions, seed=0):
@@ -53,8 +46,23 @@ def played(env, actions, seed=0):
     return np.array(rows)
 
 
-def actions(count, seed=1):
-    return np.random.default_rng(seed).uniform(-1.0, 1.0, (count, 2)).astype(np.float32)
+def actions(count):
+    return np.random.default_rng(1).uniform(-1.0, 1.0, (count, 2)).astype(np.float32)
+
+
+def simulated(env, moves, load=0.0, **changed):
+    """What `simulate` makes of the commands of some actions."""
+    experiment = Experiment(
+        drive="pressure_set",
+        command_time=env.rigs.period * np.arange(len(moves)),
+        command_value=0.5 * env.rigs.top_pressure * (moves.astype(float) + 1.0),
+        start_pressure=np.full(2, 300e3),
+        duration=env.rigs.period * len(moves),
+        sample_rate=1.0 / env.rigs.period,
+        load=load,
+    )
+    rig = pamsim.load_rig("mas20_arm").with_parameters(changed)
+    return pamsim.simulate(rig, experiment).completed()
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -65,33 +73,14 @@ def test_gymnasium_finds_nothing_to_say(rig, action, task, made):
 
 
 def test_an_episode_is_what_simulate_makes_of_the_same_commands(made):
-    env = made(load=1.2, effort=0.0)
-    moves = actions(30)
-    rows = played(env, moves)
-    supply = env.rigs.top_pressure
-    set_points = 0.5 * supply * (np.minimum(np.maximum(moves.astype(float), -1), 1) + 1.0)
-    run = pamsim.simulate(
-        pamsim.load_rig("mas20_arm"),
-        Experiment(
-            drive="pressure_set",
-            command_time=env.rigs.period * np.arange(30),
-            command_value=set_points,
-            start_pressure=np.full(2, 300e3),
-            duration=0.3,
-            sample_rate=1.0 / env.rigs.period,
-            load=1.2,
-        ),
-    ).completed()
+    env = made(load=1.2)
+    rows = played(env, actions(30))
+    run = simulated(env, actions(30), load=1.2)
     assert np.array_equal(rows[:, -1], run.angle)
     assert rows[:, 2:4] == pytest.approx(run.pressure, rel=1e-12)
-
-
-def test_reset_restores_pressure_and_memory_too(made):
-    env = made(VALVE)
-    moves = actions(25)
-    first = played(env, moves, seed=3)
-    played(env, actions(13, seed=9), seed=4)
-    assert np.array_equal(played(env, moves, seed=3), first)
+    late = made(delay=0.013)  # not a whole number of periods
+    run = simulated(late, actions(20), **{"valve.delay": 0.013})
+    assert played(late, actions(20))[:, -1] == pytest.approx(run.angle, abs=1e-9)
 
 
 @pytest.mark.parametrize("rig", RIGS)
@@ -143,48 +132,12 @@ def test_a_delay_of_whole_periods_is_a_shift_of_the_actions(kind, made):
     assert np.array_equal(played(late, moves), shifted)
 
 
-def test_part_of_a_period_of_delay_is_what_simulate_does(made):
-    env = made(delay=0.013)
-    moves = actions(20)
-    rig = pamsim.load_rig("mas20_arm").with_parameters({"valve.delay": 0.013})
-    run = pamsim.simulate(
-        rig,
-        Experiment(
-            drive="pressure_set",
-            command_time=env.rigs.period * np.arange(20),
-            command_value=0.5 * env.rigs.top_pressure * (moves.astype(float) + 1.0),
-            start_pressure=np.full(2, 300e3),
-            duration=0.2,
-            sample_rate=100.0,
-        ),
-    )
-    assert played(env, moves)[:, -1] == pytest.approx(run.angle, abs=1e-9)
-
-
-def test_reward_is_the_error_in_units_of_a_quarter_of_the_travel(made):
-    env = made(task="sine", effort=0.0)
-    rows = played(env, actions(20))
-    unit = UNIT * env.rigs.reaches[0].travel
-    assert rows[1:, 8] == pytest.approx(-np.abs(rows[1:, -1] - rows[:-1, 4]) / unit)
-
-
 def test_effort_costs_the_squared_change_of_command(made):
     moves = actions(20)
     free, dear = made(effort=0.0), made(effort=0.5)
     change = np.diff(np.concatenate([np.zeros((1, 2)), moves]), axis=0)
     cost = played(free, moves)[1:, 8] - played(dear, moves)[1:, 8]
     assert cost == pytest.approx(0.5 * (change**2).mean(axis=1), abs=1e-6)
-
-
-def test_stiffness_is_rewarded_where_it_is_asked(made):
-    env = made(task="stiffness", effort=0.0)
-    env.reset(seed=2)
-    observation, reward, *_ = env.step(np.zeros(2, dtype=np.float32))
-    asked = env.rigs.signals.named(observation)
-    ((have,),) = env.rigs.stiffness()
-    unit = UNIT * env.rigs.reaches[0].travel
-    error = abs(env.rigs.true[0, 0] - asked["shaft.angle_set"]) / unit
-    assert reward == pytest.approx(-error - abs(have / asked["shaft.stiffness_set"] - 1.0))
 
 
 def test_a_torque_from_outside_turns_the_arm(made):
@@ -206,42 +159,27 @@ def test_noise_and_encoder_are_of_the_stated_size(made):
     assert len(np.unique(steps.round())) > 3
 
 
-def test_a_lagging_instrument_shows_what_a_recording_would(made):
-    rig = pamsim.load_rig("mas20_arm").with_parameters(
-        {
-            "sensor.angle_lag": 0.05,
-            "sensor.angle_bend": 0.3,
-            "sensor.angle_bias": 0.01,
-            "sensor.pressure_scale": 1.1,
-            "sensor.pressure_bend": 2e-7,
-        }
-    )
-    env = made(rig=rig)
+def test_an_instrument_shows_what_a_recording_would(made):
+    errors = {
+        "angle_lag": 0.05,
+        "angle_backlash": 0.005,
+        "angle_bend": 0.3,
+        "angle_bias": 0.01,
+        "pressure_scale": 1.1,
+        "pressure_bend": 2e-7,
+        "clock_offset": 0.1,  # of a log: the environment has none
+    }
+    rig = pamsim.load_rig("mas20_arm")
+    env = made(rig=rig.with_parameters({f"sensor.{name}": to for name, to in errors.items()}))
     rows = played(env, actions(30))
-    from pamsim.recordings.sensors import lagged
-
-    time = env.rigs.period * np.arange(31)
-    behind = lagged(time, rows[:, -1], 0.05)
+    turned = through_backlash(rows[:, -1], 0.005)
+    assert np.ptp(rows[:, -1]) > 0.01
+    behind = lagged(env.rigs.period * np.arange(31), turned, 0.05)
     assert rows[:, 0] == pytest.approx(behind + 0.3 * behind**2 + 0.01, abs=1e-12)
     true = env.rigs.true[0, 1]
     assert 1.1 * true + 2e-7 * true**2 == pytest.approx(rows[-1, 2])
-
-
-def test_an_instrument_with_backlash_shows_what_a_recording_would(made):
-    rig = pamsim.load_rig("mas20_arm").with_parameters(
-        {"sensor.angle_lag": 0.05, "sensor.angle_backlash": 0.005, "sensor.clock_offset": 0.1}
-    )
-    env = made(rig=rig)
-    rows = played(env, actions(30))
-    from pamsim.recordings.sensors import lagged, through_backlash
-
-    time = env.rigs.period * np.arange(31)
-    turned = through_backlash(rows[:, -1], 0.005)
-    assert np.ptp(rows[:, -1]) > 0.01
-    assert rows[:, 0] == pytest.approx(lagged(time, turned, 0.05), abs=1e-12)  # no log, no clock
     env.reset(seed=0)
-    again = played(env, actions(30))
-    np.testing.assert_array_equal(again[:, 0], rows[:, 0])
+    np.testing.assert_array_equal(played(env, actions(30)), rows)
 
 
 def test_randomized_arms_spread_as_the_file_says(made):
@@ -270,33 +208,20 @@ def test_on_off_valves_are_interlocked(made):
     assert both[-1, 3] > both[0, 3]
 
 
-def test_environments_and_other_runs_do_not_disturb_each_other(made):
+def test_a_closed_environment_refuses_and_leaves_another_alone(made):
     one, other = made(), made()
-    moves = actions(10)
-    alone = played(one, moves)
-    one.reset(seed=0)
-    other.reset(seed=0)
-    rig = pamsim.load_rig("mas20_arm")
-    found = []
-    for move in moves:
-        pamsim.simulate(rig, pamsim.pressure_step((1e5, 1e5), (1e5, 1e5), duration=0.01))
-        found.append(one.step(move)[4]["position"][0])
-    assert np.array_equal(found, alone[1:, -1])
+    alone = played(one, actions(10))
     other.close()
-    one.step(moves[0])
-    one.close()
-    assert mujoco.get_mjcb_time() is None
+    assert np.array_equal(played(one, actions(10)), alone)
     with pytest.raises(EngineError, match="closed"):
-        one.step(moves[0])
+        played(other, actions(1))
 
 
-def test_episodes_end_after_max_episode_steps(made):
-    env = gymnasium.make(PRESSURE, max_episode_steps=10)
-    assert env.spec.max_episode_steps == 10
+def test_episodes_end_after_max_episode_steps(opened):
+    env = opened(PRESSURE, max_episode_steps=10)
     env.reset(seed=0)
     ended = [env.step(np.zeros(2, dtype=np.float32))[3] for _ in range(10)]
     assert ended == [False] * 9 + [True]
-    env.close()
     assert gymnasium.spec(PRESSURE).max_episode_steps == 400
 
 
@@ -327,6 +252,10 @@ def test_a_run_that_breaks_down_terminates_with_finite_observations(made):
 
 
 def test_a_picture_shows_the_arm(made):
+    plain = made()
+    plain.reset(seed=0)
+    with pytest.raises(InputError, match="render_mode"):
+        plain.render()
     env = made(render_mode="rgb_array", width=160, height=100)
     env.reset(seed=0)
     first = env.render()
@@ -353,33 +282,28 @@ def test_a_picture_shows_the_arm(made):
         ({"render_mode": "ansi"}, InputError, "rgb_array"),
     ],
 )
-def test_a_bad_option_is_refused_by_name(options, error, message, made):
+def test_a_bad_option_is_refused_by_name(options, error, message):
     with pytest.raises(error, match=message):
         RigEnv(**options)
 
 
-def test_render_without_a_mode_says_how(made):
-    env = made()
-    env.reset(seed=0)
-    with pytest.raises(InputError, match="render_mode"):
-        env.render()
-
-
 def test_the_information_holds_the_target_the_terms_of_the_reward_and_whether_it_is_met(made):
     env = made(task="stiffness", effort=0.3)
-    (joint,) = env.rigs.rig.joints
+    (joint,), (reach,) = env.rigs.rig.joints, env.rigs.reaches
     _, info = env.reset(seed=3)
-    assert [info[f"reward_{name}"] for name in ("position", "effort", "stiffness")] == [0.0] * 3
+    names = [f"reward_{name}" for name in ("position", "effort", "stiffness")]
+    assert [info[name] for name in names] == [0.0] * 3
     for action in actions(5):
-        wanted = env.named()[f"{joint}.angle_set"]
+        asked = env.named()
         _, reward, _, _, info = env.step(action)
-        assert info["target"] == pytest.approx(wanted)
-        terms = [info[f"reward_{name}"] for name in ("position", "effort", "stiffness")]
+        assert info["target"] == pytest.approx(asked[f"{joint}.angle_set"])
+        terms = [info[name] for name in names]
         assert sum(terms) == reward
         assert max(terms) < 0.0
-        unit = UNIT * env.rigs.reaches[0].travel
-        missed = abs(info["position"] - info["target"]).max() / unit
+        missed = abs(info["position"] - info["target"]).max() / (UNIT * reach.travel)
+        ((have,),) = env.rigs.stiffness()
         assert terms[0] == pytest.approx(-missed)
+        assert terms[2] == pytest.approx(-abs(have / asked[f"{joint}.stiffness_set"] - 1.0))
         assert info["is_success"] == (missed < 0.1)
     at_rest = made(task="regulation")
     _, info = at_rest.reset(seed=0)
@@ -430,13 +354,8 @@ def test_a_task_and_a_reward_of_ones_own(made):
     ],
 )
 def test_what_is_no_task_and_no_reward_is_refused_in_a_line(made, options, message):
-    def begun():
-        env = made(**options)
-        env.reset(seed=0)
-        env.step(np.zeros(2, dtype=np.float32))
-
     with pytest.raises(InputError, match=message) as refused:
-        begun()
+        played(made(**options), actions(1))
     assert "\n" not in str(refused.value)
 
 

@@ -31,7 +31,15 @@ OPTIONS = {
 }
 
 
-@pytest.mark.parametrize("vector", [False, True])
+def opened(count=None, **options):
+    """One environment, or a vector environment of some rigs."""
+    if count is None:
+        return gymnasium.make(ENVIRONMENT, **options)
+    mode = {"vectorization_mode": "vector_entry_point", **options}
+    return gymnasium.make_vec(ENVIRONMENT, num_envs=count, **mode)
+
+
+@pytest.mark.parametrize("count", [None, 1])
 @pytest.mark.parametrize(
     ("action", "bad", "message"),
     [
@@ -47,20 +55,18 @@ OPTIONS = {
         ("on_off", [0.5, 0.0, 0.0, 0.0], "0 or 1"),
     ],
 )
-def test_what_is_no_action_is_an_error_and_changes_nothing(vector, action, bad, message):
-    make = gymnasium.make_vec if vector else gymnasium.make
-    kind = {"num_envs": 1, "vectorization_mode": "vector_entry_point"} if vector else {}
-    with closing(make(ENVIRONMENT, action=action, **kind).unwrapped) as env:
+def test_what_is_no_action_is_an_error_and_changes_nothing(count, action, bad, message):
+    with closing(opened(count, action=action).unwrapped) as env:
         env.reset(seed=0)
         before = env.rigs.plant.state(0)
         with pytest.raises(InputError, match=message) as caught:
-            env.step([bad] if vector else bad)
+            env.step([bad] if count else bad)
         assert "\n" not in str(caught.value)
         assert np.array_equal(env.rigs.plant.state(0), before)
 
 
 def test_actions_beyond_the_space_count_as_its_ends():
-    with closing(gymnasium.make(ENVIRONMENT).unwrapped) as env:
+    with closing(opened().unwrapped) as env:
         found = []
         for move in ([7.0, -1e30], [1.0, -1.0]):
             env.reset(seed=0)
@@ -70,12 +76,11 @@ def test_actions_beyond_the_space_count_as_its_ends():
 
 
 def test_a_step_before_reset_says_so():
-    with closing(gymnasium.make(ENVIRONMENT).unwrapped) as env:
+    with closing(opened().unwrapped) as env:
         with pytest.raises(InputError, match="reset"):
             env.step(np.zeros(2))
         assert env.data.time == 0.0
-    many = gymnasium.make_vec(ENVIRONMENT, num_envs=2, vectorization_mode="vector_entry_point")
-    with closing(many), pytest.raises(InputError, match="reset"):
+    with closing(opened(2)) as many, pytest.raises(InputError, match="reset"):
         many.step(np.zeros((2, 2)))
 
 
@@ -91,12 +96,10 @@ def rolled(env, actions):
 
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-@pytest.mark.parametrize("vector", [False, True])
-def test_a_copy_continues_as_the_environment_does(vector, copied):
-    make = gymnasium.make_vec if vector else gymnasium.make
-    kind = {"num_envs": 2, "vectorization_mode": "vector_entry_point"} if vector else {}
+@pytest.mark.parametrize("count", [None, 2])
+def test_a_copy_continues_as_the_environment_does(count, copied):
     lagging = pamsim.load_rig("two_joint_arm").with_parameters({"sensor.angle_lag": 0.1})
-    env = make(ENVIRONMENT, **{**OPTIONS, "rig": lagging}, **kind)
+    env = opened(count, **{**OPTIONS, "rig": lagging})
     env.action_space.seed(0)
     actions = [env.action_space.sample() for _ in range(35)]
     env.reset(seed=5)
@@ -106,7 +109,7 @@ def test_a_copy_continues_as_the_environment_does(vector, copied):
     env.close()
     assert np.array_equal(rolled(other, actions[17:]), found)
     other.close()
-    fresh = copied(make(ENVIRONMENT, **kind))
+    fresh = copied(opened(count))
     fresh.reset(seed=0)
     fresh.close()
 
@@ -114,9 +117,7 @@ def test_a_copy_continues_as_the_environment_does(vector, copied):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
 @pytest.mark.parametrize("rig", ["mas20_arm", "two_joint_arm"])
 def test_a_forked_vector_environment_goes_on(rig):
-    env = gymnasium.make_vec(
-        ENVIRONMENT, num_envs=4, vectorization_mode="vector_entry_point", rig=rig, threads=2
-    )
+    env = opened(4, rig=rig, threads=2)
     env.action_space.seed(0)
     actions = [env.action_space.sample() for _ in range(10)]
     env.reset(seed=2)
@@ -147,7 +148,7 @@ def test_a_forked_vector_environment_goes_on(rig):
 def test_processes_of_gymnasium_are_equal_to_the_vector_environment():
     found = []
     for mode in ("async", "vector_entry_point"):
-        env = gymnasium.make_vec(ENVIRONMENT, num_envs=2, vectorization_mode=mode, **OPTIONS)
+        env = opened(2, vectorization_mode=mode, **OPTIONS)
         env.reset(seed=1)
         found.append(rolled(env, [np.full((2, 4), push, np.float32) for push in (0.3, -0.4)]))
         env.close()

@@ -1,12 +1,13 @@
-"""Every controller that a suite designs brings the arm where it is wanted."""
+"""Every controller that a suite designs is pure and brings the arm where it is wanted."""
 
 from __future__ import annotations
 
+import copy
 import math
 import os
+import pickle
 import sys
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ import pamsim
 from pamsim.controllers.suite import FAMILIES, Suite
 from pamsim.core.errors import EngineError
 from pamsim.envs.closed_loop import run_episode, score
+from tests.unit.controllers.closed_loop import LEVEL, SUPPLY, observe
 
 
 @pytest.fixture(scope="module")
@@ -22,16 +24,8 @@ def suite():
 
 
 @pytest.fixture
-def made():
-    opened = []
-
-    def make(command, **options):
-        opened.append(gymnasium.make("pamsim/Rig-v0", action=command, load=1.2, **options))
-        return opened[-1]
-
-    yield make
-    for env in opened:
-        env.close()
+def made(opened):
+    return lambda command, **options: opened(action=command, load=1.2, **options)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -45,6 +39,39 @@ def test_the_arm_comes_to_the_angle_wanted(name, suite, made):
     left = math.degrees(abs(run.position[-10:] - run.reference[-10:]).max())
     # The compensated feed-forward undoes a path that the joint does not take when it overshoots.
     assert left < (1.3 if name == "feed-forward, compensated" else 1.0)
+
+
+def seen(k):
+    return observe(
+        angle=0.1 * math.sin(0.3 * k),
+        velocity=math.cos(0.3 * k),
+        pressure=(LEVEL + 2e4 * math.sin(0.2 * k), LEVEL - 1e4 * math.cos(0.5 * k)),
+        wanted=(0.2 * math.sin(0.1 * k), 0.3, -0.5),
+    )
+
+
+def commands(controller, memory, samples):
+    found = []
+    for k in samples:
+        command, memory = controller.step(seen(k), memory)
+        found.append(command)
+    return found, memory
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_memory_can_be_copied_and_continued_and_commands_can_be_had(name, suite):
+    family = FAMILIES[name]
+    controller, other = (family.make(suite, family.tried[0]) for _ in range(2))
+    first, memory = commands(controller, controller.start(seen(0)), range(20))
+    before = pickle.dumps(memory)
+    once, _ = commands(controller, memory, range(20, 200))
+    assert pickle.dumps(memory) == before
+    again, _ = commands(controller, copy.deepcopy(memory), range(20, 200))
+    stranger, _ = commands(other, pickle.loads(before), range(20, 200))
+    assert once == again == stranger
+    assert len(set(first + once)) > 20
+    low, high = (0.0, SUPPLY) if controller.command == "pressure_set" else (-1.0, 1.0)
+    assert all(low <= value <= high for command in first + once for value in command)
 
 
 def test_stiffness_is_had_by_co_contraction(suite, made):
@@ -72,6 +99,6 @@ def test_compensated_feed_forward_halves_the_error_of_a_pid(suite, made):
 )
 def test_a_missing_screen_is_one_line_that_names_the_fix(made):
     env = made("pressure_set", render_mode="human")
-    with pytest.raises(EngineError, match="DISPLAY") as caught:
+    with pytest.raises(EngineError, match=r"set DISPLAY.*`pamsim render`") as caught:
         env.reset(seed=0)
     assert "\n" not in str(caught.value)

@@ -23,17 +23,14 @@ def test_without_the_extra_it_is_named_in_one_line(monkeypatch):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
+def test_what_cannot_be_trained_is_refused_first():
+    for settings, message in (
         ({"steps": 1, "action": "on_off"}, "continuous"),
         ({"steps": 0}, "100000"),
         ({"steps": 1, "task": "sin"}, "sine"),
-    ],
-)
-def test_what_cannot_be_trained_is_refused_first(settings, message):
-    with pytest.raises(InputError, match=message):
-        train(**settings)
+    ):
+        with pytest.raises(InputError, match=message):
+            train(**settings)
 
 
 def test_a_policy_file_is_written_whole_and_not_over_another(tmp_path):
@@ -51,11 +48,8 @@ def test_a_policy_file_is_written_whole_and_not_over_another(tmp_path):
     result = Training(policy=policy, settings={}, seed=0, steps=[1], rewards=[-2.0])
     write_policy(tmp_path / "p.npz", policy)
     again = read_policy(tmp_path / "p.npz")
-    assert (again.joints, again.muscles, again.command) == (
-        policy.joints,
-        policy.muscles,
-        policy.command,
-    )
+    for name in ("joints", "muscles", "command"):
+        assert getattr(again, name) == getattr(policy, name)
     assert all(map(np.array_equal, again.weights, policy.weights))
     with pytest.raises(InputError, match="force"):
         result.save(tmp_path / "p.npz")

@@ -53,8 +53,10 @@ def test_same_results_as_single_environments(name, options, both):
         same(one, other)
     for _ in range(45):  # through two ends of episodes
         action = many.action_space.sample()
-        for one, other in zip(many.step(action), single.step(action), strict=True):
+        found = many.step(action)
+        for one, other in zip(found, single.step(action), strict=True):
             same(one, other)
+        assert many.observation_space.contains(found[0])
 
 
 def same(one, other):
@@ -67,20 +69,6 @@ def same(one, other):
         assert np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("name", MAS20)
-def test_what_it_gives_lies_in_its_spaces(name, both):
-    many, _ = both(name, max_episode_steps=5)
-    seen, _ = many.reset(seed=0)
-    assert many.observation_space.contains(seen)
-    for _ in range(8):
-        seen, reward, terminated, truncated, _ = many.step(many.action_space.sample())
-        assert many.observation_space.contains(seen)
-        assert reward.shape == terminated.shape == truncated.shape == (RIGS,)
-        assert reward.dtype == np.float64
-        assert terminated.dtype == truncated.dtype == np.bool_
-        assert not terminated.any()
-
-
 @pytest.mark.parametrize(("rig", "muscles"), [("mas20_arm", 2), ("two_joint_arm", 4)])
 def test_lengths_by_the_jacobian_are_the_engine_s(rig, muscles, monkeypatch, both):
     found = []
@@ -88,10 +76,8 @@ def test_lengths_by_the_jacobian_are_the_engine_s(rig, muscles, monkeypatch, bot
         monkeypatch.setattr(plant, "fixed_tendons", fixed_tendons)
         for env in both(ENVIRONMENT, rig=rig, action="valve", frame_skip=10):
             env.reset(seed=2)
-            rows = [
-                env.step(np.full((RIGS, muscles), push, np.float32))[0] for push in (0.4, -0.7, 0.1)
-            ]
-            found.append(rows)
+            moves = np.multiply.outer((0.4, -0.7, 0.1), np.ones((RIGS, muscles), np.float32))
+            found.append([env.step(move)[0] for move in moves])
     assert all(np.array_equal(rows, found[0]) for rows in found)
 
 
@@ -137,17 +123,10 @@ def test_an_arm_that_breaks_down_leaves_the_others_alone(both):
     assert ended.tolist() == [False, True, False]
 
 
-@pytest.mark.parametrize(
-    ("count", "call", "message"),
-    [
-        (0, None, "num_envs"),
-        (2, {"seed": [1]}, "seeds"),
-        (2, {"options": {"reset_mask": [1]}}, "mask"),
-    ],
-)
-def test_bad_input_is_refused(count, call, message):
-    with (
-        pytest.raises(InputError, match=message),
-        closing(RigVectorEnv(count)) as env,
-    ):
-        env.reset(**call)
+def test_bad_input_is_refused():
+    with pytest.raises(InputError, match="num_envs"):
+        RigVectorEnv(0)
+    with closing(RigVectorEnv(2)) as env:
+        for call, message in (({"seed": [1]}, "seeds"), ({"options": {"reset_mask": [1]}}, "mask")):
+            with pytest.raises(InputError, match=message):
+                env.reset(**call)

@@ -20,7 +20,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 @pytest.fixture(scope="session", autouse=True)
 def compiled_quickly() -> Iterator[None]:
     """Without optimisation: here compiling takes longer than what is compiled."""
-    from pamsim.gpu.warp_package import warp
+    from pamsim.gpu.port import warp
 
     config = warp().config
     before, config.optimization_level = config.optimization_level, 0

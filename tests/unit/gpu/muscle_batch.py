@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from pamsim.gpu.muscle_kernels import launch, muscle_kernels
-from pamsim.gpu.port import port
-from pamsim.gpu.warp_package import warp
+from pamsim.gpu.port import port, warp
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.muscle_valves import cross_flow
 from pamsim.physics.record import SIZE, STATE_NAMES, pack, slot, view
@@ -28,27 +27,16 @@ PARTNER = slot("partner")
 RESISTANCE, LINE = slot("valve.supply_resistance"), slot("valve.supply_line")
 
 
-@dataclasses.dataclass(frozen=True)
-class Batch:
-    """n worlds of m muscles.
+class Batch(NamedTuple):
+    """n worlds of m muscles."""
 
-    Attributes:
-        rows: (n, m, SIZE) parameters.
-        act: (n, na) states.
-        place: (m, 2) first state and number of states of each muscle.
-        length: (n, m) of tendons [m].
-        speed: (n, m) [m/s].
-        command: (n, m) signed openings.
-        time: [s].
-    """
-
-    rows: np.ndarray
-    act: np.ndarray
-    place: np.ndarray
-    length: np.ndarray
-    speed: np.ndarray
-    command: np.ndarray
-    time: float = 0.0123
+    rows: np.ndarray  # (n, m, SIZE) parameters
+    act: np.ndarray  # (n, na) states
+    place: np.ndarray  # (m, 2) first state and number of states of each muscle
+    length: np.ndarray  # (n, m) of tendons [m]
+    speed: np.ndarray  # (n, m) [m/s]
+    command: np.ndarray  # (n, m) signed openings
+    time: float = 0.0123  # [s]
 
     def muscle(self, world: int, muscle: int) -> tuple[list[float], list[float]]:
         first, count = self.place[muscle]
@@ -56,8 +44,7 @@ class Batch:
         return row, self.act[world, first : first + count].tolist()
 
 
-@dataclasses.dataclass(frozen=True)
-class Results:
+class Results(NamedTuple):
     """Rates (n, na), the engine's forces, gauge pressures and tensions (n, m)."""
 
     rates: np.ndarray

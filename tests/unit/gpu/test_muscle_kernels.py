@@ -79,18 +79,23 @@ def single():
     return given, python_results(given), warp_results(given, "float32")
 
 
+def same_rates(results, i, relative, rounding, least=0.0):
+    """Rates to the rounding of the value that a memory is led to in one step, over the step."""
+    given, expected, got = results
+    first, count = given.place[i]
+    own = slice(first, first + count)
+    size = np.maximum(np.abs(given.act[:, own]), least).max(axis=0)
+    error = np.abs(got.rates[:, own] - expected.rates[:, own])
+    bound = relative * np.abs(expected.rates[:, own]) + rounding * size / TIMESTEP
+    return (error <= bound).all()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MUSCLES)
 def test_double_precision_is_pythons(double, name):
     """To rounding: the formulas are the same, so nothing but the order of sums may differ."""
-    given, expected, got = double
-    i = [*MUSCLES].index(name)
-    first, count = given.place[i]
-    own = slice(first, first + count)
-    # A memory's rate leads it to a value in one step: rounding of that value, over the step.
-    rounding = 1e-13 * np.abs(given.act[:, own]).max(axis=0) / TIMESTEP
-    error = np.abs(got.rates[:, own] - expected.rates[:, own])
-    assert (error <= 1e-9 * np.abs(expected.rates[:, own]) + rounding).all()
+    i, (_, expected, got) = [*MUSCLES].index(name), double
+    assert same_rates(double, i, 1e-9, 1e-13)
     assert got.pressure[:, i] == pytest.approx(expected.pressure[:, i], rel=1e-12)
     assert got.tension[:, i] == pytest.approx(expected.tension[:, i], rel=1e-11)
     assert got.force[:, i] == pytest.approx(expected.force[:, i], rel=1e-6)  # the engine's number
@@ -101,16 +106,11 @@ def test_double_precision_is_pythons(double, name):
 @pytest.mark.parametrize("name", IN_SINGLE)
 def test_single_precision_is_pythons_to_1e_4(single, name):
     """Relative, of pressures, tensions and forces."""
-    given, expected, got = single
-    i = IN_SINGLE.index(name)
+    i, (_, expected, got) = IN_SINGLE.index(name), single
+    # What a step adds to a state is known to the rounding of the state, or of the contraction that
+    # a memory follows, no better.
+    assert same_rates(single, i, 1e-4, 2e-6, least=0.1)
     assert got.pressure[:, i] == pytest.approx(expected.pressure[:, i], rel=1e-4)
     # A tension is a difference of forces of some 100 N.
     assert got.tension[:, i] == pytest.approx(expected.tension[:, i], rel=1e-4, abs=1e-3)
     assert got.force[:, i] == pytest.approx(expected.force[:, i], rel=1e-4, abs=1e-3)
-    first, count = given.place[i]
-    own = slice(first, first + count)
-    # What a step adds to a state is known to the rounding of the state, or of the contraction that
-    # a memory follows, no better.
-    rounding = 2e-6 * np.maximum(np.abs(given.act[:, own]), 0.1).max(axis=0) / TIMESTEP
-    error = np.abs(got.rates[:, own] - expected.rates[:, own])
-    assert (error <= 1e-4 * np.abs(expected.rates[:, own]) + rounding).all()

@@ -15,7 +15,7 @@ from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.gpu.simulate_worlds import simulate_worlds
-from pamsim.gpu.worlds import Worlds
+from pamsim.gpu.worlds import Worlds, engine_model
 from pamsim.physics.record import slot
 from pamsim.recordings.recording import Outcome
 
@@ -27,11 +27,24 @@ VARIED = (
     RIG.with_parameters({"valve.delay": 0.0, "creep.stiffness": 3e3, "creep.relaxation_time": 0.2}),
 )
 LOADS = (1.2, 1.2, 0.0, 2.0)
+CHANGED = RIG.with_parameters(
+    {"joint.shaft.frictionloss": 0.4, "tendon.chain_1.coef": 0.014, "passive.stiffness": 1.1e4}
+)
 
 
 def step(load=1.2, end=1e5, **changes):
     values = {"duration": 0.6, "load": load, "sample_rate": 100.0, **changes}
     return pamsim.pressure_step((3e5, 3e5), (3e5, end), **values)
+
+
+def two_at_rest():
+    """A run, its data at rest, and two worlds in that state."""
+    run = prepare(RIG, step())
+    data = mujoco.MjData(run.model)
+    pamsim.reset(run.model, data, [3e5, 3e5])
+    worlds = Worlds(RIG, run.model, 2, device="cpu")
+    worlds.put(dict.fromkeys((0, 1), (run.model, pamsim.save_state(run.model, data))))
+    return run, data, worlds
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +66,6 @@ def test_a_step_response_is_that_of_the_engine(responses):
         assert other.time == pytest.approx(own.time, abs=1e-12)
         assert other.command == pytest.approx(own.command)
         assert (other.drive, other.load, other.muscles) == (own.drive, own.load, own.muscles)
-
-
-@pytest.mark.slow
-def test_every_world_has_its_own_parameters(responses):
     ends = np.degrees([run.angle[-1] for run in responses[1]])
     assert np.diff(np.sort(ends)).min() > 0.1
 
@@ -72,12 +81,7 @@ def test_in_single_precision_too(responses):
 @pytest.mark.slow
 def test_a_state_goes_on_where_it_was_taken():
     """In the other engine as well, to single precision; and in any order of steps."""
-    run = prepare(RIG, step())
-    data = mujoco.MjData(run.model)
-    pamsim.reset(run.model, data, [3e5, 3e5])
-    start = pamsim.save_state(run.model, data)
-    worlds = Worlds(RIG, run.model, 2, device="cpu")
-    worlds.put({0: (run.model, start), 1: (run.model, start)})
+    run, data, worlds = two_at_rest()
     command = np.array([[3e5, 1e5], [1e5, 3e5]])
     worlds.step(command, 40)
     half = worlds.state(0)
@@ -96,11 +100,7 @@ def test_a_state_goes_on_where_it_was_taken():
 
 @pytest.mark.slow
 def test_a_pushed_joint_moves():
-    run = prepare(RIG, step())
-    data = mujoco.MjData(run.model)
-    pamsim.reset(run.model, data, [3e5, 3e5])
-    worlds = Worlds(RIG, run.model, 2, device="cpu")
-    worlds.put(dict.fromkeys((0, 1), (run.model, pamsim.save_state(run.model, data))))
+    run, data, worlds = two_at_rest()
     worlds.push(np.array([[0.0], [5.0]]), RIG.velocity_addresses)
     worlds.step(np.full((2, 2), 3e5), 40)
     data.qfrc_applied[RIG.velocity_addresses] = 5.0
@@ -131,8 +131,26 @@ def test_a_world_that_breaks_down_ends_alone(monkeypatch):
     assert "broke down" in bad.message
 
 
-def test_no_job_is_no_work():
-    assert simulate_worlds([]) == []
+def test_the_model_of_the_worlds_has_the_numbers_of_the_rig_and_no_plugin():
+    model = CHANGED.model_for(load=2.0, timestep=1e-3, integrator="implicitfast")
+    bare = engine_model(CHANGED, model)
+    assert (bare.nplugin, model.nplugin) == (0, 1)
+    assert (bare.actuator_biastype == mujoco.mjtBias.mjBIAS_USER).all()
+    checked = 0
+    for name in dir(model):
+        value = getattr(model, name)
+        if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            assert np.array_equal(getattr(bare, name), value), name
+            checked += 1
+    assert checked > 100
+    for name in ("timestep", "integrator", "noslip_iterations", "iterations", "cone"):
+        assert getattr(bare.opt, name) == getattr(model.opt, name), name
+    assert bare.stat.meaninertia == model.stat.meaninertia
+    off = int(bare.opt.disableflags)
+    assert not off & mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    assert not off & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+    with pytest.raises(InputError, match="no integrator implicit on a GPU"):
+        engine_model(CHANGED, CHANGED.model_for(integrator="implicit"))
 
 
 @pytest.mark.parametrize(
@@ -163,9 +181,9 @@ def test_what_does_not_run_is_refused(jobs, options, message):
         simulate_worlds(jobs, device="cpu", threads=1, **options)
 
 
-def test_a_world_without_a_state_is_not_stepped():
-    run = prepare(RIG, step())
-    worlds = Worlds(RIG, run.model, 2, device="cpu")
+def test_without_a_job_or_a_state_there_is_nothing_to_do():
+    assert simulate_worlds([]) == []
+    worlds = Worlds(RIG, prepare(RIG, step()).model, 2, device="cpu")
     with pytest.raises(InputError, match="world 0 has no state"):
         worlds.step(np.zeros((2, 2)))
 

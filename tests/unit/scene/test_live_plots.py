@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from pamsim.engine.rig import load_rig
-from pamsim.scene.camera import fit_camera, seen_by
 from pamsim.scene.live_plots import COLUMN, SPAN, LivePlots, placed
+from pamsim.scene.pose import fit_camera, seen_by
 from pamsim.scene.series_colours import series_rgb
 from pamsim.scene.viewer import window_model
 

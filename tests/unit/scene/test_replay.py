@@ -23,22 +23,12 @@ def test_a_film_lasts_as_long_as_fps_and_speed_say(fps, speed):
     np.testing.assert_allclose(np.diff(times), speed / fps)
 
 
-@pytest.mark.parametrize("pace", [{"fps": 0.0, "speed": 1.0}, {"fps": 25.0, "speed": math.nan}])
-def test_a_pace_that_is_none_is_refused(pace):
-    with pytest.raises(InputError, match="must be above 0"):
-        frame_times(4.0, **pace)
-
-
-def test_state_lies_between_the_samples(tmp_path):
-    replay = read_replay(write(tmp_path, turn=columns()))
-    assert replay.duration == TIME[-1]
+def test_a_trial_is_found_by_name_and_read_between_its_samples(tmp_path):
+    folder = write(tmp_path, one=columns(), two=columns(angle_deg=0.0 * TIME))
+    replay = read_replay(folder)
+    assert (replay.trial.name, replay.duration) == ("one", TIME[-1])
     assert math.degrees(replay.positions(0.255)[0]) == pytest.approx(0.4)
     assert replay.pressures(0.255) == pytest.approx([304e3, 296e3])
-
-
-def test_a_trial_is_found_by_name_and_the_others_are_told(tmp_path):
-    folder = write(tmp_path, one=columns(), two=columns(angle_deg=0.0 * TIME))
-    assert read_replay(folder).trial.name == "one"
     chosen = read_replay(folder, trial="two")
     assert (chosen.trial.name, chosen.others) == ("two", ("one",))
     with pytest.raises(InputError, match="did you mean 'two'"):
@@ -46,6 +36,9 @@ def test_a_trial_is_found_by_name_and_the_others_are_told(tmp_path):
 
 
 def test_what_cannot_be_shown_is_refused_by_name(tmp_path):
+    for pace in ({"fps": 0.0, "speed": 1.0}, {"fps": 25.0, "speed": math.nan}):
+        with pytest.raises(InputError, match="must be above 0"):
+            frame_times(4.0, **pace)
     with pytest.raises(InputError, match="no column 'angle_deg'"):
         read_replay(write(tmp_path / "blind", turn=columns(angle_deg=None)))
     single = columns(p2_set_kpa=None, p2_kpa=None)

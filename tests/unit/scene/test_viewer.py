@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
-import sys
 import types
 
 import mujoco
@@ -12,18 +10,15 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.effects_on_rig import movable_effects
-from pamsim.core.errors import EngineError, InputError
+from pamsim.core.errors import InputError
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.engine.state import pressures, reset
-from pamsim.engine.stepping import live
+from pamsim.engine.state import reset
 from pamsim.recordings.experiment import pressure_step
 from pamsim.scene import viewer as viewer_module
-from pamsim.scene import watch
 from pamsim.scene.pose import muscle_lengths, pose
 from pamsim.scene.replay import read_replay
-from pamsim.scene.viewer import ArmViewer
-from pamsim.scene.watch import watch_live, watch_replay
+from pamsim.scene.viewer import ArmViewer, watch_live, watch_replay
 from tests.unit.scene.films import columns, write
 
 START = (300e3, 100e3)
@@ -71,14 +66,13 @@ class FakeWindow:
 
 
 class Windows(list):
-    """Windows, and how those to come are."""
+    """Windows, and how those to come are: of six frames and with nobody at their sliders."""
 
     frames, slider = 6, None
 
 
 @pytest.fixture
 def windows(monkeypatch):
-    """The windows opened, each of six frames and with nobody at its sliders."""
     opened = Windows()
 
     def open_window(model, data):
@@ -106,7 +100,7 @@ def frames_last(monkeypatch):
             now[0] += step
 
         clock = types.SimpleNamespace(monotonic=lambda: now[0], sleep=sleep)
-        monkeypatch.setattr(watch, "time", clock)
+        monkeypatch.setattr(viewer_module, "time", clock)
 
     return set_clock
 
@@ -122,10 +116,9 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
         (window,) = windows
         window.slider = lambda _: (1e5, 2e5)
         lengths = muscle_lengths(model, data)
+        state = {"muscles": rig.muscles, "lengths": lengths}
         for pressure in (0.0, 6e5):
-            viewer.show(
-                model, data, muscles=rig.muscles, pressures=(pressure, 0.0), lengths=lengths
-            )
+            viewer.show(model, data, pressures=(pressure, 0.0), **state)
         np.testing.assert_array_equal(viewer.controls, (1e5, 2e5))
         np.testing.assert_array_equal(viewer.model.actuator_ctrlrange, [[0.0, 6e5]] * 2)
     for now, then in zip((data.qpos, data.ctrl, data.act), before, strict=True):
@@ -136,20 +129,14 @@ def test_show_draws_the_state_and_touches_nothing_of_the_simulation(windows, rig
     assert len(cold) == len(warm) > 1000  # no geom of the frame before is left
     # The tube of the first muscle takes the blue of its curve.
     assert max(b[2] - a[2] for a, b in zip(cold, warm, strict=True)) > 0.5
-    assert not viewer.is_running
-    viewer.close()
-    viewer.show(model, data, muscles=rig.muscles, pressures=START, lengths=lengths)
-    assert len(window.shown) == 2
-
-
-def test_a_window_hides_the_disc_that_stands_for_the_load_and_needs_no_forces(windows, rig):
-    viewer = ArmViewer(rig.model_for(load=1.2))
     disc = viewer.model.geom("load_disc").id
-    assert viewer.model.geom_group[disc] == 5
-    assert rig.model.geom_group[disc] != 5
+    assert viewer.model.geom_group[disc] == 5 != model.geom_group[disc]
     mujoco.mj_step(viewer.model, viewer.data)  # with forces it would be NaN
     assert np.isfinite(viewer.data.qpos).all()
-    assert len(windows) == 1
+    assert not viewer.is_running
+    viewer.close()
+    viewer.show(model, data, pressures=START, **state)
+    assert len(window.shown) == 2
 
 
 def test_live_rig_keeps_time_and_follows_the_sliders(windows, rig, frames_last):
@@ -213,31 +200,3 @@ def test_replay_runs_at_its_speed_and_begins_again(windows, tmp_path, frames_las
     assert [figures[0][1].linepnt[0] for figures in windows[0].figures] == [1, 2, 3, 4, 1, 2]
     with pytest.raises(InputError, match="`speed` 0 must be above 0"):
         watch_replay(replay, speed=0.0)
-
-
-def test_the_state_of_a_stepped_model_can_be_shown(windows, rig):
-    """As an environment does it: step inside `live`, then show."""
-    model = rig.model_for()
-    data = mujoco.MjData(model)
-    reset(model, data, START)
-    data.ctrl[:] = START
-    with live(model), ArmViewer(model) as viewer:
-        mujoco.mj_step(model, data, 100)
-        viewer.show(
-            model,
-            data,
-            muscles=rig.muscles,
-            pressures=pressures(model, data).tolist(),
-            lengths=muscle_lengths(model, data),
-        )
-    np.testing.assert_array_equal(windows[0].shown[0][1], data.qpos)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="only there a missing screen is a variable")
-def test_without_a_screen_one_line_names_the_fix(monkeypatch, rig):
-    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    assert "DISPLAY" not in os.environ
-    with pytest.raises(EngineError, match=r"set DISPLAY.*`pamsim render`") as raised:
-        ArmViewer(rig.model)
-    assert "\n" not in str(raised.value)

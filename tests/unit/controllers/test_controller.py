@@ -1,4 +1,4 @@
-"""What a split gives, what it keeps, and what the limits take."""
+"""What a split gives, what the limits take, and the motion wanted now."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pamsim.controllers.controller import PressureSplit
+from pamsim.controllers.controller import PressureSplit, present_reference
 from pamsim.core.errors import InputError
+from tests.unit.controllers.closed_loop import observe
 
 differences = st.floats(-2e6, 2e6)
 commons = st.floats(0.0, 6e5)
@@ -37,3 +38,12 @@ def test_a_common_pressure_that_cannot_be_had_is_refused():
     for common in (-1.0, 6.1e5, float("nan")):
         with pytest.raises(InputError, match="common pressure"):
             PressureSplit(common=common, supply=6e5)
+
+
+def test_under_constant_acceleration_the_present_reference_is_exact():
+    def motion(t):
+        return 0.2 + 0.7 * t - 1.5 * t * t, 0.7 - 3.0 * t, -3.0
+
+    for period in (0.01, 0.3):
+        later = observe(wanted=motion(0.4 + period)).joint
+        assert present_reference(later, period) == pytest.approx(motion(0.4)[:2])
