@@ -32,6 +32,7 @@ what to measure next                          by_link/next_experiment.py
 the result, its JSON and its sentence         by_link/result.py
 size of an effect, whichever form it has      physical_size.py
 the tests that such a size is found by        virtual_tests.py
+a rig taken apart for them                    bench.py
 the rig with the effects                      repaired_rig.py
 ============================================  ================================
 """

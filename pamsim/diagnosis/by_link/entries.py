@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from pamsim.diagnosis.by_link.result import (
     SizeEntry,
 )
 from pamsim.diagnosis.by_link.sizes import Size
-from pamsim.diagnosis.physical_size import physical_sizes
+from pamsim.diagnosis.physical_size import Fitted, physical_sizes
 from pamsim.diagnosis.pulley_radius import stated
 from pamsim.effects.effect import LINKS
 from pamsim.engine.parameters import rig_parameter
@@ -57,7 +56,13 @@ def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, 
         rig: that was diagnosed; None where a signal stands for it.
         found: what was found.
     """
-    fitted = _Fitted.of(found)
+    names = [p.name for effect in found.model.effects for p in effect.parameters]
+    fitted = Fitted(
+        values=chain_values(found, found.model),
+        intervals={name: size.interval95 for name, size in found.sizes.items()},
+        parameters=names,
+        jacobian=_beside_nuisance(found.model, names),
+    )
     return tuple(_effect(rig, found, fitted, one) for one in found.effects)
 
 
@@ -98,7 +103,7 @@ def far_from_stated(nuisance: Collection[NuisanceEntry]) -> tuple[str, ...]:
     )
 
 
-def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:
+def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) -> EffectEntry:
     effect = one.effect.effect
     sizes = {p.name: _size(rig, p, found.sizes[p.name]) for p in one.effect.parameters}
     return EffectEntry(
@@ -116,7 +121,7 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged)
         p_value=one.p_value,
         missing=effect.missing,
         sizes=sizes,
-        physical={} if rig is None else physical_sizes(rig, fitted, [one.effect]),
+        physical={} if rig is None else physical_sizes(rig, fitted, one.effect),
         rivals=tuple(
             RivalEntry(
                 effect=rival.effect.label,
@@ -158,32 +163,6 @@ def _left(found: LinkDiagnosis, links: Collection[Link]) -> float:
     gap = sum(found.before[link] - 1.0 for link in links)
     left = sum(max(found.remainders[link].excess, 0.0) for link in links)
     return min(left / gap, 1.0) if gap > 0.0 else 0.0
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Fit:
-    """The effects' parameters as `pamsim.diagnosis.physical_size` asks for a fit."""
-
-    parameters: tuple[FreeParameter, ...]
-    values: dict[str, float]
-    jacobian: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Fitted:
-    fit: _Fit
-    intervals: dict[str, tuple[float, float]]
-
-    @classmethod
-    def of(cls, found: LinkDiagnosis) -> _Fitted:
-        model = found.model
-        parameters = tuple(p for effect in model.effects for p in effect.parameters)
-        fit = _Fit(
-            parameters=parameters,
-            values=chain_values(found, model),
-            jacobian=_beside_nuisance(model, [p.name for p in parameters]),
-        )
-        return cls(fit=fit, intervals={n: s.interval95 for n, s in found.sizes.items()})
 
 
 def _beside_nuisance(model: LinkModel, names: Collection[str]) -> FloatArray:
