@@ -109,7 +109,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             rig,
             data.trials,
             candidates(rig, (), case["removed"])[0],
-            held_out=held_out_split(data, ()).trials,
+            held_out=held_out_split(data, ())[0],
             nuisance=NUISANCE,
             seed=seed,
             threads=int(threads),

@@ -26,8 +26,7 @@ from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import fields_to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.about_the_drive import about_the_drive
-from pamsim.diagnosis.about_the_rig import about_the_rig
+from pamsim.diagnosis.about_the_rig import about_the_drive, about_the_rig
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
 from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.options import usual_nuisance
@@ -184,7 +183,7 @@ def check(
         raise InputError("check takes recording folders; tables and loops are judged as they are")
     loaded = given_or_recorded(rig, measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)
-    split = held_out_split(beside, hold_out)
+    held_out, warnings = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)
     freed = [f.free for f in freed_parameters(loaded, usual_nuisance(loaded))]
     steps = Steps(progress, len(beside.trials) + len(tried) + most_runs(loaded, beside.trials))
@@ -216,7 +215,7 @@ def check(
         floor,
         [c for c in tried if c.usual],
         freed,
-        held_out=split.trials,
+        held_out=held_out,
         threads=threads,
         steps=steps,
     )
@@ -224,7 +223,7 @@ def check(
     return RecordingCheck(
         rig=loaded.name,
         protocols=dict(Counter(t.protocol for t in beside.trials)),
-        held_out=split.trials,
+        held_out=held_out,
         seconds=sum(float(t.time[-1]) for t in beside.trials),
         channels=_channels(beside, prediction.trials, floor.sd),
         links=links,
@@ -234,7 +233,7 @@ def check(
         ),
         notes=(
             *beside.notes,
-            *split.warnings,
+            *warnings,
             *about_the_drive(beside),
             *above_supply(loaded.muscles, map(experiment_of, beside.trials)),
             *about_the_rig(loaded, beside.trials, prediction.trials, of_each.rough),
@@ -246,12 +245,12 @@ def check(
             "trials": of_each.trials,
             "simulated_seconds": of_each.seconds,
         },
-        comparisons=_comparisons(beside, prediction, frozenset(split.trials)),
+        comparisons=_comparisons(beside, prediction, held_out),
     )
 
 
 def _comparisons(
-    data: CalibrationData, prediction: Prediction, held_out: frozenset[str]
+    data: CalibrationData, prediction: Prediction, held_out: Sequence[str]
 ) -> tuple[Comparison, ...]:
     return tuple(
         Comparison(

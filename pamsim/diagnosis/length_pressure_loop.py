@@ -11,12 +11,10 @@ from pamsim.comparison.loop_effects import LOOP_EFFECTS
 from pamsim.comparison.loop_simulator import CHANNEL, Loop, LoopRows
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import MM_PER_M, PA_PER_KPA, FloatArray
-from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
-from pamsim.diagnosis.by_link.rest_entries import Branches
-from pamsim.diagnosis.by_link.result import LinkReport, NextExperiment, Run
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.by_link.result import Branches, LinkReport, NextExperiment, Run
 from pamsim.diagnosis.options import Options
 from pamsim.recordings.measured_table import LengthLoop
 from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
@@ -118,11 +116,12 @@ def diagnose_length_loop(
         notes.append(
             "the readings' errors are not known: their noise is what the best model leaves"
         )
+    floor = None if loop.error is None else float(np.sqrt(np.mean(rows.error**2))) * MM_PER_M
     return LinkReport(
         rig=BASE,
         links=link_entries(found),
         effects=effect_entries(None, found),
-        gap={CHANNEL: _gap(loop, rows, found)},
+        gap={CHANNEL: found.gap("mm", MM_PER_M, floor)},
         next_experiment=next_reading(found) if found.effects else NextExperiment(advice=_MORE),
         warnings=tuple(notes),
         run=Run(
@@ -147,20 +146,6 @@ def diagnose_length_loop(
             opened_mm=rows.opened(found.model.values) * MM_PER_M if found.effects else None,
         ),
     )
-
-
-def _gap(loop: Loop, rows: LoopRows, found: RestDiagnosis) -> ChannelGap:
-    """How far a reading lies off where its counterpart on the other branch predicts it."""
-    return ChannelGap(
-        unit="mm",
-        floor=None if loop.error is None else _rms(rows.error) * MM_PER_M,
-        before=_rms(found.errors_before) * MM_PER_M,
-        after=_rms(found.errors_after) * MM_PER_M if found.effects else None,
-    )
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _there_and_back(up: FloatArray, down: FloatArray) -> FloatArray:

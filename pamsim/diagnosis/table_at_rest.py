@@ -13,14 +13,12 @@ from pamsim.comparison.rest_prediction import RestPredictor, Values
 from pamsim.comparison.rest_simulator import RestSimulator, table_blocks
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
 from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
-from pamsim.diagnosis.by_link.rest_entries import RowEntry
-from pamsim.diagnosis.by_link.result import LinkReport, Run
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap
+from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
 from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.engine.rig import Rig
@@ -83,7 +81,7 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -
         rig=rig.name,
         links=link_entries(found),
         effects=effect_entries(rig, found),
-        gap={AT_REST: _gap(rig, found)},
+        gap={AT_REST: found.gap("deg", DEG_PER_RAD, _resolution(rig) * DEG_PER_RAD or None)},
         nuisance=nuisance_entries(rig, found, nuisance),
         next_experiment=next_reading(found),
         warnings=(
@@ -137,19 +135,6 @@ def _resolution(rig: Rig) -> float:
     """Standard deviation of an angle by the steps of the rig's encoder [rad]; 0 without one."""
     increments = rig.sensor.encoder_increments if rig.sensor else 0.0
     return 2.0 * math.pi / increments / math.sqrt(12.0) if increments else 0.0
-
-
-def _gap(rig: Rig, found: RestDiagnosis) -> ChannelGap:
-    return ChannelGap(
-        unit="deg",
-        floor=_resolution(rig) * DEG_PER_RAD or None,
-        before=_rms(found.errors_before) * DEG_PER_RAD,
-        after=_rms(found.errors_after) * DEG_PER_RAD if found.effects else None,
-    )
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _rows(table: StaticTable, found: RestDiagnosis) -> tuple[RowEntry, ...]:

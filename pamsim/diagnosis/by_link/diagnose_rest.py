@@ -22,6 +22,7 @@ from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.inference.model_comparison import fewest_units
 from pamsim.inference.near_units import nearest_units
 
@@ -42,6 +43,22 @@ class RestDiagnosis(LinkDiagnosis):
 
     errors_before: FloatArray
     errors_after: FloatArray
+
+    def gap(self, unit: str, scale: float, floor: float | None) -> ChannelGap:
+        """How far readings lie off what the others predict.
+
+        Args:
+            unit: in which they are shown.
+            scale: of it, per SI unit.
+            floor: their noise in this unit; None if it is not known.
+        """
+        before, after = (
+            float(np.sqrt(np.mean(errors**2))) * scale
+            for errors in (self.errors_before, self.errors_after)
+        )
+        return ChannelGap(
+            unit=unit, floor=floor, before=before, after=after if self.effects else None
+        )
 
 
 _PASSES = 4  # searches, each with the noise that the one before leaves

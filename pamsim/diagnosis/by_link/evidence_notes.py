@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pamsim.comparison.link_noise import Output, OutputNoise
 from pamsim.comparison.noise_within_trial import FloorRoute
-from pamsim.diagnosis.by_link.log_variation import VARIATION, VARYING
+from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
 from pamsim.diagnosis.by_link.units import Units
 
 _KNOWN_BY = {

@@ -29,12 +29,12 @@ from pamsim.comparison.candidate import INSIDE
 from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.unseen import Difference
 from pamsim.inference.blocks import Stack
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.model_comparison import compare_with_reference
@@ -100,8 +100,7 @@ class LeftOut:
             float(compare_effects([step], seed=self._seed).p_value[0]),
             float(found.p_value[0]),
         )
-        by_unit = beside.losses - step.losses
-        return Difference(gain=float(found.gain[0]), p_value=max(p_values), by_unit=by_unit)
+        return Difference(gain=float(found.gain[0]), p_value=max(p_values))
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -118,7 +117,7 @@ class LeftOut:
             p_value = 1.0
         elif self._adds(rival, model, rest, rows) > self._alpha:
             p_value = self._adds(model, rival, rest, rows)
-        return Difference(gain=gain, p_value=p_value, by_unit=theirs - mine)
+        return Difference(gain=gain, p_value=p_value)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What near rows of every link miss together."""

@@ -21,8 +21,7 @@ from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.short_steps import sharpened
-from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.by_link.sizes import Size, sharpened
 from pamsim.diagnosis.by_link.units import Units
 
 
@@ -72,9 +71,5 @@ def confirmed(by_link: Mapping[str, Size], whole: Mapping[str, Size]) -> dict[st
     for name, size in by_link.items():
         other = whole[name]
         ends = (size.value, *other.interval95)
-        found[name] = Size(
-            value=other.value,
-            interval95=(min(ends), max(ends)),
-            by_parts=other.by_parts,
-        )
+        found[name] = Size(value=other.value, interval95=(min(ends), max(ends)))
     return found

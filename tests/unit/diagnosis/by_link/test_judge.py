@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.judge import gain_of_others
+from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.needed import Case, Needed
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
-from pamsim.diagnosis.by_link.rivals import rival_fits
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
@@ -118,7 +116,6 @@ def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess,
         model=SimpleNamespace(criterion=10.0),
         excess=excess,
         p_value=0.5,
-        by_trial=np.array([excess]),
     )
     assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
 

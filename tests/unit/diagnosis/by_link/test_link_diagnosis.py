@@ -282,7 +282,6 @@ def test_an_interval_is_wider_where_the_formula_is_not_exact():
         start = {"passive.stiffness": STIFFNESS}
         known = sizes(fitter, fitter.fit(fitter.stated, effect, start, chain.links))
         low, high = known["passive.stiffness"].interval95
-        return high - low, known["passive.stiffness"].by_parts
+        return high - low
 
-    assert width(1.0)[0] > 3.0 * width(0.0)[0]
-    assert width(1.0)[1]
+    assert width(1.0) > 3.0 * width(0.0)
