@@ -10,9 +10,9 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
-from pamsim.diagnosis.by_link.descent import PRIOR
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
+from pamsim.diagnosis.by_link.link_fit import PRIOR
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.result import (
     EffectEntry,

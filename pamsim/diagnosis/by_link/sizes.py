@@ -20,8 +20,7 @@ from scipy.stats import t as student_t
 
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.descent import PRIOR
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
+from pamsim.diagnosis.by_link.link_fit import PRIOR, LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 
 _FEWEST = 3  # inputs that are left out one by one: of two, Student's quantile is 12.7
