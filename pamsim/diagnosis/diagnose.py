@@ -22,7 +22,7 @@ from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.diagnosis.table_at_rest import diagnose_table
-from pamsim.engine.rig import Rig, given_or_recorded, load_rig
+from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
 from pamsim.recordings.static_table import read_static_table
@@ -85,16 +85,6 @@ def diagnose(
     """
     sources = [data] if isinstance(data, str | os.PathLike) else list(data)
     kind = kind_of(sources)
-    given = {
-        "rig": rig is not None,
-        "without": bool(without),
-        "nuisance": bool(nuisance),
-        "hold_out": bool(hold_out),
-        "threads": threads is not None,
-    }
-    for name, one in given.items():
-        if one and kind not in APPLIES[name]:
-            raise InputError(f"`{name}` does not apply to {kind}; leave it out")
     options = Options(
         effects=tuple(effects),
         without=tuple(without),
@@ -104,10 +94,14 @@ def diagnose(
         threads=threads,
         progress=progress,
     )
+    chosen, usual = {**vars(options), "rig": rig}, {**vars(Options()), "rig": None}
+    for name, kinds in APPLIES.items():
+        if chosen[name] != usual[name] and kind not in kinds:
+            raise InputError(f"`{name}` does not apply to {kind}; leave it out")
     if kind is Kind.LOOP:
         return _diagnose_loop(str(sources[0]), options)
     if kind is Kind.TABLE:
-        own = published_rig() if rig in (None, PUBLISHED) else _loaded(rig)
+        own = published_rig() if rig in (None, PUBLISHED) else given_or_recorded(rig, "mas20_arm")
         return diagnose_table(read_static_table(sources[0]), own, options)
     measured = read_calibration_data(sources)
     if measured.tables:
@@ -145,7 +139,7 @@ def _has_length(path: Path) -> bool:
 
 
 def _diagnose_loop(source: str, options: Options) -> LinkReport:
-    if source in PRINTED_LOOPS and not Path(source).exists():
+    if not Path(source).exists():
         return diagnose_length_loop(printed_loop(source), PRINTED_LOOPS[source], options)
     table = read_measured(Path(source))
     if not isinstance(table, LengthLoop):
@@ -154,7 +148,3 @@ def _diagnose_loop(source: str, options: Options) -> LinkReport:
         )
     loop = measured_loop(table)
     return diagnose_length_loop(loop, Path(source).name, options, warnings=table.notes)
-
-
-def _loaded(rig: Source | Rig | None) -> Rig:
-    return rig if isinstance(rig, Rig) else load_rig(rig or "mas20_arm")

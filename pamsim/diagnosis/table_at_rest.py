@@ -15,7 +15,7 @@ from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
-from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
 from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
@@ -97,20 +97,22 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -
             seed=options.seed,
             seconds=time.perf_counter() - began,
         ),
-        rows=_rows(table, found),
+        rows=tuple(
+            RowEntry(
+                row=row,
+                pressure_kpa=tuple((table.pressure[i] / PA_PER_KPA).tolist()),
+                load_kg=float(table.load[i]),
+                angle_deg=float(table.angle[i]) * DEG_PER_RAD,
+                before_deg=float(found.errors_before[i]) * DEG_PER_RAD,
+                after_deg=float(found.errors_after[i]) * DEG_PER_RAD if found.effects else None,
+            )
+            for i, row in enumerate(table.rows)
+        ),
     )
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
-    """The rig with fitted parameters.
-
-    Args:
-        rig: as it is.
-        values: name -> value [SI], ``pulley radius`` among them.
-
-    Returns:
-        The rig; None where a value lies at an open end of its range.
-    """
+    """As `with_fitted`; None where a value lies at an open end of its range."""
     try:
         return with_fitted(rig, values)
     except ParameterError:
@@ -135,17 +137,3 @@ def _resolution(rig: Rig) -> float:
     """Standard deviation of an angle by the steps of the rig's encoder [rad]; 0 without one."""
     increments = rig.sensor.encoder_increments if rig.sensor else 0.0
     return 2.0 * math.pi / increments / math.sqrt(12.0) if increments else 0.0
-
-
-def _rows(table: StaticTable, found: RestDiagnosis) -> tuple[RowEntry, ...]:
-    return tuple(
-        RowEntry(
-            row=row,
-            pressure_kpa=tuple((table.pressure[i] / PA_PER_KPA).tolist()),
-            load_kg=float(table.load[i]),
-            angle_deg=float(table.angle[i]) * DEG_PER_RAD,
-            before_deg=float(found.errors_before[i]) * DEG_PER_RAD,
-            after_deg=float(found.errors_after[i]) * DEG_PER_RAD if found.effects else None,
-        )
-        for i, row in enumerate(table.rows)
-    )

@@ -97,13 +97,6 @@ def judge(
     judged again. Where an effect leaves more than noise, so may two effects that do so together,
     such as a lag of two sensors in the place of one of the command.
 
-    Args:
-        fitter: of the fitted data.
-        searched: the model and all signatures.
-        unseen: what the model is judged by.
-        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
-        steps: each fit is one.
-
     Returns:
         The model that is left, and its effects in the order of their gain.
     """

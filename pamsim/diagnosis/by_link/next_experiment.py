@@ -6,7 +6,7 @@ and the input is chosen at which the best fit of one lies farthest from the othe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -41,29 +41,29 @@ def next_experiment(
     Returns:
         The choice; None if nothing is open.
     """
-    for one in found.effects:
-        tied = [r for r in one.rivals if r.ties(ALPHA) and r.effect.name != one.effect.name]
-        if tied:
-            return _between(rig, found, one, tied[0], noise, threads)
+    tied = next(_tied(found), None)
+    if tied is not None:
+        return _between(rig, found, *tied, noise, threads)
     left = [link for link in found.links if found.unexplained[link].counts(ALPHA)]
     return NextExperiment(advice=_divided(left[0])) if left else None
 
 
 def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
-    """What to measure next of a rig at rest, in words.
-
-    Args:
-        found: what was found in rows at rest.
-
-    Returns:
-        What separates the first effect from a rival; None if nothing is open.
-    """
-    for one in found.effects:
-        if any(r.ties(ALPHA) and r.effect.name != one.effect.name for r in one.rivals):
-            return NextExperiment(advice=one.effect.effect.separating)
+    """What to measure next of a rig at rest, in words; None if nothing is open."""
+    tied = next(_tied(found), None)
+    if tied is not None:
+        return NextExperiment(advice=tied[0].effect.effect.separating)
     if any(found.unexplained[link].counts(ALPHA) for link in found.links):
         return NextExperiment(advice="more readings in between: near ones miss the same together")
     return None
+
+
+def _tied(found: LinkDiagnosis) -> Iterator[tuple[Judged, Rival]]:
+    """Effects and rivals that may be the cause instead, with another name."""
+    for one in found.effects:
+        for rival in one.rivals:
+            if rival.ties(ALPHA) and rival.effect.name != one.effect.name:
+                yield one, rival
 
 
 def _divided(link: Link) -> str:
