@@ -43,14 +43,10 @@ class Bench:
 
 
 def bench(rig: Rig, name: str = "") -> Bench:
-    """Take a rig apart.
-
-    Args:
-        rig: which.
-        name: of the joint to test, the others at 0; the only one if left out.
+    """Take a rig apart, to test a joint, the others at 0; the only one if none is named.
 
     Raises:
-        InputError: if it is left out and there are several.
+        InputError: if none is named and there are several.
     """
     name = name or rig.only_joint
     model = rig.model_for()

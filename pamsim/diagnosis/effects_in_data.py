@@ -99,18 +99,11 @@ def effects_in_data(
     threads: int | None,
     steps: Steps,
 ) -> EffectsInData:
-    """Simulate recordings with each effect.
+    """Simulate recordings with each effect that a rig has not, in one form.
 
-    Args:
-        rig: without effects.
-        data: the recordings, as the rig names its signals.
-        floor: of their noise.
-        candidates: effects, each in one form.
-        nuisance: parameters that are refitted with every effect, so that what they can explain
-            does not count.
-        held_out: trials that no fit of a diagnosis sees.
-        threads: simulations at a time; None for one per processor.
-        steps: of a computation that ends with this; each simulation is one.
+    What nuisance parameters can explain does not count, since they are refitted with every effect.
+    Nor is a trial simulated that is held out. Each simulation is a step of the computation, which
+    ends with this.
 
     Raises:
         InputError: if the simulation breaks down without any effect.

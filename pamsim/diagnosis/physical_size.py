@@ -64,13 +64,7 @@ class Fitted:
 
 
 def physical_sizes(rig: Rig, fitted: Fitted, effect: Candidate) -> dict[str, PhysicalSize]:
-    """Size of a fitted effect in physical terms: quantity -> size.
-
-    Args:
-        rig: without effects.
-        fitted: with this one, perhaps among others.
-        effect: whose size is found.
-    """
+    """Quantity -> size of one of the effects that were fitted to a rig that has none of them."""
     virtual_test = TESTS.get(effect.name.partition(AT)[0])
     if virtual_test is None:
         return {}  # an effect from outside the package, which no test was written for

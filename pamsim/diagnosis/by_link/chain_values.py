@@ -25,16 +25,12 @@ _PARTS = {
 
 
 def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
-    """Values of the rig's parameters in a model of a diagnosis [SI].
+    """Values of the rig's parameters in a model of a diagnosis, with its effects or others [SI].
 
     Where the diagnosis has refitted its model in the whole chain, these are its values. Else a
     nuisance parameter has the value of the link that its part of the chain lies in. In others it
     has little influence, and makes up for what is missing there. Of several such links it has the
     mean, weighted by how well each shows it: by the sum of squares of its sensitivities.
-
-    Args:
-        found: the diagnosis.
-        model: with its effects, with a rival in the place of one, or without any.
     """
     if model is found.model and found.whole is not None:
         return {plain(name): value for name, value in found.whole.values.items()}
@@ -51,13 +47,7 @@ def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
 
 
 def link_values(found: LinkDiagnosis, model: LinkModel, name: str) -> dict[Link, float]:
-    """Values of a nuisance parameter in the links of a model that it acts in [SI].
-
-    Args:
-        found: the diagnosis.
-        model: see `chain_values`.
-        name: of the parameter.
-    """
+    """Values of a nuisance parameter in the links of a model that it acts in [SI]."""
     return {
         link: _fitted_in(found, model, link).values[in_link(name, link)]
         for link in found.links

@@ -50,12 +50,7 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
 
 
 def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, ...]:
-    """Every effect with its size and rivals, the largest gain first.
-
-    Args:
-        rig: that was diagnosed; None where a signal stands for it.
-        found: what was found.
-    """
+    """Every effect with its size and rivals, the largest gain first; of a loop without a rig."""
     names = [p.name for effect in found.model.effects for p in effect.parameters]
     fitted = Fitted(
         values=chain_values(found, found.model),

@@ -18,12 +18,7 @@ _KNOWN_BY = {
 
 
 def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
-    """How the noise was estimated, and what is judged, where it is not repeats and trials.
-
-    Args:
-        noise: of every output.
-        units: that were fitted and judged.
-    """
+    """How the noise was estimated, and what is judged, where it is not repeats and trials."""
     notes: list[str] = []
     for source, known in _KNOWN_BY.items():
         channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)

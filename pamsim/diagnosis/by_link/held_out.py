@@ -35,12 +35,7 @@ class Difference:
 
 
 class HeldOut:
-    """Losses on the units that no fit has seen.
-
-    Args:
-        fitter: that fitted the others.
-        seed: random seed of the sign flips, where they are drawn.
-    """
+    """Losses on the units that a fitter has not seen; the seed is that of the sign flips."""
 
     def __init__(self, fitter: LinkFitter, *, seed: int = 0) -> None:
         self._simulator, self._units = fitter.simulator, fitter.units

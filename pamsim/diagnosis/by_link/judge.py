@@ -48,12 +48,7 @@ class Case:
     """What stays the same through a judgement.
 
     Attributes:
-        fitter: of the fitted data.
-        searched: the model and all signatures.
-        unseen: what is judged by.
         before: mean square that the rig without effects leaves in every link [noise variance].
-        alpha: level.
-        steps: each fit is one.
     """
 
     fitter: LinkFitter

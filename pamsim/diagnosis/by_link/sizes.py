@@ -40,12 +40,7 @@ class Size:
 
 
 def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
-    """Parameters of a model's effects, each with its interval.
-
-    Args:
-        fitter: of the units.
-        model: as fitted to them.
-    """
+    """Parameters of a fitted model's effects, each with its interval."""
     names = list(model.sensitivities)
     jacobian = model.jacobian()
     weight = np.array([1.0 / PRIOR if n in fitter.nuisance else 0.0 for n in names])

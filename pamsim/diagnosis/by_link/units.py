@@ -181,14 +181,7 @@ def whole_trials(
     input_of: Mapping[str, str] | None = None,
     varying: FloatArray | None = None,
 ) -> Units:
-    """Trials as units.
-
-    Args:
-        simulator: of the links.
-        held_out: names of the trials to judge by.
-        input_of: see `Units`.
-        varying: see `Units`.
-    """
+    """Trials as units, those that are held out to judge by; otherwise as `Units`."""
     pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
     return Units(
         simulator,

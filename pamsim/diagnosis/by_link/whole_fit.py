@@ -28,16 +28,9 @@ from pamsim.diagnosis.by_link.units import Units
 def in_whole_chain(
     simulator: ChainSimulator, nuisance: Sequence[str], units: Units, model: LinkModel
 ) -> tuple[LinkFitter, LinkModel] | None:
-    """Refit a model's effects, from their sizes by link.
+    """Fitter of the whole chain and a model refitted there, from its sizes by link.
 
-    Args:
-        simulator: of the whole chain.
-        nuisance: rig parameters that are refitted.
-        units: of it.
-        model: as fitted to the links.
-
-    Returns:
-        The fitter and the model; None where its simulation breaks down.
+    None where the simulation of the chain breaks down.
     """
     fitter = LinkFitter(simulator, nuisance, units, short=1)
     # In the order of the effects: that of a set differs from run to run, and with it the rounding.
