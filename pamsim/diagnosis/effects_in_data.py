@@ -18,6 +18,7 @@ from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray, common_unit, to_si
+from pamsim.diagnosis.by_link.link_model import as_columns, project_out
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
@@ -124,20 +125,15 @@ def effects_in_data(
     scale = next(iter(rig.muscles.values())).force.scale
     found = simulate([*moved, *sets, {"force.scale": scale * (1.0 + _NUDGE)}])
     changes = [None if one is None else one - here for one in found]
-    basis = orthonormal(
-        np.column_stack(
-            [np.empty((here.size, 0))]
-            + [weights * one for one in changes[: len(moved)] if one is not None]
-        )
-    )
+    explained = [weights * one for one in changes[: len(moved)] if one is not None]
+    basis = orthonormal(as_columns(explained, here.size))
     effects: list[EffectInData] = []
     broken: list[str] = []
     for candidate, values, change in zip(candidates, sets, changes[len(moved) : -1], strict=True):
         if change is None:
             broken.append(candidate.name)
             continue
-        raw = weights * change
-        left = raw - basis @ (basis.T @ raw)
+        left = project_out(basis, weights * change)
         effects.append(_effect(candidate, values, simulate.places, left))
     effects.sort(key=lambda one: one.shows_from / one.typical)
     jump = changes[-1]

@@ -280,10 +280,8 @@ def _shut_up_to(m: Parameters, sense: float) -> float:
     shut, opens = 0.0, 1.0
     while opens - shut > 1e-12:
         middle = 0.5 * (shut + opens)
-        if valve_opening(m, sense * middle, PRESSURE, 0.0) == 0.0:
-            shut = middle
-        else:
-            opens = middle
+        stays = valve_opening(m, sense * middle, PRESSURE, 0.0) == 0.0
+        shut, opens = (middle, opens) if stays else (shut, middle)
     return shut if shut > 1e-11 else 0.0
 
 
@@ -297,18 +295,17 @@ def _dead_zones(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 def _choked_flow(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Relative change of the flow through open valves, from the supply and to the atmosphere."""
-    changes: list[float] = []
-    for sense in (1.0, -1.0):
-        flows: list[float] = []
-        for rig in (there, without):
-            m = rig.muscles[muscle]
-            inside = m.chamber.atmosphere + (0.0 if sense > 0.0 else m.valve.supply_pressure)
-            flows.append(flow_through_valves(m, inside, sense, 0.0))
-        changes.append(flows[0] / flows[1] - 1.0)
+
+    def flow(rig: Bench, sense: float) -> float:
+        m = rig.muscles[muscle]
+        inside = m.chamber.atmosphere + (0.0 if sense > 0.0 else m.valve.supply_pressure)
+        return flow_through_valves(m, inside, sense, 0.0)
+
+    filling, venting = (flow(there, s) / flow(without, s) - 1.0 for s in (1.0, -1.0))
     return {
-        "relative_change_of_choked_flow": (0.5 * (changes[0] + changes[1]), "1"),
-        "relative_change_filling": (changes[0], "1"),
-        "relative_change_venting": (changes[1], "1"),
+        "relative_change_of_choked_flow": (0.5 * (filling + venting), "1"),
+        "relative_change_filling": (filling, "1"),
+        "relative_change_venting": (venting, "1"),
     }
 
 

@@ -13,7 +13,7 @@ from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
 from pamsim.diagnosis.by_link.link_fit import PRIOR
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.result import (
     EffectEntry,
     LinkEntry,
@@ -162,9 +162,7 @@ def _left(found: LinkDiagnosis, links: Collection[Link]) -> float:
 
 def _beside_nuisance(model: LinkModel, names: Collection[str]) -> FloatArray:
     """Sensitivities to some parameters, (n, p), less what the others can do."""
-    rows = len(model.rows)
-    none = np.zeros(rows)
-    others = [column for name, column in model.sensitivities.items() if name not in names]
-    basis = orthonormal(np.column_stack([np.empty((rows, 0)), *others]))
-    own = np.column_stack([np.empty((rows, 0)), *(model.sensitivities.get(n, none) for n in names)])
-    return own - basis @ (basis.T @ own)
+    known, none = model.sensitivities, np.zeros_like(model.rows)
+    others = as_columns([known[name] for name in known if name not in names], none.size)
+    own = as_columns([known.get(name, none) for name in names], none.size)
+    return project_out(orthonormal(others), own)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-import numpy as np
-
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.noise_within_trial import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.link_model import as_columns
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
@@ -83,4 +82,4 @@ def _log_variation(simulator: ChainSimulator) -> FloatArray:
     links = [simulator.acts_in(values) for values in sets]
     found = simulator.residuals(sets, links, simulator.stated, steps=MIDDLE)
     columns = [residual - simulator.stated for residual in found if residual is not None]
-    return np.column_stack([np.empty((simulator.stated.size, 0)), *columns])
+    return as_columns(columns, simulator.stated.size)

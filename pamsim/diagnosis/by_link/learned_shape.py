@@ -22,7 +22,7 @@ from pamsim.comparison.links import JOINT, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
@@ -230,13 +230,12 @@ def _promised(
     )
     columns = fitter.sensitivities(both, list(none), links)
     basis = orthonormal(begin.jacobian())
-    left = begin.rows - basis @ (basis.T @ begin.rows)
+    left = project_out(basis, begin.rows)
     cost = float(np.log(left.size))
 
     def promise(kinds: tuple[str, ...]) -> tuple[float, tuple[str, ...], dict[str, float]]:
         names = [p.name for kind in kinds for p in shapes[kind].parameters]
-        own = np.column_stack([columns[name] for name in names])
-        own -= basis @ (basis.T @ own)
+        own = project_out(basis, np.column_stack([columns[name] for name in names]))
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
         after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
         scaled = (share * _TYPICAL).clip(-_FARTHEST, _FARTHEST).tolist()

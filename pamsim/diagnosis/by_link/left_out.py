@@ -32,7 +32,7 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.inference.blocks import Stack
@@ -83,8 +83,7 @@ class LeftOut:
         free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
         noise = [block.noise for block in self._fitter.units.fitted.blocks]
         variance = [one.variance if isinstance(one, ArNoise) else one[0, 0] for one in noise]
-        left = model.rows - basis @ (basis.T @ model.rows)
-        return left / free * np.sqrt(variance)
+        return project_out(basis, model.rows) / free * np.sqrt(variance)
 
     def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
         """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
@@ -167,7 +166,7 @@ class LeftOut:
 def _wider(rows: FloatArray, own: FloatArray, further: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What further columns (n, k) leave of rows (n,) beside a model's own, and all of them."""
     basis = orthonormal(np.column_stack([own, further]))
-    return rows - basis @ (basis.T @ rows), basis
+    return project_out(basis, rows), basis
 
 
 def _free_columns(model: LinkModel, without: LinkModel | None = None) -> FloatArray:
@@ -185,4 +184,4 @@ def _free_columns(model: LinkModel, without: LinkModel | None = None) -> FloatAr
     if without is not None:
         ends |= without.sensitivities.keys()
     columns = [column for name, column in model.sensitivities.items() if name not in ends]
-    return np.column_stack([np.empty((model.rows.size, 0)), *columns])
+    return as_columns(columns, model.rows.size)

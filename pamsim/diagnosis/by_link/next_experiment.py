@@ -17,6 +17,7 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged, Rival
+from pamsim.diagnosis.by_link.link_model import project_out
 from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
@@ -147,9 +148,8 @@ def _distance(signals: list[Mapping[str, FloatArray]], noise: Mapping[str, float
         )
         for own in signals
     )
-    apart = best - rival
     basis = orthonormal(np.column_stack([own - rival for own in moved]))
-    left = apart - basis @ (basis.T @ apart)
+    left = project_out(basis, best - rival)
     return float(left @ left) / len(noise)
 
 

@@ -11,7 +11,7 @@ from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.inference.projected_effect import orthonormal
 
 _NONE_LEFT = 1e-8
@@ -87,16 +87,12 @@ def first_probe(effect: Candidate) -> Probe:
 
 def left_beside(model: LinkModel, forms: FloatArray | None = None) -> FloatArray:
     """Rows (f,) that neither a model's parameters nor some forms (f, k) can take away."""
-    return _without(model.rows, _free(model, forms))
+    return project_out(_free(model, forms), model.rows)
 
 
 def _free(model: LinkModel, forms: FloatArray | None) -> FloatArray:
     own = model.jacobian()
     return orthonormal(own if forms is None else np.hstack([own, forms]))
-
-
-def _without(rows: FloatArray, basis: FloatArray) -> FloatArray:
-    return rows - basis @ (basis.T @ rows)
 
 
 def promises(
@@ -115,13 +111,13 @@ def promises(
         promise of each probe, the largest gain first.
     """
     basis = _free(model, forms)
-    left = _without(model.rows, basis)
+    left = project_out(basis, model.rows)
     found: list[Promise] = []
     for signature in known:
         effect = signature.effect
         if effect.name in model.names or model.freed & {p.name for p in effect.parameters}:
             continue
-        kept = _without(signature.rows, basis)
+        kept = project_out(basis, signature.rows)
         square = float(kept @ kept)
         if square <= _NONE_LEFT * float(signature.rows @ signature.rows):
             continue
@@ -153,8 +149,7 @@ def forms_of(fitter: LinkFitter, model: LinkModel, known: Iterable[Signature]) -
 def of_families(model: LinkModel, known: Iterable[Signature]) -> FloatArray:
     """Signatures of all effects, in all forms, of the families of a model's effects, (f, k)."""
     families = {effect.family for effect in model.effects}
-    columns = [s.rows for s in known if s.effect.family in families]
-    return np.column_stack([np.empty((model.rows.size, 0)), *columns])
+    return as_columns([s.rows for s in known if s.effect.family in families], model.rows.size)
 
 
 def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:
