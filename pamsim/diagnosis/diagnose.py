@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from enum import StrEnum
 from pathlib import Path
 
+from pamsim.comparison.loop_simulator import Loop
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
@@ -14,7 +15,6 @@ from pamsim.diagnosis.by_link.result import LinkReport
 from pamsim.diagnosis.length_pressure_loop import (
     PRINTED_LOOPS,
     diagnose_length_loop,
-    measured_loop,
     printed_loop,
 )
 from pamsim.diagnosis.options import Options
@@ -146,5 +146,5 @@ def _diagnose_loop(source: str, options: Options) -> LinkReport:
         raise InputError(
             f"{source} is not a length-pressure loop: it needs a pressure and a length"
         )
-    loop = measured_loop(table)
+    loop = Loop(pressure=table.pressure, length=table.length, rising=table.rising)
     return diagnose_length_loop(loop, Path(source).name, options, warnings=table.notes)

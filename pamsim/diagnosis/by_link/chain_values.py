@@ -8,20 +8,11 @@ from pamsim.comparison.chain_runs import in_link, plain
 from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.effects.effect import LINK_OF_GROUP
 from pamsim.engine.parameter_names import ParameterName
 
-_PARTS = {
-    "valve": (VALVES,),
-    "chamber": (VALVES,),
-    "chain": (JOINT,),
-    "tendon": (JOINT,),
-    "friction": (JOINT,),
-    "learned": (JOINT,),
-    "joint": (JOINT,),
-    "body": (JOINT,),
-    "sensor": PARTS,
-}
-"""Group of parameters -> parts of the chain that it is of; those of other groups are of muscles."""
+_PARTS = {"air": (VALVES,), "transmission": (JOINT,), "joint": (JOINT,), "sensor": PARTS}
+"""Link that a group of parameters acts in -> parts of the chain; other groups are of muscles."""
 
 
 def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
@@ -37,11 +28,12 @@ def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
     values = {name: value for name, value in model.values.items() if plain(name) == name}
     nuisance = dict.fromkeys(plain(name) for name in model.values if plain(name) != name)
     for name in nuisance:
-        parts = _PARTS.get(ParameterName.parse(name).group, (MUSCLE,))
+        link = LINK_OF_GROUP.get(ParameterName.parse(name).group, "muscle")
+        parts = _PARTS.get(link, (MUSCLE,))
         known = link_values(found, model, name)
-        own = [link for link in known if set(parts) & set(link.parts)] or list(known)
-        weights = [_shown(_fitted_in(found, model, link), in_link(name, link)) for link in own]
-        each = [known[link] for link in own]
+        own = [one for one in known if set(parts) & set(one.parts)] or list(known)
+        weights = [_shown(_fitted_in(found, model, one), in_link(name, one)) for one in own]
+        each = [known[one] for one in own]
         values[name] = float(np.average(each, weights=weights if any(weights) else None))
     return values
 

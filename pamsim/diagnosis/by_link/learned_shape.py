@@ -92,11 +92,9 @@ class LearnedShape:
 
 @dataclass(frozen=True)
 class _Place:
-    """A joint, the tendon that stands for it, and what was visited of both.
+    """A joint, the tendon of the muscle that stands for it, and what was visited of both.
 
     Attributes:
-        joint: which.
-        muscle: whose tendon it is.
         at: (n,) positions from one end to the other [rad or m].
         rates: slowest and fastest change of the position [per s].
         length: (n,) of the tendon at the positions [m].

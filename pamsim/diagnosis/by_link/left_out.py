@@ -52,7 +52,6 @@ class LeftOut:
         fitter: of all rows, each a unit of its own.
         known: signatures of all that was tried on them.
         near: weights of each row's neighbours, see `pamsim.inference.near_units.nearest_units`.
-        alpha: level at which one model adds something to another.
         seed: random seed of exchanges and sign flips.
 
     Raises:
@@ -65,13 +64,12 @@ class LeftOut:
         known: Collection[Signature],
         near: FloatArray,
         *,
-        alpha: float = ALPHA,
         seed: int = 0,
     ) -> None:
         if any(block.size > 1 for block in fitter.units.fitted.blocks):
             raise InputError("rows are exchanged one by one; give each as a unit of its own")
-        self._fitter, self._known, self._near = fitter, tuple(known), near
-        self._alpha, self._seed = alpha, seed
+        self._fitter, self._known = fitter, tuple(known)
+        self._near, self._seed = near, seed
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Loss of each row of each link, (n,); 1 is noise."""
@@ -112,9 +110,9 @@ class LeftOut:
         found = compare_with_reference(theirs, mine[:, np.newaxis], seed=self._seed)
         gain, p_value = float(found.gain[0]), float(found.p_value[0])
         left = [one for link, one in self.remainders(model).items() if link in links]
-        if gain <= max(one.excess if one.counts(self._alpha) else 0.0 for one in left):
+        if gain <= max(one.excess if one.counts(ALPHA) else 0.0 for one in left):
             p_value = 1.0
-        elif self._adds(rival, model, rest, rows) > self._alpha:
+        elif self._adds(rival, model, rest, rows) > ALPHA:
             p_value = self._adds(model, rival, rest, rows)
         return Difference(gain=gain, p_value=p_value)
 

@@ -22,7 +22,7 @@ from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
-from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.recording import Outcome
 from pamsim.recordings.sensors import distorted
 
 _FILLING = 0.6  # time for which a valve is opened before it shuts [s]
@@ -130,14 +130,13 @@ def _simulated(
     runs = iter(simulate_batch(jobs, threads=threads, above_supply=True))
     done = {name: [(own, next(runs)) for own in rigs] for name in menu}
     return {
-        name: [_read(own, run) for own, run in pairs]
+        name: [
+            (run if own.sensor is None else distorted(run, own.sensor)).signals()
+            for own, run in pairs
+        ]
         for name, pairs in done.items()
         if all(run.outcome is Outcome.COMPLETED for _, run in pairs)
     }
-
-
-def _read(rig: Rig, run: Recording) -> Mapping[str, FloatArray]:
-    return (run if rig.sensor is None else distorted(run, rig.sensor)).signals()
 
 
 def _distance(signals: list[Mapping[str, FloatArray]], noise: Mapping[str, float]) -> float:

@@ -23,13 +23,7 @@ _FARTHEST = 8.0  # factor on a probe that a fit begins with at most: a promise i
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
-    """Change of the whitened rows with an effect.
-
-    Attributes:
-        effect: which, in which form.
-        probe: values of its parameters.
-        rows: (f,).
-    """
+    """Change of the whitened rows (f,) with an effect in one of its forms, at a probe."""
 
     effect: Candidate
     probe: Probe
@@ -41,7 +35,6 @@ class Promise:
     """What an effect would do beside a model.
 
     Attributes:
-        signature: its own.
         gain: fall of the sum of squares.
         factor: on its probe.
         rows: change of the whitened rows that is its own, (f,).
