@@ -41,7 +41,7 @@ from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.judged import ALPHA
-from pamsim.diagnosis.held_out_split import held_out_split
+from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig

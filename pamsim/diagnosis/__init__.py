@@ -16,7 +16,7 @@ data no fit has seen  held_out.py         left_out.py              left_out.py
 options that a user may choose                options.py
 what recordings are and could show            check.py
 effects that they could show                  effects_in_data.py
-trials that no fit sees                       held_out_split.py
+trials that no fit sees                       by_link/judged_units.py
 links simulated with measured inputs          ../comparison/chain_simulator.py
 rows at rest                                  ../comparison/rest_simulator.py
 what separates the branches of a loop         ../comparison/loop_simulator.py

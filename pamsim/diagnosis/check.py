@@ -26,9 +26,9 @@ from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, wri
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.about_the_rig import about_the_drive, about_the_rig
+from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.whole_chain import floor_beside
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
-from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.options import usual_nuisance
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, given_or_recorded

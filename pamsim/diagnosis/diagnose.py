@@ -17,7 +17,7 @@ from pamsim.diagnosis.length_pressure_loop import (
     diagnose_length_loop,
     printed_loop,
 )
-from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
@@ -74,7 +74,7 @@ def diagnose(
         nuisance: parameters that are refitted with every effect, which must do better; if left out,
             `pamsim.diagnosis.options.usual_nuisance` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         hold_out: trials or protocols to judge by; see
-            `pamsim.diagnosis.held_out_split.held_out_split`.
+            `pamsim.diagnosis.by_link.judged_units.held_out_split`.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
         progress: called as each model is fitted; how many there will be is an estimate.
@@ -94,7 +94,7 @@ def diagnose(
         threads=threads,
         progress=progress,
     )
-    chosen, usual = {**vars(options), "rig": rig}, {**vars(Options()), "rig": None}
+    chosen, usual = {**vars(options), "rig": rig}, {**vars(AS_USUAL), "rig": None}
     for name, kinds in APPLIES.items():
         if chosen[name] != usual[name] and kind not in kinds:
             raise InputError(f"`{name}` does not apply to {kind}; leave it out")

@@ -15,7 +15,7 @@ from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
 from pamsim.diagnosis.by_link.result import Branches, LinkReport, NextExperiment, Run
-from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
 
 BASE = "the best reversible curve"
@@ -34,7 +34,6 @@ PRINTED_LOOPS = {
 
 _MORE = "more runs of the same loop, with each reading recorded and not their mean alone"
 _M_PER_CM = 1e-2  # the file is in cm
-_AS_USUAL = Options()
 
 
 def printed_loop(name: str) -> Loop:
@@ -74,7 +73,7 @@ def printed_loop(name: str) -> Loop:
 
 
 def diagnose_length_loop(
-    loop: Loop, source: str, options: Options = _AS_USUAL, *, warnings: Sequence[str] = ()
+    loop: Loop, source: str, options: Options = AS_USUAL, *, warnings: Sequence[str] = ()
 ) -> LinkReport:
     """Diagnose a length-pressure loop.
 

@@ -32,3 +32,6 @@ class Options:
     seed: int = 0
     threads: int | None = None
     progress: Progress | None = None
+
+
+AS_USUAL = Options()

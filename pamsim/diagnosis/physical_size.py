@@ -47,7 +47,7 @@ class PhysicalSize:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted:
-    """What a fit knows of the effects in it.
+    """The estimates of a fit, for all effects in it.
 
     Attributes:
         values: rig parameter -> value [SI], refitted ones among them.

@@ -21,22 +21,18 @@ from pamsim.diagnosis.by_link.entries import (
     link_entries,
     nuisance_entries,
 )
+from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
-from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.options import Options, usual_nuisance
+from pamsim.diagnosis.options import AS_USUAL, Options, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig
 
-_AS_USUAL = Options()
 
-
-def diagnose_recordings(
-    data: CalibrationData, rig: Rig, options: Options = _AS_USUAL
-) -> LinkReport:
+def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Find what a rig's model is missing in each link of its chain.
 
     Args:

@@ -20,7 +20,7 @@ from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
 from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
-from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.engine.rig import Rig
@@ -42,10 +42,8 @@ were fitted from before. Where a rig comes to rest depends on the whole of an ef
 beginning, as of a braid that locks. Each further size would be free beside a further effect, and
 leave few rows to show it."""
 
-_AS_USUAL = Options()
 
-
-def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -> LinkReport:
+def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Diagnose a rig by the angles at which the arm came to rest.
 
     Args:

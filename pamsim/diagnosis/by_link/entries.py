@@ -66,22 +66,19 @@ def nuisance_entries(
 ) -> tuple[NuisanceEntry, ...]:
     """Parameters that were refitted, in each link and for the whole rig."""
     whole = chain_values(found, found.model)
-    entries: list[NuisanceEntry] = []
-    for name in names:
-        own = stated(rig, name)
-        entries.append(
-            NuisanceEntry(
-                parameter=name,
-                unit=readable_unit(own),
-                stated=readable(own, own.value),
-                by_link={
-                    link.name: readable(own, value)
-                    for link, value in link_values(found, found.model, name).items()
-                },
-                whole=readable(own, whole.get(name, own.value)),
-            )
+    return tuple(
+        NuisanceEntry(
+            parameter=name,
+            unit=readable_unit(own),
+            stated=readable(own, own.value),
+            by_link={
+                link.name: readable(own, value)
+                for link, value in link_values(found, found.model, name).items()
+            },
+            whole=readable(own, whole.get(name, own.value)),
         )
-    return tuple(entries)
+        for name, own in ((name, stated(rig, name)) for name in names)
+    )
 
 
 def far_from_stated(nuisance: Collection[NuisanceEntry]) -> tuple[str, ...]:
@@ -133,19 +130,17 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
 
 def _size(rig: Rig | None, parameter: FreeParameter, known: Size) -> SizeEntry:
     """In the unit of the rig's file; without a rig, in one that people use."""
-    if rig is not None:
-        own = rig_parameter(rig, parameter.name)
-        unit, ends = readable_unit(own), [readable(own, end) for end in known.interval95]
-        value = readable(own, known.value)
-    else:
+    if rig is None:
         unit = COMMON.get(parameter.unit, parameter.unit)
-        value, *ends = (
-            to_si(number, parameter.unit, unit, where=parameter.name)
-            for number in (known.value, *known.interval95)
-        )
+    else:
+        unit = readable_unit(rig_parameter(rig, parameter.name))
+    value, low, high = (
+        to_si(number, parameter.unit, unit, where=parameter.name)
+        for number in (known.value, *known.interval95)
+    )
     return SizeEntry(
         value=value,
-        interval95=(ends[0], ends[1]),
+        interval95=(low, high),
         unit=unit,
         value_si=known.value,
         interval95_si=known.interval95,

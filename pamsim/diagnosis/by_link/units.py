@@ -26,14 +26,7 @@ from numpy.typing import NDArray
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.blocks import (
-    Block,
-    cut,
-    fitted_runs,
-    most_parts,
-    unit_names,
-    whitened,
-)
+from pamsim.inference.blocks import Block, cut, fitted_runs, most_parts, unit_names, whitened
 
 MOST = 24
 """Parts of all trials together, at most: flips of twelve judged ones reach a p-value of 0.0002, and
