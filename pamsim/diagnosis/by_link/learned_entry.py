@@ -20,6 +20,15 @@ FOLLOWS = 0.95
 """Share of a curve's squares about its mean from which a form follows it: a picture of both shows
 hardly a difference."""
 
+_SIZE = {
+    "spring": "stiffness",
+    "stop": "stiffness",
+    "viscous": "damping",
+    "quadratic": "coefficient",
+    "dry": "torque",
+}
+"""Form -> name of its size, which pulls back."""
+
 _GRID = 40  # places, periods or speeds that a form is tried with
 _TINY = float(np.finfo(float).tiny)
 
@@ -59,27 +68,23 @@ class LearnedEntry:
     @json_property
     def words(self) -> str:
         """The form that follows it, in words; empty for none."""
-        n = {name: f"{value:.3g}" for name, value in self.numbers.items()}
-        at, torque = self.at_unit, self.torque_unit
-        match self.resembles:
-            case "constant":
-                return f"a constant {n['torque']} {torque}"
-            case "spring":
-                return f"a spring of {n['stiffness']} {torque}/{at}"
-            case "stop":
-                way = "up" if self.numbers["side"] > 0.0 else "down"
-                return f"a stop from {n['begin']} {at} {way}, {n['stiffness']} {torque}/{at}"
-            case "ripple":
-                return f"a ripple of +-{n['amplitude']} {torque}, its period {n['period']} {at}"
-            case "viscous":
-                return f"viscous friction of {n['damping']} {torque} per {at}"
-            case "quadratic":
-                return f"a drag of {n['coefficient']} {torque} per ({at})^2"
-            case "dry":
-                return f"dry friction of {n['torque']} {torque}, built up within {n['speed']} {at}"
-            case _:
-                return ""
+        numbers = {name: f"{value:.3g}" for name, value in self.numbers.items()}
+        way = "up" if self.numbers.get("side", 1.0) > 0.0 else "down"
+        return _WORDS.get(self.resembles, "").format(
+            **numbers, way=way, at=self.at_unit, force=self.torque_unit
+        )
 
+
+_WORDS = {
+    "constant": "a constant {torque} {force}",
+    "spring": "a spring of {stiffness} {force}/{at}",
+    "stop": "a stop from {begin} {at} {way}, {stiffness} {force}/{at}",
+    "ripple": "a ripple of +-{amplitude} {force}, its period {period} {at}",
+    "viscous": "viscous friction of {damping} {force} per {at}",
+    "quadratic": "a drag of {coefficient} {force} per ({at})^2",
+    "dry": "dry friction of {torque} {force}, built up within {speed} {at}",
+}
+"""Form -> what it is, with its numbers."""
 
 _AT = {"stiffness": -1, "damping": -1, "coefficient": -2, "begin": 1, "period": 1, "speed": 1}
 """Number of a form -> power of the unit of position or speed in it."""
@@ -137,7 +142,12 @@ def description(over: str, at: FloatArray, torque: FloatArray) -> tuple[str, dic
         share = 1.0 - float(np.sum((torque - columns @ weights) ** 2)) / max(about_mean, _TINY)
         if share >= FOLLOWS:
             count = columns.shape[1] + len(known)
-            following.append((count, -share, form, _numbers(form, weights, known)))
+            first, *others = weights.tolist()
+            if form == "ripple":
+                size = {"amplitude": float(np.hypot(first, others[0]))}
+            else:
+                size = {_SIZE[form]: -first}
+            following.append((count, -share, form, {**size, **known}))
     return min(following, key=lambda one: one[:2], default=(0, 0.0, "", {}))[2:]
 
 
@@ -163,18 +173,3 @@ def _over_speed(at: FloatArray) -> Iterator[Form]:
     for speed in np.geomspace(0.02, 0.5, _GRID).tolist():
         own = speed * float(np.max(np.abs(at)))
         yield "dry", np.tanh(at / own)[:, np.newaxis], {"speed": own}
-
-
-def _numbers(form: str, weights: FloatArray, known: dict[str, float]) -> dict[str, float]:
-    first = float(weights[0])
-    match form:
-        case "spring" | "stop":
-            return {"stiffness": -first, **known}
-        case "ripple":
-            return {"amplitude": float(np.hypot(*weights[:2])), **known}
-        case "viscous":
-            return {"damping": -first}
-        case "quadratic":
-            return {"coefficient": -first}
-        case _:
-            return {"torque": -first, **known}

@@ -47,10 +47,12 @@ def test_a_curve_that_no_form_follows_is_not_described():
     assert description("speed", AT, np.cos(9.0 * AT)) == ("", {})
 
 
-def test_numbers_are_written_in_the_units_of_the_curve():
-    _, torque, _ = CURVES["stop"]
+def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words():
     shape = LearnedShape(
-        curves=(Curve(joint="shaft", over="position", at=AT, torque=torque),),
+        curves=tuple(
+            Curve(joint="shaft", over=over, at=AT, torque=torque)
+            for over, torque, _ in CURVES.values()
+        ),
         links=(Link(parts=(MUSCLE, JOINT)),),
         model=None,
         values={},
@@ -58,10 +60,14 @@ def test_numbers_are_written_in_the_units_of_the_curve():
         after=1.05,
         p_value=1e-4,
     )
-    (one,) = learned_entries(pamsim.load_rig("mas20_arm"), shape)
+    entries = {one.resembles: one for one in learned_entries(pamsim.load_rig("mas20_arm"), shape)}
+    assert set(entries) == set(CURVES)
+    assert all(one.words for one in entries.values())
+    one = entries["stop"]
     assert one.at == pytest.approx(np.degrees(AT))
     assert (one.at_unit, one.torque_unit) == ("deg", "N*m")
     assert one.numbers["begin"] == pytest.approx(math.degrees(0.14), rel=0.1)
     assert one.numbers["stiffness"] == pytest.approx(1.2 * math.pi / 180.0, rel=0.1)
     assert one.words.startswith("a stop from ")
+    assert entries["dry"].at_unit == "deg/s"
     assert learned_entries(pamsim.load_rig("mas20_arm"), None) == ()
