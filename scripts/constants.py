@@ -22,12 +22,11 @@ ROOT = Path(__file__).parents[1]
 ROOMS = ("effects", "inference", "comparison", "diagnosis", "twins", "calibration", "fitting")
 
 RULES = {
-    "by_link/descent.py": ("PRIOR",),
     "by_link/judged.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS", "NAMED", "SERIES"),
-    "by_link/link_fit.py": ("_SEEN",),
-    "by_link/log_variation.py": ("VARIATION",),
+    "by_link/link_fit.py": ("_SEEN", "PRIOR"),
+    "by_link/judged_units.py": ("VARIATION",),
     "by_link/remainder.py": ("LEAST",),
-    "by_link/rivals.py": ("_RIVALS",),
+    "by_link/judge.py": ("_RIVALS",),
     "by_link/search.py": (
         "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS",
     ),

@@ -42,7 +42,7 @@ from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.judged import ALPHA
-from pamsim.diagnosis.held_out_split import held_out_split
+from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -110,7 +110,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             rig,
             data.trials,
             candidates(rig, (), case["removed"])[0],
-            held_out=held_out_split(data, ()).trials,
+            held_out=held_out_split(data, ())[0],
             nuisance=NUISANCE,
             seed=seed,
             threads=int(threads),

@@ -16,7 +16,7 @@ data no fit has seen  held_out.py         left_out.py              left_out.py
 options that a user may choose                options.py
 what recordings are and could show            check.py
 effects that they could show                  effects_in_data.py
-trials that no fit sees                       held_out_split.py
+trials that no fit sees                       by_link/judged_units.py
 links simulated with measured inputs          ../comparison/chain_simulator.py
 rows at rest                                  ../comparison/rest_simulator.py
 what separates the branches of a loop         ../comparison/loop_simulator.py
@@ -32,6 +32,7 @@ what to measure next                          by_link/next_experiment.py
 the result, its JSON and its sentence         by_link/result.py
 size of an effect, whichever form it has      physical_size.py
 the tests that such a size is found by        virtual_tests.py
+a rig taken apart for them                    bench.py
 the rig with the effects                      repaired_rig.py
 ============================================  ================================
 """

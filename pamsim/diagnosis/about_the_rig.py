@@ -1,4 +1,4 @@
-"""What of a rig would make fits fail: a wrong rest, a stop, geoms that touch, signals that jump."""
+"""What of a rig would make fits fail, and what recordings cannot show because of their drive."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from pamsim.comparison.measurements import CalibrationData
 from pamsim.core.units import FloatArray
 from pamsim.engine.mjcf import contacts, may_collide
 from pamsim.engine.rig import Rig
@@ -21,6 +22,20 @@ _SAMPLES = 500
 _AT_LIMIT = 1e-3  # of a joint's range
 _ON_STOP = 0.2
 """Share of the samples in which a joint is on a stop, beyond that of the recording, to be said."""
+
+
+def about_the_drive(data: CalibrationData) -> tuple[str, ...]:
+    """What trials that are driven by measured pressures cannot show."""
+    driven = [trial for trial in data.trials if "measured" in trial.drives.muscles]
+    if not driven:
+        return ()
+    every = all(trial.drives.all_measured for trial in driven)
+    which = "all trials are" if len(driven) == len(data.trials) else f"{len(driven)} trials are"
+    whose = "the measured pressures" if every else "the measured pressures of some muscles"
+    return (
+        f"{which} driven by {whose}: they do not show what valves, air and supply do differently"
+        f"{'' if every else ' there'}",
+    )
 
 
 def about_the_rig(

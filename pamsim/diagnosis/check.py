@@ -20,20 +20,18 @@ from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.link_gaps import LinkGaps, gap_per_link
 from pamsim.comparison.measurements import CalibrationData, read_calibration_data
-from pamsim.comparison.noise_floor import noise_floor
-from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
+from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Progress, Steps, one_blas_thread
-from pamsim.core.encoding import fields_to_dict, write_json
+from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.about_the_drive import about_the_drive
-from pamsim.diagnosis.about_the_rig import about_the_rig
+from pamsim.diagnosis.about_the_rig import about_the_drive, about_the_rig
+from pamsim.diagnosis.by_link.judged_units import held_out_split
+from pamsim.diagnosis.by_link.whole_chain import floor_beside
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
-from pamsim.diagnosis.held_out_split import held_out_split
 from pamsim.diagnosis.options import usual_nuisance
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, given_or_recorded
-from pamsim.inference.residual_block import layout
 from pamsim.recordings.signals import IMPOSED, JOINT_DRIVES, KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
@@ -95,14 +93,14 @@ class RecordingCheck:
     effects: tuple[EffectInData, ...]
     skipped: dict[str, str]
     run: dict[str, Any]
-    comparisons: tuple[Comparison, ...] = field(repr=False)
+    comparisons: tuple[Comparison, ...] = field(repr=False, metadata=NOT_IN_JSON)
 
-    @property
+    @json_property
     def seen(self) -> tuple[str, ...]:
         """Effects that would show at their typical size, the clearest first."""
         return tuple(one.name for one in self.effects if one.seen)
 
-    @property
+    @json_property
     def unseen(self) -> tuple[str, ...]:
         """Effects that would not."""
         return tuple(one.name for one in self.effects if not one.seen)
@@ -138,9 +136,7 @@ class RecordingCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """The same as JSON-safe values, without the signals."""
-        entries = fields_to_dict(self)
-        del entries["comparisons"]
-        return {"schema": SCHEMA, **entries, "seen": list(self.seen), "unseen": list(self.unseen)}
+        return {"schema": SCHEMA, **fields_to_dict(self)}
 
     def save(self, folder: str | Path) -> Path:
         """Write ``check.json``.
@@ -184,7 +180,7 @@ def check(
         raise InputError("check takes recording folders; tables and loops are judged as they are")
     loaded = given_or_recorded(rig, measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)
-    split = held_out_split(beside, hold_out)
+    held_out, warnings = held_out_split(beside, hold_out)
     tried, skipped = candidates(loaded, effects)
     freed = [f.free for f in freed_parameters(loaded, usual_nuisance(loaded))]
     steps = Steps(progress, len(beside.trials) + len(tried) + most_runs(loaded, beside.trials))
@@ -200,10 +196,7 @@ def check(
         found = likely_mistakes(loaded, beside.trials, {}, threads=threads)
         mend = ": ".join(found) or "check the rig's parameters and the recording's units"
         raise InputError(f"the simulation breaks down on these trials; {mend}")
-    blocks = predictor.blocks(prediction)
-    places = layout(blocks)
-    residual = np.concatenate([block.residual for block in blocks])
-    floor = noise_floor(places, residual, beside.trials)
+    floor = floor_beside(predictor, prediction)
     links = gap_per_link(
         loaded,
         beside.trials,
@@ -216,7 +209,7 @@ def check(
         floor,
         [c for c in tried if c.usual],
         freed,
-        held_out=split.trials,
+        held_out=held_out,
         threads=threads,
         steps=steps,
     )
@@ -224,7 +217,7 @@ def check(
     return RecordingCheck(
         rig=loaded.name,
         protocols=dict(Counter(t.protocol for t in beside.trials)),
-        held_out=split.trials,
+        held_out=held_out,
         seconds=sum(float(t.time[-1]) for t in beside.trials),
         channels=_channels(beside, prediction.trials, floor.sd),
         links=links,
@@ -234,7 +227,7 @@ def check(
         ),
         notes=(
             *beside.notes,
-            *split.warnings,
+            *warnings,
             *about_the_drive(beside),
             *above_supply(loaded.muscles, map(experiment_of, beside.trials)),
             *about_the_rig(loaded, beside.trials, prediction.trials, of_each.rough),
@@ -246,26 +239,20 @@ def check(
             "trials": of_each.trials,
             "simulated_seconds": of_each.seconds,
         },
-        comparisons=_comparisons(beside, prediction, frozenset(split.trials)),
-    )
-
-
-def _comparisons(
-    data: CalibrationData, prediction: Prediction, held_out: frozenset[str]
-) -> tuple[Comparison, ...]:
-    return tuple(
-        Comparison(
-            trial=trial.name,
-            protocol=trial.protocol,
-            channel=channel,
-            held_out=trial.name in held_out,
-            time=trial.time,
-            measured=values,
-            before=prediction.trials[trial.name].get(channel),
-            after=None,
-        )
-        for trial in data.trials
-        for channel, values in trial.measured.items()
+        comparisons=tuple(
+            Comparison(
+                trial=trial.name,
+                protocol=trial.protocol,
+                channel=channel,
+                held_out=trial.name in held_out,
+                time=trial.time,
+                measured=values,
+                before=prediction.trials[trial.name].get(channel),
+                after=None,
+            )
+            for trial in beside.trials
+            for channel, values in trial.measured.items()
+        ),
     )
 
 

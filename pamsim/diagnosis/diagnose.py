@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from enum import StrEnum
 from pathlib import Path
 
+from pamsim.comparison.loop_simulator import Loop
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
@@ -14,15 +15,14 @@ from pamsim.diagnosis.by_link.result import LinkReport
 from pamsim.diagnosis.length_pressure_loop import (
     PRINTED_LOOPS,
     diagnose_length_loop,
-    measured_loop,
     printed_loop,
 )
-from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.diagnosis.published_rig import NAME as PUBLISHED
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.diagnosis.table_at_rest import diagnose_table
-from pamsim.engine.rig import Rig, given_or_recorded, load_rig
+from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
 from pamsim.recordings.static_table import read_static_table
@@ -74,7 +74,7 @@ def diagnose(
         nuisance: parameters that are refitted with every effect, which must do better; if left out,
             `pamsim.diagnosis.options.usual_nuisance` or `pamsim.diagnosis.table_at_rest.NUISANCE`.
         hold_out: trials or protocols to judge by; see
-            `pamsim.diagnosis.held_out_split.held_out_split`.
+            `pamsim.diagnosis.by_link.judged_units.held_out_split`.
         seed: random seed.
         threads: simulations at a time; None for one per processor.
         progress: called as each model is fitted; how many there will be is an estimate.
@@ -85,16 +85,6 @@ def diagnose(
     """
     sources = [data] if isinstance(data, str | os.PathLike) else list(data)
     kind = kind_of(sources)
-    given = {
-        "rig": rig is not None,
-        "without": bool(without),
-        "nuisance": bool(nuisance),
-        "hold_out": bool(hold_out),
-        "threads": threads is not None,
-    }
-    for name, one in given.items():
-        if one and kind not in APPLIES[name]:
-            raise InputError(f"`{name}` does not apply to {kind}; leave it out")
     options = Options(
         effects=tuple(effects),
         without=tuple(without),
@@ -104,10 +94,14 @@ def diagnose(
         threads=threads,
         progress=progress,
     )
+    chosen, usual = {**vars(options), "rig": rig}, {**vars(AS_USUAL), "rig": None}
+    for name, kinds in APPLIES.items():
+        if chosen[name] != usual[name] and kind not in kinds:
+            raise InputError(f"`{name}` does not apply to {kind}; leave it out")
     if kind is Kind.LOOP:
         return _diagnose_loop(str(sources[0]), options)
     if kind is Kind.TABLE:
-        own = published_rig() if rig in (None, PUBLISHED) else _loaded(rig)
+        own = published_rig() if rig in (None, PUBLISHED) else given_or_recorded(rig, "mas20_arm")
         return diagnose_table(read_static_table(sources[0]), own, options)
     measured = read_calibration_data(sources)
     if measured.tables:
@@ -145,16 +139,12 @@ def _has_length(path: Path) -> bool:
 
 
 def _diagnose_loop(source: str, options: Options) -> LinkReport:
-    if source in PRINTED_LOOPS and not Path(source).exists():
+    if not Path(source).exists():
         return diagnose_length_loop(printed_loop(source), PRINTED_LOOPS[source], options)
     table = read_measured(Path(source))
     if not isinstance(table, LengthLoop):
         raise InputError(
             f"{source} is not a length-pressure loop: it needs a pressure and a length"
         )
-    loop = measured_loop(table)
+    loop = Loop(pressure=table.pressure, length=table.length, rising=table.rising)
     return diagnose_length_loop(loop, Path(source).name, options, warnings=table.notes)
-
-
-def _loaded(rig: Source | Rig | None) -> Rig:
-    return rig if isinstance(rig, Rig) else load_rig(rig or "mas20_arm")

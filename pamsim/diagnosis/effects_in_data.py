@@ -6,7 +6,7 @@ their beginning: that suffices to judge what could be seen, not to name anything
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +18,13 @@ from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray, common_unit, to_si
+from pamsim.diagnosis.by_link.link_model import as_columns, project_out
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.projected_effect import orthonormal
-from pamsim.inference.residual_block import BlockPlace, layout
+from pamsim.inference.residual_block import BlockPlace, Blocks, layout
 from pamsim.recordings.recording_checks import FEWEST_ROWS
 from pamsim.recordings.signals import kind_of
 from pamsim.recordings.trial import Trial
@@ -99,18 +100,11 @@ def effects_in_data(
     threads: int | None,
     steps: Steps,
 ) -> EffectsInData:
-    """Simulate recordings with each effect.
+    """Simulate recordings with each effect that a rig has not, in one form.
 
-    Args:
-        rig: without effects.
-        data: the recordings, as the rig names its signals.
-        floor: of their noise.
-        candidates: effects, each in one form.
-        nuisance: parameters that are refitted with every effect, so that what they can explain
-            does not count.
-        held_out: trials that no fit of a diagnosis sees.
-        threads: simulations at a time; None for one per processor.
-        steps: of a computation that ends with this; each simulation is one.
+    What nuisance parameters can explain does not count, since they are refitted with every effect.
+    Nor is a trial simulated that is held out. Each simulation is a step of the computation, which
+    ends with this.
 
     Raises:
         InputError: if the simulation breaks down without any effect.
@@ -118,34 +112,40 @@ def effects_in_data(
     shown = _beginnings(data, held_out)
     # One of the rig, one nudged, one for each parameter's sensitivity and one with each effect.
     steps.expect(len(shown.trials) * (2 + len(nuisance) + len(candidates)))
-    simulate = _Simulate(rig, shown, threads, lambda: steps.begin("simulating each effect"))
+    predictor = TrialPredictor(
+        rig, shown, threads=threads, simulated=lambda: steps.begin("simulating each effect")
+    )
+    predictor.linearise_starts(None)  # starts as read: all simulations share their errors
+    step = _long_step(rig, [e.sample_rate for e in predictor.experiments])
+
+    def simulate(sets: Sequence[Mapping[str, float]]) -> list[Blocks | None]:
+        rigs = [_possible(rig, values, step) for values in sets]
+        found = predictor.predictions(rigs, timestep=step)
+        return [None if one is None else predictor.blocks(one) for one in found]
+
     (here,) = simulate([{}])
     if here is None:
         raise InputError(
             "the simulation breaks down on these trials; check the rig's parameters and the"
             " recording's units"
         )
-    weights = simulate.weights(floor.sd)
+    places, stated = layout(here), _residual(here)
+    weights = _weights(here, floor.sd)
     moved = [{p.name: p.start + _STEP * (p.high - p.low)} for p in nuisance]
     sets = [_typical(candidate) for candidate in candidates]
     scale = next(iter(rig.muscles.values())).force.scale
     found = simulate([*moved, *sets, {"force.scale": scale * (1.0 + _NUDGE)}])
-    changes = [None if one is None else one - here for one in found]
-    basis = orthonormal(
-        np.column_stack(
-            [np.empty((here.size, 0))]
-            + [weights * one for one in changes[: len(moved)] if one is not None]
-        )
-    )
+    changes = [None if one is None else _residual(one) - stated for one in found]
+    explained = [weights * one for one in changes[: len(moved)] if one is not None]
+    basis = orthonormal(as_columns(explained, stated.size))
     effects: list[EffectInData] = []
     broken: list[str] = []
     for candidate, values, change in zip(candidates, sets, changes[len(moved) : -1], strict=True):
         if change is None:
             broken.append(candidate.name)
             continue
-        raw = weights * change
-        left = raw - basis @ (basis.T @ raw)
-        effects.append(_effect(candidate, values, simulate.places, left))
+        left = project_out(basis, weights * change)
+        effects.append(_effect(candidate, values, places, left))
     effects.sort(key=lambda one: one.shows_from / one.typical)
     jump = changes[-1]
     return EffectsInData(
@@ -153,56 +153,32 @@ def effects_in_data(
         broken=tuple(broken),
         trials=tuple(trial.name for trial in shown.trials),
         seconds=float(sum(trial.time[-1] for trial in shown.trials)),
-        rough={} if jump is None else _rough(jump, simulate.places, shown.trials, floor),
+        rough={} if jump is None else _rough(jump, places, shown.trials, floor),
     )
 
 
-class _Simulate:
-    """Residuals of some trials with the values of parameters, in long time steps if they allow."""
+def _residual(blocks: Blocks) -> FloatArray:
+    """Simulated minus measured of all blocks, (n,) [SI]."""
+    return np.concatenate([block.residual for block in blocks])
 
-    def __init__(
-        self,
-        rig: Rig,
-        data: CalibrationData,
-        threads: int | None,
-        simulated: Callable[[], None],
-    ) -> None:
-        self._rig = rig
-        self._predictor = TrialPredictor(rig, data, threads=threads, simulated=simulated)
-        self._predictor.linearise_starts(None)  # starts as read: all simulations share their errors
-        self._step = _long_step(rig, [e.sample_rate for e in self._predictor.experiments])
-        self.places: tuple[BlockPlace, ...] = ()
 
-    def __call__(self, sets: Sequence[Mapping[str, float]]) -> list[FloatArray | None]:
-        """Simulated minus measured, (n,) [SI]; None where a simulation breaks down."""
-        rigs = [self._possible(values) for values in sets]
-        found: list[FloatArray | None] = []
-        for prediction in self._predictor.predictions(rigs, timestep=self._step):
-            if prediction is None:
-                found.append(None)
-                continue
-            blocks = self._predictor.blocks(prediction)
-            self.places = self.places or layout(blocks)
-            found.append(np.concatenate([block.residual for block in blocks]))
-        return found
+def _weights(blocks: Blocks, noise: Mapping[str, float]) -> FloatArray:
+    """Of each row, (n,): the sum of squares is the mean over trials and channels."""
+    channels, trials = {b.channel for b in blocks}, {b.trial for b in blocks}
+    of_each = [
+        np.full(b.residual.size, noise[b.channel] * np.sqrt(b.residual.size)) for b in blocks
+    ]
+    return 1.0 / (np.concatenate(of_each) * np.sqrt(len(channels) * len(trials)))
 
-    def weights(self, noise: Mapping[str, float]) -> FloatArray:
-        """Of each row, (n,): the sum of squares is the mean over trials and channels."""
-        channels = {place.block.channel for place in self.places}
-        trials = {place.block.trial for place in self.places}
-        of_each = [
-            np.full(p.block.residual.size, noise[p.block.channel] * np.sqrt(p.block.residual.size))
-            for p in self.places
-        ]
-        return 1.0 / (np.concatenate(of_each) * np.sqrt(len(channels) * len(trials)))
 
-    def _possible(self, values: Mapping[str, float]) -> Rig | None:
-        try:
-            rig = self._rig.with_parameters(values)
-            check_timestep(rig.model_for(timestep=self._step), rig.limits)
-        except (InputError, ParameterError):  # out of range, or too quick for the time step
-            return None
-        return rig
+def _possible(rig: Rig, values: Mapping[str, float], step: float | None) -> Rig | None:
+    """The rig with some values; None out of range, or too quick for a time step [s]."""
+    try:
+        moved = rig.with_parameters(values)
+        check_timestep(moved.model_for(timestep=step), moved.limits)
+    except (InputError, ParameterError):
+        return None
+    return moved
 
 
 def _long_step(rig: Rig, rates: Sequence[float]) -> float | None:

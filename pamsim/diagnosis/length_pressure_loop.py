@@ -9,15 +9,12 @@ import numpy as np
 
 from pamsim.comparison.loop_simulator import CHANNEL, LOOP_EFFECTS, Loop, LoopRows
 from pamsim.core.errors import InputError, nearest
-from pamsim.core.units import MM_PER_M, PA_PER_KPA, FloatArray
-from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.core.units import MM_PER_M, PA_PER_KPA
+from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
-from pamsim.diagnosis.by_link.rest_entries import Branches
-from pamsim.diagnosis.by_link.result import LinkReport, NextExperiment, Run
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from pamsim.diagnosis.options import Options
-from pamsim.recordings.measured_table import LengthLoop
+from pamsim.diagnosis.by_link.result import Branches, LinkReport, NextExperiment, Run
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.recordings.printed import BRANCHES, arctangent_law, loop_equation, loop_rows
 
 BASE = "the best reversible curve"
@@ -36,7 +33,6 @@ PRINTED_LOOPS = {
 
 _MORE = "more runs of the same loop, with each reading recorded and not their mean alone"
 _M_PER_CM = 1e-2  # the file is in cm
-_AS_USUAL = Options()
 
 
 def printed_loop(name: str) -> Loop:
@@ -53,41 +49,35 @@ def printed_loop(name: str) -> Loop:
     """
     if name not in PRINTED_LOOPS:
         raise InputError(f"no printed loop {name!r}; {nearest(name, PRINTED_LOOPS)}")
-    rows = {branch: loop_rows(branch) for branch in BRANCHES}
-    error = None
+    up, down = (loop_rows(branch) for branch in BRANCHES)
+    path, error = (*up, *down[::-1]), None
     if name == "alraouf2025":
-        lengths = {b: np.array([row.mean.value for row in rows[b]]) for b in BRANCHES}
-        errors = {b: np.array([row.deviation.value for row in rows[b]]) for b in BRANCHES}
-        error = _there_and_back(errors["up"], errors["down"]) * _M_PER_CM / np.sqrt(RUNS)
+        length = np.array([row.mean.value for row in path])
+        error = np.array([row.deviation.value for row in path]) * _M_PER_CM / np.sqrt(RUNS)
     else:
-        lengths = {
-            b: arctangent_law(
-                np.array([row.pressure_kpa for row in rows[b]]),
-                *(number.value for number in loop_equation(b)),
+        rising, falling = (
+            arctangent_law(
+                np.array([row.pressure_kpa for row in rows]),
+                *(number.value for number in loop_equation(branch)),
             )
-            for b in BRANCHES
-        }
-    up, down = (np.array([row.pressure_kpa for row in rows[b]]) * PA_PER_KPA for b in BRANCHES)
+            for branch, rows in zip(BRANCHES, (up, down), strict=True)
+        )
+        length = np.concatenate([rising, falling[::-1]])
     return Loop(
-        pressure=_there_and_back(up, down),
-        length=_there_and_back(lengths["up"], lengths["down"]) * _M_PER_CM,
-        rising=np.arange(up.size + down.size) < up.size,
+        pressure=np.array([row.pressure_kpa for row in path]) * PA_PER_KPA,
+        length=length * _M_PER_CM,
+        rising=np.arange(len(path)) < len(up),
         error=error,
     )
 
 
-def measured_loop(table: LengthLoop) -> Loop:
-    """A measured length-pressure loop, its rows in the order in which they were taken."""
-    return Loop(pressure=table.pressure, length=table.length, rising=table.rising)
-
-
 def diagnose_length_loop(
-    loop: Loop, source: str, options: Options = _AS_USUAL, *, warnings: Sequence[str] = ()
+    loop: Loop, source: str, options: Options = AS_USUAL, *, warnings: Sequence[str] = ()
 ) -> LinkReport:
     """Diagnose a length-pressure loop.
 
     Args:
-        loop: readings, see `printed_loop` and `measured_loop`.
+        loop: readings in the order in which they were taken, such as `printed_loop`.
         source: what they are, in words.
         options: of the diagnosis; of the effects, those that vanish at rest are tried if named.
         warnings: what a reader should know of the readings.
@@ -117,11 +107,12 @@ def diagnose_length_loop(
         notes.append(
             "the readings' errors are not known: their noise is what the best model leaves"
         )
+    floor = None if loop.error is None else float(np.sqrt(np.mean(rows.error**2))) * MM_PER_M
     return LinkReport(
         rig=BASE,
         links=link_entries(found),
         effects=effect_entries(None, found),
-        gap={CHANNEL: _gap(loop, rows, found)},
+        gap={CHANNEL: found.gap("mm", MM_PER_M, floor)},
         next_experiment=next_reading(found) if found.effects else NextExperiment(advice=_MORE),
         warnings=tuple(notes),
         run=Run(
@@ -146,21 +137,3 @@ def diagnose_length_loop(
             opened_mm=rows.opened(found.model.values) * MM_PER_M if found.effects else None,
         ),
     )
-
-
-def _gap(loop: Loop, rows: LoopRows, found: RestDiagnosis) -> ChannelGap:
-    """How far a reading lies off where its counterpart on the other branch predicts it."""
-    return ChannelGap(
-        unit="mm",
-        floor=None if loop.error is None else _rms(rows.error) * MM_PER_M,
-        before=_rms(found.errors_before) * MM_PER_M,
-        after=_rms(found.errors_after) * MM_PER_M if found.effects else None,
-    )
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _there_and_back(up: FloatArray, down: FloatArray) -> FloatArray:
-    return np.concatenate([up, down[::-1]])

@@ -20,17 +20,9 @@ def usual_nuisance(rig: Rig) -> tuple[str, ...]:
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """Options of a diagnosis, whatever its data; see `pamsim.diagnosis.diagnose.diagnose`.
+    """Options of a diagnosis, as `pamsim.diagnosis.diagnose.diagnose` takes them.
 
-    Attributes:
-        effects: names of those that may be missing; all if empty.
-        without: names of those that are not tried.
-        nuisance: rig parameters that are refitted with every effect; the usual ones of data and
-            rig if empty.
-        hold_out: trials or protocols to judge by; chosen by rule if empty.
-        seed: random seed.
-        threads: simulations at a time; None for one per processor.
-        progress: called as each fit begins.
+    Empty ones are chosen by rule, and the usual nuisance parameters are those of data and rig.
     """
 
     effects: tuple[str, ...] = ()
@@ -40,3 +32,6 @@ class Options:
     seed: int = 0
     threads: int | None = None
     progress: Progress | None = None
+
+
+AS_USUAL = Options()

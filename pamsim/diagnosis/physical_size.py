@@ -7,30 +7,26 @@ first order. There the test is made again, so that the interval need not be symm
 single parameter is the test at both ends of its interval. The widths of the ellipsoid are the
 intervals of the fit, its correlations those of the fit's Jacobian. What nuisance parameters do to a
 size, a change of a change, is left out.
-
-Where the model leaves something for certain, its formula is not that of the cause, and the size is
-wrong by about as much: the interval is widened by the error of the form, twice the amplitude of
-what is left over the amplitude of what the effect explains.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.comparison.candidate import Candidate
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.bench import bench
 from pamsim.diagnosis.pulley_radius import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
-from pamsim.diagnosis.virtual_tests import TESTS, Quantities, bench
+from pamsim.diagnosis.virtual_tests import TESTS, Quantities
 from pamsim.effects.effect import AT
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.inference.free_parameter import FreeParameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,107 +45,41 @@ class PhysicalSize:
     interval95: tuple[float, float] | None = None
 
 
-class FreedEffect(Protocol):
-    """An effect with the parameters that were fitted."""
+@dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """The estimates of a fit, for all effects in it.
 
-    @property
-    def name(self) -> str:
-        """Of the catalogue, with its place."""
-        ...
-
-    @property
-    def parameters(self) -> tuple[FreeParameter, ...]:
-        """Under the rig's names."""
-        ...
-
-
-class Fitted(Protocol):
-    """The end of a fit."""
-
-    @property
-    def parameters(self) -> tuple[FreeParameter, ...]:
-        """All that were fitted, p of them."""
-        ...
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Name -> value [SI]."""
-        ...
-
-    @property
-    def jacobian(self) -> FloatArray:
-        """Change of the residual per parameter, (n, p)."""
-        ...
-
-
-class FittedModel(Protocol):
-    """A model of recordings or of a table at rest."""
-
-    @property
-    def fit(self) -> Fitted:
-        """Its fit."""
-        ...
-
-    @property
-    def intervals(self) -> Mapping[str, tuple[float, float]]:
-        """Name of a parameter -> 95 % interval [SI]."""
-        ...
-
-
-def physical_sizes(
-    rig: Rig, model: FittedModel, effects: Sequence[FreedEffect], *, form_error: float = 0.0
-) -> dict[str, PhysicalSize]:
-    """Sizes of fitted effects in physical terms.
-
-    Args:
-        rig: without effects.
-        model: that was fitted.
-        effects: of the model.
-        form_error: share of a size by which the effects' formula may be wrong [-].
-
-    Returns:
-        Quantity -> size; of several effects, under their names, such as
-        ``air_leak.mass_flow``.
+    Attributes:
+        values: rig parameter -> value [SI], refitted ones among them.
+        intervals: parameter of an effect -> 95 % interval [SI].
+        parameters: of all effects, p of them.
+        jacobian: change of the residual with each of these, (n, p); what the data do not show
+            counts as not correlated.
     """
-    found: dict[str, PhysicalSize] = {}
-    for effect in effects:
-        prefix = f"{effect.name}." if len(effects) > 1 else ""
-        found |= {
-            f"{prefix}{name}": _widened(size, form_error)
-            for name, size in _sizes(rig, model, effect).items()
-        }
-    return found
+
+    values: Mapping[str, float]
+    intervals: Mapping[str, tuple[float, float]]
+    parameters: Sequence[str]
+    jacobian: FloatArray
 
 
-def _widened(size: PhysicalSize, form_error: float) -> PhysicalSize:
-    """A size whose interval contains the error of the form, too."""
-    if size.interval95 is None:
-        return size
-    low, high = size.interval95
-    form = form_error * abs(size.value)
-    ends = (
-        size.value - math.hypot(size.value - low, form),
-        size.value + math.hypot(high - size.value, form),
-    )
-    return replace(size, interval95=ends)
-
-
-def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, PhysicalSize]:
+def physical_sizes(rig: Rig, fitted: Fitted, effect: Candidate) -> dict[str, PhysicalSize]:
+    """Quantity -> size of one of the effects that were fitted to a rig that has none of them."""
     virtual_test = TESTS.get(effect.name.partition(AT)[0])
     if virtual_test is None:
         return {}  # an effect from outside the package, which no test was written for
     names = [parameter.name for parameter in effect.parameters]
-    rest = {name: value for name, value in model.fit.values.items() if name not in names}
+    rest = {name: value for name, value in fitted.values.items() if name not in names}
     joint, muscle = tested_joint(rig, names[0]), tested_muscle(rig, names[0])
     without = bench(with_fitted(rig, rest), joint)
 
-    best = np.array([model.fit.values[name] for name in names])
-    low, high = np.array([_allowed_interval(rig, model, name) for name in names]).T
+    best = np.array([fitted.values[name] for name in names])
+    low, high = np.array([_allowed_interval(rig, fitted, name) for name in names]).T
 
     def test(values: FloatArray) -> Quantities:
         inside = np.minimum(np.maximum(values, np.minimum(low, best)), np.maximum(high, best))
         chosen = dict(zip(names, inside.tolist(), strict=True))
-        there = bench(with_fitted(rig, {**model.fit.values, **chosen}), joint)
+        there = bench(with_fitted(rig, {**fitted.values, **chosen}), joint)
         return virtual_test(there, without, muscle)
 
     found = test(best)
@@ -160,7 +90,7 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
             (test(best - down), test(best + up))
             for down, up in zip(np.diag(below), np.diag(above), strict=True)
         ]
-        together = correlation(model.fit, names)
+        together = correlation(fitted, names)
         for name in found:
             if name in CONDITIONS or any(name not in t for pair in sides for t in pair):
                 continue
@@ -179,13 +109,13 @@ def _sizes(rig: Rig, model: FittedModel, effect: FreedEffect) -> dict[str, Physi
     }
 
 
-def _allowed_interval(rig: Rig, model: FittedModel, name: str) -> tuple[float, float]:
+def _allowed_interval(rig: Rig, fitted: Fitted, name: str) -> tuple[float, float]:
     """The part of a parameter's 95 % interval that its range allows; infinite if not known.
 
     An interval by leaving out rows is symmetric and may reach beyond the range. Where it reaches
     an end that is itself not allowed, the test cannot be made there.
     """
-    low, high = model.intervals.get(name, (-math.inf, math.inf))
+    low, high = fitted.intervals.get(name, (-math.inf, math.inf))
     spec = rig_parameter(rig, name).spec
     if not (math.isfinite(low) and math.isfinite(high)) or (spec.low_open and low <= spec.low):
         return -math.inf, math.inf
@@ -193,41 +123,25 @@ def _allowed_interval(rig: Rig, model: FittedModel, name: str) -> tuple[float, f
 
 
 def tested_muscle(rig: Rig, parameter: str) -> int:
-    """Index of the muscle to test: the only one that an effect acts on, or a typical one.
-
-    Args:
-        rig: that has the effect.
-        parameter: that measures its size.
-    """
+    """Index of the muscle to test an effect at: the only one of its parameter, or the first."""
     only = ParameterName.parse(parameter).muscle
     return list(rig.muscles).index(only) if only else 0
 
 
 def tested_joint(rig: Rig, parameter: str) -> str:
-    """The joint to test: the only one that an effect acts on, or the rig's first.
-
-    Args:
-        rig: that has the effect.
-        parameter: that measures its size.
-    """
+    """The joint to test an effect at: the only one of its parameter, or the rig's first."""
     own = parameter.split(".")[1] if parameter.startswith("joint.") else ""
     return own if own in rig.joints else next(iter(rig.joints))
 
 
-def correlation(fit: Fitted, names: Sequence[str]) -> FloatArray:
-    """Correlations of the estimates of some parameters, shape (k, k).
-
-    Args:
-        fit: to the data; what these do not show counts as not correlated.
-        names: k of its parameters.
-    """
-    norms = np.linalg.norm(fit.jacobian, axis=0)
+def correlation(fitted: Fitted, names: Sequence[str]) -> FloatArray:
+    """Correlations of the estimates of some of the parameters, shape (k, k)."""
+    norms = np.linalg.norm(fitted.jacobian, axis=0)
     shown = norms > 1e-9 * max(float(norms.max(initial=0.0)), np.finfo(float).tiny)
-    scaled = fit.jacobian[:, shown] / norms[shown]
+    scaled = fitted.jacobian[:, shown] / norms[shown]
     matrix = np.eye(len(norms))
     matrix[np.ix_(shown, shown)] = np.linalg.pinv(scaled.T @ scaled)
-    order = [parameter.name for parameter in fit.parameters]
-    chosen = [order.index(name) for name in names]
+    chosen = [fitted.parameters.index(name) for name in names]
     part = matrix[np.ix_(chosen, chosen)]
     errors = np.sqrt(np.diag(part))
     return part / np.outer(errors, errors)

@@ -26,11 +26,7 @@ def stated(rig: Rig, name: str) -> RigParameter:
 
 
 def with_fitted(rig: Rig, values: Mapping[str, float]) -> Rig:
-    """The rig with fitted parameters.
-
-    Args:
-        rig: without them.
-        values: name -> value [SI], ``pulley radius`` perhaps among them.
+    """The rig with fitted parameters, name -> value [SI], `PULLEY` perhaps among them.
 
     Raises:
         ParameterError: for a value outside its range.

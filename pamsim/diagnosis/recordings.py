@@ -12,7 +12,7 @@ from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.diagnosis.about_the_drive import about_the_drive
+from pamsim.diagnosis.about_the_rig import about_the_drive
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
 from pamsim.diagnosis.by_link.entries import (
@@ -21,22 +21,18 @@ from pamsim.diagnosis.by_link.entries import (
     link_entries,
     nuisance_entries,
 )
+from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
-from pamsim.diagnosis.held_out_split import held_out_split
-from pamsim.diagnosis.options import Options, usual_nuisance
+from pamsim.diagnosis.options import AS_USUAL, Options, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig
 
-_AS_USUAL = Options()
 
-
-def diagnose_recordings(
-    data: CalibrationData, rig: Rig, options: Options = _AS_USUAL
-) -> LinkReport:
+def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Find what a rig's model is missing in each link of its chain.
 
     Args:
@@ -50,25 +46,26 @@ def diagnose_recordings(
     """
     began = time.perf_counter()
     data = data.of_rig(rig)
-    split = held_out_split(data, options.hold_out)
+    held_out, warnings = held_out_split(data, options.hold_out)
     nuisance = options.nuisance or usual_nuisance(rig)
     tried, skipped = _tried(rig, options, nuisance)
     found = diagnose_links(
         rig,
         data.trials,
         tried,
-        held_out=split.trials,
+        held_out=held_out,
         nuisance=nuisance,
         seed=options.seed,
         threads=options.threads,
         progress=options.progress,
     )
+    repaired = _repaired(found)
     chain = whole_chain(
         rig,
         data,
         chain_values(found, found.base),
-        _repaired(found),
-        held_out=split.trials,
+        repaired,
+        held_out=held_out,
         threads=options.threads,
     )
     noise = {
@@ -88,7 +85,7 @@ def diagnose_recordings(
         warnings=(
             *likely_mistakes(rig, data.trials, chain.as_it_is, threads=options.threads),
             *data.notes,
-            *split.warnings,
+            *warnings,
             *found.notes,
             *far_from_stated(refitted),
             *about_the_drive(data),
@@ -96,14 +93,14 @@ def diagnose_recordings(
         ),
         run=Run(
             data=data.sources,
-            held_out=split.trials,
+            held_out=held_out,
             effects_tried=len({one.name for one in tried}),
             skipped=skipped,
             seed=options.seed,
             seconds=time.perf_counter() - began,
         ),
         comparisons=chain.comparisons,
-        repair=_repair(rig, found, data.sources),
+        repair=None if repaired is None else _repair(rig, found, repaired, data.sources),
     )
 
 
@@ -131,11 +128,9 @@ def _repaired(found: LinkDiagnosis) -> dict[str, float] | None:
     return chain_values(found, found.model) if found.effects else None
 
 
-def _repair(rig: Rig, found: LinkDiagnosis, sources: Sequence[str]) -> Repair | None:
-    """The repaired rig, if anything was found."""
-    values = _repaired(found)
-    if values is None:
-        return None
+def _repair(
+    rig: Rig, found: LinkDiagnosis, values: Mapping[str, float], sources: Sequence[str]
+) -> Repair:
     learned = {} if found.shape is None else dict.fromkeys(found.shape.values, "learned, no name")
     named = {p.name: one.effect.name for one in found.effects for p in one.effect.parameters}
     return repair(

@@ -57,12 +57,7 @@ def check_folder(out: Path, rig: str | None) -> None:
 
 
 def write_repaired_rig(repair: Repair, folder: Path, sentence: str) -> Path:
-    """Write the rig that a diagnosis leads to.
-
-    Args:
-        repair: what it is written from.
-        folder: of the rig.
-        sentence: verdict in words, for the top of the rig's file.
+    """Write the rig that a diagnosis leads to, its verdict in words at the top of the file.
 
     Returns:
         The rig's folder.

@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pamsim.comparison.candidate import Candidate
+from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.comparison.chain_runs import Values
+from pamsim.comparison.effects_on_rig import at_size, candidates
 from pamsim.comparison.rest_simulator import RestPredictor, RestSimulator, table_blocks
 from pamsim.comparison.trial_prediction import AT_REST
 from pamsim.core.errors import InputError, ParameterError
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
-from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
-from pamsim.diagnosis.by_link.diagnose_rest import RestDiagnosis, diagnose_rest
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
-from pamsim.diagnosis.by_link.rest_entries import RowEntry
-from pamsim.diagnosis.by_link.result import LinkReport, Run
-from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from pamsim.diagnosis.options import Options
+from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
+from pamsim.diagnosis.options import AS_USUAL, Options
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
+from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.recordings.static_table import StaticTable
 
@@ -36,10 +36,14 @@ known better, and a model that fits it exactly leaves noise all the same."""
 
 _INVISIBLE = 1e-7  # rad, change of a row that counts as none
 
-_AS_USUAL = Options()
+_SIZE = 3.0
+"""Size at which signatures are taken, in units of the typical one: the middle of those that tables
+were fitted from before. Where a rig comes to rest depends on the whole of an effect and not on its
+beginning, as of a braid that locks. Each further size would be free beside a further effect, and
+leave few rows to show it."""
 
 
-def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -> LinkReport:
+def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) -> LinkReport:
     """Diagnose a rig by the angles at which the arm came to rest.
 
     Args:
@@ -83,7 +87,7 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -
         rig=rig.name,
         links=link_entries(found),
         effects=effect_entries(rig, found),
-        gap={AT_REST: _gap(rig, found)},
+        gap={AT_REST: found.gap("deg", DEG_PER_RAD, _resolution(rig) * DEG_PER_RAD or None)},
         nuisance=nuisance_entries(rig, found, nuisance),
         next_experiment=next_reading(found),
         warnings=(
@@ -99,20 +103,22 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = _AS_USUAL) -
             seed=options.seed,
             seconds=time.perf_counter() - began,
         ),
-        rows=_rows(table, found),
+        rows=tuple(
+            RowEntry(
+                row=row,
+                pressure_kpa=tuple((table.pressure[i] / PA_PER_KPA).tolist()),
+                load_kg=float(table.load[i]),
+                angle_deg=float(table.angle[i]) * DEG_PER_RAD,
+                before_deg=float(found.errors_before[i]) * DEG_PER_RAD,
+                after_deg=float(found.errors_after[i]) * DEG_PER_RAD if found.effects else None,
+            )
+            for i, row in enumerate(table.rows)
+        ),
     )
 
 
 def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
-    """The rig with fitted parameters.
-
-    Args:
-        rig: as it is.
-        values: name -> value [SI], ``pulley radius`` among them.
-
-    Returns:
-        The rig; None where a value lies at an open end of its range.
-    """
+    """As `with_fitted`; None where a value lies at an open end of its range."""
     try:
         return with_fitted(rig, values)
     except ParameterError:
@@ -139,28 +145,38 @@ def _resolution(rig: Rig) -> float:
     return 2.0 * math.pi / increments / math.sqrt(12.0) if increments else 0.0
 
 
-def _gap(rig: Rig, found: RestDiagnosis) -> ChannelGap:
-    return ChannelGap(
-        unit="deg",
-        floor=_resolution(rig) * DEG_PER_RAD or None,
-        before=_rms(found.errors_before) * DEG_PER_RAD,
-        after=_rms(found.errors_after) * DEG_PER_RAD if found.effects else None,
-    )
+def candidates_at_rest(
+    rig: Rig, names: Sequence[str], freed: Collection[str]
+) -> tuple[tuple[Candidate, ...], dict[str, str]]:
+    """The effects that can be tried on a rig's rows at rest, and why others cannot.
+
+    Args:
+        rig: as it is.
+        names: of effects; all if left out.
+        freed: parameters that are refitted with every effect.
+
+    Raises:
+        InputError: for an unknown effect, or if nothing is left to try.
+    """
+    own = [effect.name for effect in rig.file.own.effects]
+    tried, skipped = candidates(rig, list(names or dict.fromkeys((*ROW_EFFECTS, *own))))
+    acting: list[Candidate] = []
+    for one in tried:
+        if one.effect.invisible_at_rest:
+            skipped[one.effect.name] = one.effect.invisible_at_rest
+        elif {p.name for p in one.parameters} & set(freed):
+            skipped[one.effect.name] = (
+                "its parameter is a nuisance parameter, refitted with every effect"
+            )
+        else:
+            probes = tuple({p.shape: p for p in _probes(rig, one)}.values())
+            acting.append(replace(one, probes=probes))
+    return tuple(acting), skipped
 
 
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _rows(table: StaticTable, found: RestDiagnosis) -> tuple[RowEntry, ...]:
-    return tuple(
-        RowEntry(
-            row=row,
-            pressure_kpa=tuple((table.pressure[i] / PA_PER_KPA).tolist()),
-            load_kg=float(table.load[i]),
-            angle_deg=float(table.angle[i]) * DEG_PER_RAD,
-            before_deg=float(found.errors_before[i]) * DEG_PER_RAD,
-            after_deg=float(found.errors_after[i]) * DEG_PER_RAD if found.effects else None,
-        )
-        for i, row in enumerate(table.rows)
-    )
+def _probes(rig: Rig, one: Candidate) -> Iterator[Probe]:
+    """Every shape at the size at which rows at rest show an effect."""
+    for probe in one.probes:
+        shapes = {p.name: probe.values[p.name] for p in one.parameters if p.name not in one.neutral}
+        values = inside(one.parameters, {**at_size(rig, one.effect, _SIZE), **shapes})
+        yield Probe(size=_SIZE, values=values, shape=probe.shape)

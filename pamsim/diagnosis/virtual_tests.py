@@ -11,13 +11,12 @@ from __future__ import annotations
 import copy
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TypeAlias
 
-import mujoco
 import numpy as np
 
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.bench import Bench
 from pamsim.diagnosis.virtual_test_conditions import (
     CONDITIONS,
     CONTRACTION_RATE,
@@ -27,23 +26,17 @@ from pamsim.diagnosis.virtual_test_conditions import (
     STRAIN,
     TURN,
 )
-from pamsim.engine.rig import Rig
 from pamsim.physics.air import mass_flow
 from pamsim.physics.chain import chain_length, chain_ratio
 from pamsim.physics.friction import dry_friction, tendon_friction
 from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
-from pamsim.physics.muscle_valves import (
-    flow_through_valves,
-    leak_flow,
-    valve_opening,
-)
-from pamsim.physics.record import Parameters, slot, split_states, state_size, view
+from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, valve_opening
+from pamsim.physics.record import Parameters, States, split_states
 from pamsim.physics.rest_state import charged_air_state, rest
 from pamsim.physics.static_muscle import active_force, limited, static_force
 from pamsim.physics.supply import sags, supply_sag
 from pamsim.physics.tension import effective_pressure
-from pamsim.recordings.sensors import MeasurementChain
 
 Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""
@@ -58,79 +51,8 @@ _CREEP_TIMES = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 300)])  # [s]
 _LONG = 1e9  # a time step after which a supply is steady [s]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Bench:
-    """A rig taken apart.
-
-    Attributes:
-        muscles: parameters of each.
-        states: number of states of each muscle.
-        lengths: of each tendon at angle 0 [m].
-        arms: change of each tendon's length with the angle, there [m].
-        dry: dry friction of the joint and, over their arms, of the tendons [N m].
-        dry_speed: joint speed below which it is proportional to speed [rad/s]; 0 if it sticks.
-        damping: viscous friction of both [N m s/rad].
-        inertia: about the joint, without load [kg m^2].
-        weight: torque of gravity at angle 0, without load [N m].
-        sensor: the measurement chain.
-    """
-
-    muscles: tuple[Parameters, ...]
-    states: tuple[int, ...]
-    lengths: tuple[float, ...]
-    arms: tuple[float, ...]
-    dry: float
-    dry_speed: float
-    damping: float
-    inertia: float
-    weight: float
-    sensor: MeasurementChain
-
-
 VirtualTest: TypeAlias = Callable[[Bench, Bench, int], Quantities]
 """Rig with an effect, the same without, and index of the muscle, to the size of the effect."""
-
-
-def bench(rig: Rig, name: str = "") -> Bench:
-    """Take a rig apart.
-
-    Args:
-        rig: which.
-        name: of the joint to test, the others at 0; the only one if left out.
-
-    Raises:
-        InputError: if it is left out and there are several.
-    """
-    name = name or rig.only_joint
-    model = rig.model_for()
-    model.actuator_user[:, slot("command")] = 0.0  # the control is a signed opening
-    data = mujoco.MjData(model)
-    tendons = [model.tendon(name).id for name in rig.file.tendons.values()]
-    places: list[FloatArray] = []
-    for angle in (-1e-6, 1e-6, 0.0):
-        data.qpos[model.joint(name).qposadr[0]] = angle
-        mujoco.mj_fwdPosition(model, data)
-        places.append(data.ten_length[tendons].copy())
-    arms = (places[1] - places[0]) / 2e-6
-    mujoco.mj_fwdVelocity(model, data)
-    joint = int(model.joint(name).dofadr[0])
-    turned, inertia = np.zeros(model.nv), np.zeros(model.nv)
-    turned[joint] = 1.0
-    mujoco.mj_mulM(model, data, inertia, turned)
-    return Bench(
-        muscles=tuple(view(model.actuator_user[i]) for i in range(len(rig.muscles))),
-        states=tuple(state_size(muscle) for muscle in rig.muscles.values()),
-        lengths=tuple(places[2].tolist()),
-        arms=tuple(arms.tolist()),
-        dry=float(
-            model.dof_frictionloss[joint] + np.abs(arms) @ model.tendon_frictionloss[tendons]
-        ),
-        dry_speed=float(model.jnt_user[model.dof_jntid[joint], -1]),
-        damping=float(model.dof_damping[joint] + arms**2 @ np.ravel(model.tendon_damping[tendons])),
-        inertia=float(inertia[joint]),
-        weight=-float(data.qfrc_bias[joint]),
-        sensor=rig.sensor or MeasurementChain(),
-    )
 
 
 def cycle(amplitude: float, steps: int) -> FloatArray:
@@ -141,6 +63,45 @@ def cycle(amplitude: float, steps: int) -> FloatArray:
 
 def _chosen(quantities: Quantities, *conditions: str) -> Quantities:
     return {**quantities, **{name: CONDITIONS[name] for name in conditions}}
+
+
+def _difference(
+    quantity: str, unit: str, read: Callable[[Bench, int], float], *conditions: str
+) -> VirtualTest:
+    """The test of an effect whose size is a difference of what both rigs read at a muscle."""
+
+    def test(there: Bench, without: Bench, muscle: int) -> Quantities:
+        found: Quantities = {quantity: (read(there, muscle) - read(without, muscle), unit)}
+        return _chosen(found, *conditions)
+
+    return test
+
+
+def _stated(parameter: str, quantity: str, unit: str) -> VirtualTest:
+    """The test of an effect whose parameter is a physical quantity already."""
+    read = operator.attrgetter(parameter)
+    return _difference(quantity, unit, lambda rig, muscle: read(rig.muscles[muscle]))
+
+
+def _sensed(field: str, quantity: str, unit: str) -> VirtualTest:
+    """The test of a sensor's error."""
+    return _difference(quantity, unit, lambda rig, _: float(getattr(rig.sensor, field)))
+
+
+def _scaled(field: str, quantity: str) -> VirtualTest:
+    """The test of a sensor's scale: a ratio less 1."""
+    read = operator.attrgetter(field)
+
+    def test(there: Bench, without: Bench, _: int) -> Quantities:
+        return {quantity: (read(there.sensor) / read(without.sensor) - 1.0, "1")}
+
+    return test
+
+
+def _drag(there: Bench, without: Bench, _: int) -> Quantities:
+    """Torque of viscous friction."""
+    torque = (there.damping - without.damping) * FAST
+    return _chosen({"torque_at_speed": (torque, "N*m")}, "at_speed")
 
 
 def _friction(rig: Bench, speed: float) -> FloatArray:
@@ -177,20 +138,6 @@ def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
         "at_speed",
         "angle_amplitude",
     )
-
-
-def _drag(there: Bench, without: Bench, _: int) -> Quantities:
-    """Torque of viscous friction."""
-    torque = (there.damping - without.damping) * FAST
-    return _chosen({"torque_at_speed": (torque, "N*m")}, "at_speed")
-
-
-def _weight(there: Bench, without: Bench, _: int) -> Quantities:
-    return {"torque_at_zero": (there.weight - without.weight, "N*m")}
-
-
-def _inertia(there: Bench, without: Bench, _: int) -> Quantities:
-    return {"inertia": (there.inertia - without.inertia, "kg*m^2")}
 
 
 def _tendon(m: Parameters, kappa: float) -> float:
@@ -235,17 +182,16 @@ def _muscle_loop(there: Bench, without: Bench, muscle: int) -> Quantities:
     )
 
 
-def _alone(rig: Bench, muscle: int) -> Parameters:
-    """Parameters of a muscle held by its ends, with air at the ambient temperature."""
+def _held(rig: Bench, muscle: int) -> tuple[Parameters, States, list[float]]:
+    """A muscle at rest, held by its ends at the test's pressure, its air at ambient temperature."""
     m = copy.deepcopy(rig.muscles[muscle])
     m.chain.compliance = m.chain.backlash = m.chain.ripple = m.chamber.heat_rate = 0.0
-    return m
+    return m, *split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
 
 
 def _relaxing(rig: Bench, muscle: int) -> FloatArray:
     """Tension after a sudden contraction that is held, at a held pressure, over `_CREEP_TIMES`."""
-    m = _alone(rig, muscle)
-    s, z = split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
+    m, s, z = _held(rig, muscle)
     ds, dz = split_states([0.0] * rig.states[muscle])
     length = _tendon(m, _SUDDEN)
     tensions: list[float] = []
@@ -290,34 +236,27 @@ def _pull_change(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 
 def _rest_length(there: Bench, without: Bench, muscle: int) -> Quantities:
-    longer = (
-        there.muscles[muscle].mounting.length_at_zero
-        - without.muscles[muscle].mounting.length_at_zero
-    )
-    return {"length_change": (longer, "m"), **_pull_change(there, without, muscle)}
+    longer = _stated("mounting.length_at_zero", "length_change", "m")
+    return {**longer(there, without, muscle), **_pull_change(there, without, muscle)}
 
 
-def _braid_friction(there: Bench, without: Bench, muscle: int) -> Quantities:
-    """Pull that a muscle loses while it contracts at a held pressure."""
-    pulls: list[float] = []
-    for rig in (without, there):
-        m = _alone(rig, muscle)
-        s, z = split_states(rest(m, rig.states[muscle], _tendon(m, 0.0), PRESSURE))
-        velocity = -CONTRACTION_RATE * m.braid.nominal_length
-        pulls.append(tension(m, s, z, _tendon(m, 0.0), velocity))
-    return _chosen({"force_lost": (pulls[0] - pulls[1], "N")}, "at_pressure", "at_contraction_rate")
+def _pull_lost(rig: Bench, muscle: int) -> float:
+    """Pull of a muscle that contracts at a held pressure, as a loss [N]."""
+    m, s, z = _held(rig, muscle)
+    velocity = -CONTRACTION_RATE * m.braid.nominal_length
+    return -tension(m, s, z, _tendon(m, 0.0), velocity)
 
 
-def _lost_pressure(there: Bench, without: Bench, muscle: int) -> Quantities:
-    thresholds = (rig.muscles[muscle].threshold for rig in (there, without))
-    left, whole = (effective_pressure(PRESSURE, one.pressure, one.width) for one in thresholds)
-    return _chosen({"pressure_lost": (whole - left, "Pa")}, "at_pressure")
+def _pressure_lost(rig: Bench, muscle: int) -> float:
+    """Pressure that presses on a muscle's braid, as a loss [Pa]."""
+    threshold = rig.muscles[muscle].threshold
+    return -effective_pressure(PRESSURE, threshold.pressure, threshold.width)
 
 
-def _leak(there: Bench, without: Bench, muscle: int) -> Quantities:
-    muscles = there.muscles[muscle], without.muscles[muscle]
-    one, other = (leak_flow(m, PRESSURE + m.chamber.atmosphere) for m in muscles)
-    return _chosen({"mass_flow": (one - other, "kg/s")}, "at_pressure")
+def _leak(rig: Bench, muscle: int) -> float:
+    """Mass flow that a muscle loses at the test's pressure [kg/s]."""
+    m = rig.muscles[muscle]
+    return leak_flow(m, PRESSURE + m.chamber.atmosphere)
 
 
 def _sag(rig: Bench, muscle: int) -> float:
@@ -336,20 +275,13 @@ def _sag(rig: Bench, muscle: int) -> float:
     return sag / flow
 
 
-def _supply(there: Bench, without: Bench, muscle: int) -> Quantities:
-    drop = _sag(there, muscle) - _sag(without, muscle)
-    return {"pressure_drop_per_flow_at_0.2_g/s": (drop, "Pa*s/kg")}
-
-
 def _shut_up_to(m: Parameters, sense: float) -> float:
     """Opening up to which a valve stays shut [-]."""
     shut, opens = 0.0, 1.0
     while opens - shut > 1e-12:
         middle = 0.5 * (shut + opens)
-        if valve_opening(m, sense * middle, PRESSURE, 0.0) == 0.0:
-            shut = middle
-        else:
-            opens = middle
+        stays = valve_opening(m, sense * middle, PRESSURE, 0.0) == 0.0
+        shut, opens = (middle, opens) if stays else (shut, middle)
     return shut if shut > 1e-11 else 0.0
 
 
@@ -363,18 +295,17 @@ def _dead_zones(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 def _choked_flow(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Relative change of the flow through open valves, from the supply and to the atmosphere."""
-    changes: list[float] = []
-    for sense in (1.0, -1.0):
-        flows: list[float] = []
-        for rig in (there, without):
-            m = rig.muscles[muscle]
-            inside = m.chamber.atmosphere + (0.0 if sense > 0.0 else m.valve.supply_pressure)
-            flows.append(flow_through_valves(m, inside, sense, 0.0))
-        changes.append(flows[0] / flows[1] - 1.0)
+
+    def flow(rig: Bench, sense: float) -> float:
+        m = rig.muscles[muscle]
+        inside = m.chamber.atmosphere + (0.0 if sense > 0.0 else m.valve.supply_pressure)
+        return flow_through_valves(m, inside, sense, 0.0)
+
+    filling, venting = (flow(there, s) / flow(without, s) - 1.0 for s in (1.0, -1.0))
     return {
-        "relative_change_of_choked_flow": (0.5 * (changes[0] + changes[1]), "1"),
-        "relative_change_filling": (changes[0], "1"),
-        "relative_change_venting": (changes[1], "1"),
+        "relative_change_of_choked_flow": (0.5 * (filling + venting), "1"),
+        "relative_change_filling": (filling, "1"),
+        "relative_change_venting": (venting, "1"),
     }
 
 
@@ -411,16 +342,6 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
     )
 
 
-def _stated(parameter: str, name: str, unit: str) -> VirtualTest:
-    """The test of an effect whose parameter is a physical quantity already."""
-    read = operator.attrgetter(parameter)
-
-    def test(there: Bench, without: Bench, muscle: int) -> Quantities:
-        return {name: (read(there.muscles[muscle]) - read(without.muscles[muscle]), unit)}
-
-    return test
-
-
 def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
     """What a full-scale step waits for on the command's line: the area above its response."""
     one, other = there.muscles[muscle].valve, without.muscles[muscle].valve
@@ -429,29 +350,21 @@ def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
     return found if slew_time == 0.0 else {**found, "time_for_full_scale": (slew_time, "s")}
 
 
-def _sensed(field: str, name: str, unit: str) -> VirtualTest:
-    """The test of a sensor's error: a difference, or of scales a ratio less 1."""
-
-    def test(there: Bench, without: Bench, _: int) -> Quantities:
-        one, other = (float(getattr(rig.sensor, field)) for rig in (there, without))
-        return {name: (one / other - 1.0 if field.endswith("scale") else one - other, unit)}
-
-    return test
-
-
 TESTS: Mapping[str, VirtualTest] = {
     "coulomb_friction": _joint_friction,
     "stribeck_friction": _joint_friction,
     "load_dependent_friction": _joint_friction,
     "viscous_friction": _drag,
-    "load_torque": _weight,
-    "added_inertia": _inertia,
+    "load_torque": _difference("torque_at_zero", "N*m", lambda rig, _: rig.weight),
+    "added_inertia": _difference("inertia", "kg*m^2", lambda rig, _: rig.inertia),
     "muscle_hysteresis": _muscle_loop,
     "viscoelastic_creep": _creep,
     "first_stroke": _stated("first_stroke.force", "force_lost", "N"),
     "softening": _stated("softening.share", "share_of_force_lost", "1"),
-    "braid_friction": _braid_friction,
-    "threshold_pressure": _lost_pressure,
+    "braid_friction": _difference(
+        "force_lost", "N", _pull_lost, "at_pressure", "at_contraction_rate"
+    ),
+    "threshold_pressure": _difference("pressure_lost", "Pa", _pressure_lost, "at_pressure"),
     "passive_stiffness": _pull_change,
     "end_shape": _pull_change,
     "muscle_mismatch": _pull_change,
@@ -460,11 +373,11 @@ TESTS: Mapping[str, VirtualTest] = {
     "stretch_weakening": _pull_change,
     "force_slope": _pull_change,
     "rest_length": _rest_length,
-    "air_leak": _leak,
+    "air_leak": _difference("mass_flow", "kg/s", _leak, "at_pressure"),
     "leak_between_muscles": _stated(
         "chamber.cross_leak_conductance", "flow_per_difference", "m^3/(s*Pa)"
     ),
-    "supply_sag": _supply,
+    "supply_sag": _difference("pressure_drop_per_flow_at_0.2_g/s", "Pa*s/kg", _sag),
     "valve_dead_zone": _dead_zones,
     "valve_hysteresis": _stated("valve.hysteresis", "lost_opening", "1"),
     "regulator_dead_band": _stated("valve.regulator_dead_band", "pressure_left_alone", "Pa"),
@@ -481,14 +394,14 @@ TESTS: Mapping[str, VirtualTest] = {
     "chain_compliance": _stated("chain.compliance", "compliance_at_700_N", "m/N"),
     "sprocket_ripple": _ripple,
     "angle_bias": _sensed("angle_bias", "mean_offset", "rad"),
-    "angle_scale": _sensed("angle_scale", "relative_error", "1"),
+    "angle_scale": _scaled("angle_scale", "relative_error"),
     "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
     "angle_backlash": _sensed("angle_backlash", "lost_turn", "rad"),
     "dead_angle": _sensed("angle_dead_share", "share_of_the_time", "1"),
     "dead_pressure": _sensed("pressure_dead_share", "share_of_the_time", "1"),
     "clock_offset": _sensed("clock_offset", "time_offset", "s"),
     "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
-    "pressure_scale": _sensed("pressure_scale", "relative_error_at_3_bar", "1"),
+    "pressure_scale": _scaled("pressure_scale", "relative_error_at_3_bar"),
     "pressure_lag": _sensed("pressure_lag", "sum_of_time_constants", "s"),
 }
 """Name of an effect -> its test."""

@@ -125,7 +125,7 @@ LINKS: dict[Link, str] = {
 }
 """Link -> where something is missing, as the end of a sentence."""
 
-_LINK_OF_GROUP: dict[str, Link] = {
+LINK_OF_GROUP: dict[str, Link] = {
     "valve": "air",
     "chamber": "air",
     "chain": "transmission",
@@ -209,7 +209,7 @@ class Effect:
             raise InputError(f"{self.name}: an effect must free at least one parameter")
         if self.link == _OF_PARAMETER:
             group = self.parameters[0].name.rpartition(":")[2].partition(".")[0]
-            object.__setattr__(self, "link", _LINK_OF_GROUP.get(group, "muscle"))
+            object.__setattr__(self, "link", LINK_OF_GROUP.get(group, "muscle"))
         elif self.link not in LINKS:
             raise InputError(f"{self.name}: no link {self.link!r}; {nearest(self.link, LINKS)}")
 

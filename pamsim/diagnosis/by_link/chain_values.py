@@ -8,56 +8,38 @@ from pamsim.comparison.chain_runs import in_link, plain
 from pamsim.comparison.links import JOINT, MUSCLE, PARTS, VALVES, Link
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.effects.effect import LINK_OF_GROUP
 from pamsim.engine.parameter_names import ParameterName
 
-_PARTS = {
-    "valve": (VALVES,),
-    "chamber": (VALVES,),
-    "chain": (JOINT,),
-    "tendon": (JOINT,),
-    "friction": (JOINT,),
-    "learned": (JOINT,),
-    "joint": (JOINT,),
-    "body": (JOINT,),
-    "sensor": PARTS,
-}
-"""Group of parameters -> parts of the chain that it is of; those of other groups are of muscles."""
+_PARTS = {"air": (VALVES,), "transmission": (JOINT,), "joint": (JOINT,), "sensor": PARTS}
+"""Link that a group of parameters acts in -> parts of the chain; other groups are of muscles."""
 
 
 def chain_values(found: LinkDiagnosis, model: LinkModel) -> dict[str, float]:
-    """Values of the rig's parameters in a model of a diagnosis [SI].
+    """Values of the rig's parameters in a model of a diagnosis, with its effects or others [SI].
 
     Where the diagnosis has refitted its model in the whole chain, these are its values. Else a
     nuisance parameter has the value of the link that its part of the chain lies in. In others it
     has little influence, and makes up for what is missing there. Of several such links it has the
     mean, weighted by how well each shows it: by the sum of squares of its sensitivities.
-
-    Args:
-        found: the diagnosis.
-        model: with its effects, with a rival in the place of one, or without any.
     """
     if model is found.model and found.whole is not None:
         return {plain(name): value for name, value in found.whole.values.items()}
     values = {name: value for name, value in model.values.items() if plain(name) == name}
     nuisance = dict.fromkeys(plain(name) for name in model.values if plain(name) != name)
     for name in nuisance:
-        parts = _PARTS.get(ParameterName.parse(name).group, (MUSCLE,))
+        link = LINK_OF_GROUP.get(ParameterName.parse(name).group, "muscle")
+        parts = _PARTS.get(link, (MUSCLE,))
         known = link_values(found, model, name)
-        own = [link for link in known if set(parts) & set(link.parts)] or list(known)
-        weights = [_shown(_fitted_in(found, model, link), in_link(name, link)) for link in own]
-        each = [known[link] for link in own]
+        own = [one for one in known if set(parts) & set(one.parts)] or list(known)
+        weights = [_shown(_fitted_in(found, model, one), in_link(name, one)) for one in own]
+        each = [known[one] for one in own]
         values[name] = float(np.average(each, weights=weights if any(weights) else None))
     return values
 
 
 def link_values(found: LinkDiagnosis, model: LinkModel, name: str) -> dict[Link, float]:
-    """Values of a nuisance parameter in the links of a model that it acts in [SI].
-
-    Args:
-        found: the diagnosis.
-        model: see `chain_values`.
-        name: of the parameter.
-    """
+    """Values of a nuisance parameter in the links of a model that it acts in [SI]."""
     return {
         link: _fitted_in(found, model, link).values[in_link(name, link)]
         for link in found.links

@@ -22,8 +22,7 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import MATERIAL, search
-from pamsim.diagnosis.by_link.short_steps import sharpened
-from pamsim.diagnosis.by_link.sizes import Size, sizes
+from pamsim.diagnosis.by_link.sizes import Size, sharpened, sizes
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.diagnosis.by_link.whole_fit import (
     confirmed,

@@ -22,6 +22,7 @@ from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import Searched, search
 from pamsim.diagnosis.by_link.sizes import sizes
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.inference.model_comparison import fewest_units
 from pamsim.inference.near_units import nearest_units
 
@@ -43,6 +44,22 @@ class RestDiagnosis(LinkDiagnosis):
     errors_before: FloatArray
     errors_after: FloatArray
 
+    def gap(self, unit: str, scale: float, floor: float | None) -> ChannelGap:
+        """How far readings lie off what the others predict.
+
+        Args:
+            unit: in which they are shown.
+            scale: of it, per SI unit.
+            floor: their noise in this unit; None if it is not known.
+        """
+        before, after = (
+            float(np.sqrt(np.mean(errors**2))) * scale
+            for errors in (self.errors_before, self.errors_after)
+        )
+        return ChannelGap(
+            unit=unit, floor=floor, before=before, after=after if self.effects else None
+        )
+
 
 _PASSES = 4  # searches, each with the noise that the one before leaves
 
@@ -53,7 +70,6 @@ def diagnose_rest(
     candidates: Sequence[Candidate],
     nuisance: Sequence[str],
     *,
-    alpha: float = ALPHA,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> RestDiagnosis:
@@ -61,14 +77,13 @@ def diagnose_rest(
 
     Rows have no repeats, so that their noise is not known. The search takes for it what its model
     leaves per degree of freedom, and is repeated until that finds nothing more; it proposes an
-    effect if noise alone would promise as much with probability alpha. Nothing is decided by that:
-    judgement is by exchanges and sign flips, which are free of scale.
+    effect if noise alone would promise as much with probability `ALPHA`. Nothing is decided by
+    that: judgement is by exchanges and sign flips, which are free of scale.
 
     Args:
         simulator_at: see `SimulatorAt`.
         candidates: effects to try, in all of their forms.
         nuisance: names of what is refitted with every effect.
-        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
         seed: random seed of exchanges and sign flips.
         progress: called as each fit begins.
 
@@ -78,11 +93,11 @@ def diagnose_rest(
     """
     steps = Steps(progress, FITS)
     steps.begin("the rows, with the rig as it is")
-    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(alpha)
+    stated, fewest = simulator_at(1.0, {}).stated, fewest_units(ALPHA)
     if stated.size < fewest:
         raise InputError(
             f"{stated.size} rows: {fewest} or more are needed, since fewer decide nothing at"
-            f" {100.0 * alpha:g} %; give more rows at rest, or levels of both branches of a loop"
+            f" {100.0 * ALPHA:g} %; give more rows at rest, or levels of both branches of a loop"
         )
     variance = float(np.mean(stated**2))
     fitter = RestFitter(simulator_at(variance, {}), nuisance)
@@ -93,7 +108,7 @@ def diagnose_rest(
     searched: Searched | None = None
     for _ in range(_PASSES):
         fitter = RestFitter(simulator_at(variance, exact_at), nuisance)
-        material = float(chi2.isf(alpha, 1)) / base.rows.size
+        material = float(chi2.isf(ALPHA, 1)) / base.rows.size
         searched = search(fitter, candidates, material=material, steps=steps)
         if searched.model.names == names:
             break
@@ -103,9 +118,9 @@ def diagnose_rest(
         exact_at = {plain(name): value for name, value in best.values.items()}
     assert searched is not None
     near = nearest_units(fitter.simulator.inputs)
-    unseen = LeftOut(fitter, searched.known, near, alpha=alpha, seed=seed)
-    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
-    sure = claimed(fitter, searched, model, effects, alpha=alpha)
+    unseen = LeftOut(fitter, searched.known, near, seed=seed)
+    model, effects = judge(fitter, searched, unseen, steps=steps)
+    sure = claimed(fitter, searched, model, effects)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     return RestDiagnosis(
         links=fitter.simulator.links,

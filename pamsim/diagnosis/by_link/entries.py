@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,10 +10,10 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
-from pamsim.diagnosis.by_link.descent import PRIOR
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_fit import PRIOR
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.result import (
     EffectEntry,
     LinkEntry,
@@ -23,7 +22,7 @@ from pamsim.diagnosis.by_link.result import (
     SizeEntry,
 )
 from pamsim.diagnosis.by_link.sizes import Size
-from pamsim.diagnosis.physical_size import physical_sizes
+from pamsim.diagnosis.physical_size import Fitted, physical_sizes
 from pamsim.diagnosis.pulley_radius import stated
 from pamsim.effects.effect import LINKS
 from pamsim.engine.parameters import rig_parameter
@@ -51,13 +50,14 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
 
 
 def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, ...]:
-    """Every effect with its size and rivals, the largest gain first.
-
-    Args:
-        rig: that was diagnosed; None where a signal stands for it.
-        found: what was found.
-    """
-    fitted = _Fitted.of(found)
+    """Every effect with its size and rivals, the largest gain first; of a loop without a rig."""
+    names = [p.name for effect in found.model.effects for p in effect.parameters]
+    fitted = Fitted(
+        values=chain_values(found, found.model),
+        intervals={name: size.interval95 for name, size in found.sizes.items()},
+        parameters=names,
+        jacobian=_beside_nuisance(found.model, names),
+    )
     return tuple(_effect(rig, found, fitted, one) for one in found.effects)
 
 
@@ -66,22 +66,19 @@ def nuisance_entries(
 ) -> tuple[NuisanceEntry, ...]:
     """Parameters that were refitted, in each link and for the whole rig."""
     whole = chain_values(found, found.model)
-    entries: list[NuisanceEntry] = []
-    for name in names:
-        own = stated(rig, name)
-        entries.append(
-            NuisanceEntry(
-                parameter=name,
-                unit=readable_unit(own),
-                stated=readable(own, own.value),
-                by_link={
-                    link.name: readable(own, value)
-                    for link, value in link_values(found, found.model, name).items()
-                },
-                whole=readable(own, whole.get(name, own.value)),
-            )
+    return tuple(
+        NuisanceEntry(
+            parameter=name,
+            unit=readable_unit(own),
+            stated=readable(own, own.value),
+            by_link={
+                link.name: readable(own, value)
+                for link, value in link_values(found, found.model, name).items()
+            },
+            whole=readable(own, whole.get(name, own.value)),
         )
-    return tuple(entries)
+        for name, own in ((name, stated(rig, name)) for name in names)
+    )
 
 
 def far_from_stated(nuisance: Collection[NuisanceEntry]) -> tuple[str, ...]:
@@ -98,7 +95,7 @@ def far_from_stated(nuisance: Collection[NuisanceEntry]) -> tuple[str, ...]:
     )
 
 
-def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged) -> EffectEntry:
+def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) -> EffectEntry:
     effect = one.effect.effect
     sizes = {p.name: _size(rig, p, found.sizes[p.name]) for p in one.effect.parameters}
     return EffectEntry(
@@ -116,7 +113,7 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged)
         p_value=one.p_value,
         missing=effect.missing,
         sizes=sizes,
-        physical={} if rig is None else physical_sizes(rig, fitted, [one.effect]),
+        physical={} if rig is None else physical_sizes(rig, fitted, one.effect),
         rivals=tuple(
             RivalEntry(
                 effect=rival.effect.label,
@@ -133,19 +130,17 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: _Fitted, one: Judged)
 
 def _size(rig: Rig | None, parameter: FreeParameter, known: Size) -> SizeEntry:
     """In the unit of the rig's file; without a rig, in one that people use."""
-    if rig is not None:
-        own = rig_parameter(rig, parameter.name)
-        unit, ends = readable_unit(own), [readable(own, end) for end in known.interval95]
-        value = readable(own, known.value)
-    else:
+    if rig is None:
         unit = COMMON.get(parameter.unit, parameter.unit)
-        value, *ends = (
-            to_si(number, parameter.unit, unit, where=parameter.name)
-            for number in (known.value, *known.interval95)
-        )
+    else:
+        unit = readable_unit(rig_parameter(rig, parameter.name))
+    value, low, high = (
+        to_si(number, parameter.unit, unit, where=parameter.name)
+        for number in (known.value, *known.interval95)
+    )
     return SizeEntry(
         value=value,
-        interval95=(ends[0], ends[1]),
+        interval95=(low, high),
         unit=unit,
         value_si=known.value,
         interval95_si=known.interval95,
@@ -160,37 +155,9 @@ def _left(found: LinkDiagnosis, links: Collection[Link]) -> float:
     return min(left / gap, 1.0) if gap > 0.0 else 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Fit:
-    """The effects' parameters as `pamsim.diagnosis.physical_size` asks for a fit."""
-
-    parameters: tuple[FreeParameter, ...]
-    values: dict[str, float]
-    jacobian: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Fitted:
-    fit: _Fit
-    intervals: dict[str, tuple[float, float]]
-
-    @classmethod
-    def of(cls, found: LinkDiagnosis) -> _Fitted:
-        model = found.model
-        parameters = tuple(p for effect in model.effects for p in effect.parameters)
-        fit = _Fit(
-            parameters=parameters,
-            values=chain_values(found, model),
-            jacobian=_beside_nuisance(model, [p.name for p in parameters]),
-        )
-        return cls(fit=fit, intervals={n: s.interval95 for n, s in found.sizes.items()})
-
-
 def _beside_nuisance(model: LinkModel, names: Collection[str]) -> FloatArray:
     """Sensitivities to some parameters, (n, p), less what the others can do."""
-    rows = len(model.rows)
-    none = np.zeros(rows)
-    others = [column for name, column in model.sensitivities.items() if name not in names]
-    basis = orthonormal(np.column_stack([np.empty((rows, 0)), *others]))
-    own = np.column_stack([np.empty((rows, 0)), *(model.sensitivities.get(n, none) for n in names)])
-    return own - basis @ (basis.T @ own)
+    known, none = model.sensitivities, np.zeros_like(model.rows)
+    others = as_columns([known[name] for name in known if name not in names], none.size)
+    own = as_columns([known.get(name, none) for name in names], none.size)
+    return project_out(orthonormal(others), own)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from pamsim.comparison.link_noise import Output, OutputNoise
 from pamsim.comparison.noise_floor import FloorRoute
-from pamsim.diagnosis.by_link.log_variation import VARIATION, VARYING
+from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
 from pamsim.diagnosis.by_link.units import Units
 
 _KNOWN_BY = {
@@ -18,12 +18,7 @@ _KNOWN_BY = {
 
 
 def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
-    """How the noise was estimated, and what is judged, where it is not repeats and trials.
-
-    Args:
-        noise: of every output.
-        units: that were fitted and judged.
-    """
+    """How the noise was estimated, and what is judged, where it is not repeats and trials."""
     notes: list[str] = []
     for source, known in _KNOWN_BY.items():
         channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)

@@ -7,6 +7,7 @@ Which of two models predicts them better is decided by flips of the signs of who
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,17 +18,24 @@ from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder, remainders
 from pamsim.diagnosis.by_link.units import Rows
-from pamsim.diagnosis.by_link.unseen import Difference
 from pamsim.inference.model_comparison import compare_with_reference
 
 
-class HeldOut:
-    """Losses on the units that no fit has seen.
+@dataclass(frozen=True, kw_only=True)
+class Difference:
+    """By how much one model predicts unseen data better than another.
 
-    Args:
-        fitter: that fitted the others.
-        seed: random seed of the sign flips, where they are drawn.
+    Attributes:
+        gain: mean difference of their losses [noise variance].
+        p_value: of none.
     """
+
+    gain: float
+    p_value: float
+
+
+class HeldOut:
+    """Losses on the units that a fitter has not seen; the seed is that of the sign flips."""
 
     def __init__(self, fitter: LinkFitter, *, seed: int = 0) -> None:
         self._simulator, self._units = fitter.simulator, fitter.units
@@ -59,9 +67,7 @@ class HeldOut:
         """How much better a model predicts some links than another."""
         own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
         found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
-        return Difference(
-            gain=float(found.gain[0]), p_value=float(found.p_value[0]), by_unit=other - own
-        )
+        return Difference(gain=float(found.gain[0]), p_value=float(found.p_value[0]))
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]

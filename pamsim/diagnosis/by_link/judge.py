@@ -10,11 +10,14 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
+from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
+from pamsim.diagnosis.by_link.held_out import Difference, HeldOut
 from pamsim.diagnosis.by_link.judged import (
     ALPHA,
     EXPLAINED,
@@ -24,20 +27,61 @@ from pamsim.diagnosis.by_link.judged import (
     Rival,
     beside_unknown,
 )
+from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
-from pamsim.diagnosis.by_link.needed import Case, Needed, needed_effects
-from pamsim.diagnosis.by_link.promise import left_beside, of_families, shares_by_link
+from pamsim.diagnosis.by_link.promise import (
+    left_beside,
+    of_families,
+    promises,
+    seen_in,
+    shares_by_link,
+)
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.rivals import compared, pairs_of_effects, rival_fits
-from pamsim.diagnosis.by_link.search import Searched, without
-from pamsim.diagnosis.by_link.unseen import Unseen
+from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
+
+_RIVALS = 3  # effects that are fitted in the place of one
+
+
+@dataclass(frozen=True)
+class Case:
+    """What stays the same through a judgement.
+
+    Attributes:
+        before: mean square that the rig without effects leaves in every link [noise variance].
+    """
+
+    fitter: LinkFitter
+    searched: Searched
+    unseen: HeldOut | LeftOut
+    before: Mapping[Link, float]
+    alpha: float
+    steps: Steps
+
+    def seen_in(self, effect: Candidate) -> frozenset[Link]:
+        """Links in which an effect is seen."""
+        return seen_in(self.fitter, self.searched.known, effect.name)
+
+
+@dataclass(frozen=True)
+class Needed:
+    """An effect that a model needs: where, the model refitted without it, and what it gains."""
+
+    effect: Candidate
+    links: frozenset[Link]
+    rest: LinkModel
+    before: float
+    found: Difference
+
+    def leaves_more(self, left: Mapping[Link, Remainder], alpha: float) -> bool:
+        """Whether more than noise is left for certain in a link of it."""
+        return any(left[link].counts(alpha) for link in self.links)
 
 
 def judge(
     fitter: LinkFitter,
     searched: Searched,
-    unseen: Unseen,
+    unseen: HeldOut | LeftOut,
     *,
     alpha: float = ALPHA,
     steps: Steps,
@@ -47,13 +91,6 @@ def judge(
     A rival that fits better than an effect, and predicts no worse, takes its place, and all are
     judged again. Where an effect leaves more than noise, so may two effects that do so together,
     such as a lag of two sensors in the place of one of the command.
-
-    Args:
-        fitter: of the fitted data.
-        searched: the model and all signatures.
-        unseen: what the model is judged by.
-        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
-        steps: each fit is one.
 
     Returns:
         The model that is left, and its effects in the order of their gain.
@@ -169,3 +206,96 @@ def gain_of_others(one: Needed, needed: Collection[Needed]) -> float:
     """What all others take away in those links of an effect where so many may be a series."""
     crowded = {link for link in one.links if sum(link in n.links for n in needed) >= SERIES}
     return sum(n.found.gain for n in needed if n is not one and n.links & crowded)
+
+
+def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed]]:
+    """A model without the effects that it predicts as well without, the least needed first."""
+    fitter, unseen = case.fitter, case.unseen
+    while True:
+        needed: list[Needed] = []
+        idle: list[Needed] = []
+        for effect in model.effects:
+            rest = without(fitter, model, effect, case.searched.known)
+            if rest is None:
+                continue
+            links = case.seen_in(effect)
+            before = float(np.mean([case.before[link] for link in links]))
+            one = Needed(effect, links, rest, before, unseen.better(model, rest, links))
+            there = one.found.p_value <= case.alpha and one.found.gain > 0.0
+            (needed if there else idle).append(one)
+        if not idle:
+            return model, needed
+        model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
+
+
+def compared(case: Case, fit: LinkModel, model: LinkModel, one: Needed) -> Rival:
+    """A fit with something else in the place of an effect, and how much worse it predicts."""
+    worse = case.unseen.worse(fit, model, one.rest, one.links)
+    return Rival(effect=fit.effects[-1], model=fit, excess=worse.gain, p_value=worse.p_value)
+
+
+def pairs_of_effects(
+    case: Case, rivals: Collection[LinkModel], one: Needed, left: Mapping[Link, Remainder]
+) -> list[LinkModel]:
+    """Rivals with the further effect that promises most beside them.
+
+    None where an effect leaves noise alone, and of rows that are too few to hold some out.
+    """
+    if not case.fitter.units.judged.blocks or not one.leaves_more(left, case.alpha):
+        return []
+    found: list[LinkModel] = []
+    for rival in rivals:
+        _, promised = promises(rival, case.searched.known)
+        others = [
+            p
+            for p in promised
+            if p.effect.name != one.effect.name and case.seen_in(p.effect) & one.links
+        ]
+        found += best_fits(
+            case.fitter, rival, others, case.searched.known, most=1, forms=1, steps=case.steps
+        )
+    return found
+
+
+def rival_fits(
+    case: Case, model: LinkModel, one: Needed, left: Mapping[Link, Remainder]
+) -> list[LinkModel]:
+    """Fits with another effect in the place of one: the best forms, nearest kinds first.
+
+    Where an effect leaves more than noise its whole family is fitted, in all forms: promises are
+    of first order, and that of a form which fits far from the rig as it is may be small.
+    """
+    effect = one.effect
+    _, found = promises(one.rest, case.searched.known)
+    own = max((p.gain for p in found if p.effect.name == effect.name), default=0.0)
+    others = [
+        p
+        for p in found
+        if p.effect.name not in model.names - {effect.name}
+        and p.effect.label != effect.label
+        and case.seen_in(p.effect) & one.links
+    ]
+    family = [p for p in others if p.effect.family == effect.family]
+    least = CONTENDS * own
+    wide = one.leaves_more(left, case.alpha)
+    many, enough = (len(others), 0.0) if wide else (1, least)
+    kinds = (
+        ([p for p in others if p.effect.name == effect.name], 1, many, enough),
+        ([p for p in family if p.effect.name != effect.name], many, many, enough),
+        ([p for p in others if p.effect.family != effect.family], _RIVALS, 1, least),
+    )
+    return [
+        fit
+        for some, most, forms, promised in kinds
+        for fit in best_fits(
+            case.fitter,
+            one.rest,
+            some,
+            case.searched.known,
+            most=most,
+            forms=forms,
+            least=promised,
+            links=one.links,
+            steps=case.steps,
+        )
+    ]

@@ -23,7 +23,6 @@ from dataclasses import dataclass, replace
 
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
-from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.inference.criteria import TIE
 
@@ -68,14 +67,12 @@ class Rival:
         model: fitted with it.
         excess: by how much it predicts worse, mean over the held-out trials [noise variance].
         p_value: of one that predicts as well.
-        by_trial: excess in every held-out trial, or row left out, (u,).
     """
 
     effect: Candidate
     model: LinkModel
     excess: float
     p_value: float
-    by_trial: FloatArray
 
     def ties(self, alpha: float = ALPHA) -> bool:
         """Whether it may be the cause instead."""

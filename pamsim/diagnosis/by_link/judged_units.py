@@ -1,18 +1,78 @@
-"""Which trials, or parts of trials, a diagnosis is judged by."""
+"""Which trials, or parts of trials, a diagnosis is judged by, and what differs from log to log."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 
+from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.chain_simulator import ChainSimulator
+from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import LAG, FloorRoute
 from pamsim.comparison.repeats import repeats
-from pamsim.core.errors import InputError
-from pamsim.diagnosis.by_link.log_variation import log_variation
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.link_model import as_columns
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
-from pamsim.recordings.trial import Trial
+from pamsim.recordings.trial import HELD_OUT_SUFFIX, Trial
+
+VARYING = (
+    "force.scale",
+    "passive.stiffness",
+    "valve.supply_pressure",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+)
+"""Parameters that change with temperature, seating of a muscle and supply."""
+
+VARIATION = 0.01
+"""Their relative standard deviation. It is an assumption, which a result states: one log does not
+show it. What an effect does that is less than this changes is then not claimed."""
+
+
+def held_out_split(
+    data: CalibrationData, wanted: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Split off what to judge by.
+
+    Args:
+        data: the recordings.
+        wanted: names of trials or protocols; if there are none, protocols whose name ends in
+            ``_check``, or else every second repeat.
+
+    Returns:
+        Names of the trials that are held out, none where every input was recorded once; and
+        warnings about the choice.
+
+    Raises:
+        InputError: for an unknown name.
+    """
+    if wanted:
+        known = {t.name for t in data.trials} | {t.protocol for t in data.trials}
+        for name in wanted:
+            if name not in known:
+                raise InputError(
+                    f"`hold_out` {name}: no trial of that name; {nearest(name, known)}"
+                )
+        chosen = set(wanted)
+        return tuple(t.name for t in data.trials if {t.name, t.protocol} & chosen), ()
+    check = tuple(t.name for t in data.trials if t.protocol.endswith(HELD_OUT_SUFFIX))
+    if check:
+        return check, ()
+    seen: Counter[str] = Counter()
+    second: list[str] = []
+    for trial in data.trials:
+        seen[trial.protocol] += 1
+        if seen[trial.protocol] % 2 == 0:
+            second.append(trial.name)
+    if not second:
+        return (), ()
+    return tuple(second), (
+        "no protocol is held out (by a name that ends in _check, or by choice), so every second"
+        " repeat is; this does not show whether the result holds for other inputs",
+    )
 
 
 def judged_trials(
@@ -35,13 +95,13 @@ def units_of(
     if len(judged) >= fewest:
         inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
         repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())
-        varying = None if repeated else log_variation(simulator)
+        varying = None if repeated else _log_variation(simulator)
         return whole_trials(simulator, judged, input_of=inputs, varying=varying)
     return parts_of_trials(
         simulator,
         judged,
         gap=_memory(simulator, trials),
-        varying=log_variation(simulator),
+        varying=_log_variation(simulator),
         fewest=fewest,
     )
 
@@ -54,3 +114,17 @@ def _memory(simulator: ChainSimulator, trials: Sequence[Trial]) -> int:
         if one.source is not FloorRoute.WITHIN_TRIALS
     ]
     return max([*(round(LAG / trial.sample_interval) for trial in trials), *shown])
+
+
+def _log_variation(simulator: ChainSimulator) -> FloatArray:
+    """Change of the residual with each parameter that varies, at its standard deviation, (N, k)."""
+    sets: list[dict[str, float]] = []
+    for name in VARYING:
+        try:
+            sets.append({name: (1.0 + VARIATION) * simulator.own_value(name)})
+        except InputError:  # a bellows has no braid, a regulator no valve
+            continue
+    links = [simulator.acts_in(values) for values in sets]
+    found = simulator.residuals(sets, links, simulator.stated, steps=MIDDLE)
+    columns = [residual - simulator.stated for residual in found if residual is not None]
+    return as_columns(columns, simulator.stated.size)

@@ -1,15 +1,36 @@
-"""What was learned where nothing has a name, as a result states it."""
+"""What was learned where nothing has a name, as a result states it.
+
+A curve is described by the simplest of a few closed forms that follows it. That is no name of its
+cause.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.diagnosis.by_link.learned_shape import POSITION, LearnedShape
-from pamsim.diagnosis.by_link.shape_description import description
 from pamsim.engine.rig import Rig
+
+FOLLOWS = 0.95
+"""Share of a curve's squares about its mean from which a form follows it: a picture of both shows
+hardly a difference."""
+
+_SIZE = {
+    "spring": "stiffness",
+    "stop": "stiffness",
+    "viscous": "damping",
+    "quadratic": "coefficient",
+    "dry": "torque",
+}
+"""Form -> name of its size, which pulls back."""
+
+_GRID = 40  # places, periods or speeds that a form is tried with
+_TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,8 +44,7 @@ class LearnedEntry:
         at_unit: ``deg`` or ``m``, or the same per second.
         torque: (n,) in the direction in which the position grows.
         torque_unit: ``N*m``, or ``N`` on a joint that slides.
-        resembles: closed form that follows it, see
-            `pamsim.diagnosis.by_link.shape_description.Description`; empty for none.
+        resembles: closed form that follows it, see `description`; empty for none.
         numbers: of that form, in these units.
         links: in which the curves are seen.
         before: mean square that is left there without all curves, in the variance of the noise.
@@ -48,27 +68,23 @@ class LearnedEntry:
     @json_property
     def words(self) -> str:
         """The form that follows it, in words; empty for none."""
-        n = {name: f"{value:.3g}" for name, value in self.numbers.items()}
-        at, torque = self.at_unit, self.torque_unit
-        match self.resembles:
-            case "constant":
-                return f"a constant {n['torque']} {torque}"
-            case "spring":
-                return f"a spring of {n['stiffness']} {torque}/{at}"
-            case "stop":
-                way = "up" if self.numbers["side"] > 0.0 else "down"
-                return f"a stop from {n['begin']} {at} {way}, {n['stiffness']} {torque}/{at}"
-            case "ripple":
-                return f"a ripple of +-{n['amplitude']} {torque}, its period {n['period']} {at}"
-            case "viscous":
-                return f"viscous friction of {n['damping']} {torque} per {at}"
-            case "quadratic":
-                return f"a drag of {n['coefficient']} {torque} per ({at})^2"
-            case "dry":
-                return f"dry friction of {n['torque']} {torque}, built up within {n['speed']} {at}"
-            case _:
-                return ""
+        numbers = {name: f"{value:.3g}" for name, value in self.numbers.items()}
+        way = "up" if self.numbers.get("side", 1.0) > 0.0 else "down"
+        return _WORDS.get(self.resembles, "").format(
+            **numbers, way=way, at=self.at_unit, force=self.torque_unit
+        )
 
+
+_WORDS = {
+    "constant": "a constant {torque} {force}",
+    "spring": "a spring of {stiffness} {force}/{at}",
+    "stop": "a stop from {begin} {at} {way}, {stiffness} {force}/{at}",
+    "ripple": "a ripple of +-{amplitude} {force}, its period {period} {at}",
+    "viscous": "viscous friction of {damping} {force} per {at}",
+    "quadratic": "a drag of {coefficient} {force} per ({at})^2",
+    "dry": "dry friction of {torque} {force}, built up within {speed} {at}",
+}
+"""Form -> what it is, with its numbers."""
 
 _AT = {"stiffness": -1, "damping": -1, "coefficient": -2, "begin": 1, "period": 1, "speed": 1}
 """Number of a form -> power of the unit of position or speed in it."""
@@ -82,8 +98,7 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
     for curve in shape.curves:
         turns = rig.joints[curve.joint] == "angle"
         scale = DEG_PER_RAD if turns else 1.0
-        form = description(curve.over, curve.at, curve.torque)
-        numbers = {} if form is None else form.numbers
+        form, numbers = description(curve.over, curve.at, curve.torque)
         found.append(
             LearnedEntry(
                 joint=curve.joint,
@@ -92,7 +107,7 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
                 at_unit=("deg" if turns else "m") + ("" if curve.over == POSITION else "/s"),
                 torque=curve.torque,
                 torque_unit="N*m" if turns else "N",
-                resembles="" if form is None else form.form,
+                resembles=form,
                 numbers={name: one * scale ** _AT.get(name, 0) for name, one in numbers.items()},
                 links=tuple(link.name for link in shape.links),
                 before=shape.before,
@@ -101,3 +116,60 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
             )
         )
     return tuple(found)
+
+
+def description(over: str, at: FloatArray, torque: FloatArray) -> tuple[str, dict[str, float]]:
+    """The form with the fewest numbers that follows a curve; of as many, the nearest one.
+
+    Args:
+        over: ``position`` or ``speed``.
+        at: (n,) evenly spread.
+        torque: (n,).
+
+    Returns:
+        ``constant``, ``spring``, ``stop`` or ``ripple`` over position; ``viscous``, ``quadratic``
+        or ``dry`` over speed; empty if none follows. And its numbers in the curve's units:
+        ``torque``, ``stiffness``, where a stop begins (``begin``) and whether above (``side`` 1) or
+        below (-1), ``amplitude`` and ``period``, ``damping``, ``coefficient``, and the ``speed`` at
+        which dry friction is built up.
+    """
+    about_mean = float(np.sum((torque - torque.mean()) ** 2))
+    if over == POSITION and about_mean <= (1.0 - FOLLOWS) * float(torque @ torque):
+        return "constant", {"torque": float(torque.mean())}
+    following: list[tuple[int, float, str, dict[str, float]]] = []
+    for form, columns, known in _over_position(at) if over == POSITION else _over_speed(at):
+        weights: FloatArray = np.linalg.lstsq(columns, torque, rcond=None)[0].astype(float)
+        share = 1.0 - float(np.sum((torque - columns @ weights) ** 2)) / max(about_mean, _TINY)
+        if share >= FOLLOWS:
+            count = columns.shape[1] + len(known)
+            first, *others = weights.tolist()
+            if form == "ripple":
+                size = {"amplitude": float(np.hypot(first, others[0]))}
+            else:
+                size = {_SIZE[form]: -first}
+            following.append((count, -share, form, {**size, **known}))
+    return min(following, key=lambda one: one[:2], default=(0, 0.0, "", {}))[2:]
+
+
+Form = tuple[str, FloatArray, dict[str, float]]
+
+
+def _over_position(at: FloatArray) -> Iterator[Form]:
+    ones, span = np.ones_like(at), float(np.ptp(at))
+    yield "spring", np.column_stack([at, ones]), {}
+    for begin in np.linspace(at[0], at[-1], _GRID + 2)[1:-1].tolist():
+        for side in (1.0, -1.0):
+            beyond = np.maximum(side * (at - begin), 0.0)
+            yield "stop", np.column_stack([side * beyond, ones]), {"begin": begin, "side": side}
+    for turns in np.geomspace(1.0, 6.0, _GRID).tolist():
+        phase = 2.0 * np.pi * turns * (at - at[0]) / span
+        columns = np.column_stack([np.sin(phase), np.cos(phase), ones])
+        yield "ripple", columns, {"period": span / turns}
+
+
+def _over_speed(at: FloatArray) -> Iterator[Form]:
+    yield "viscous", at[:, np.newaxis], {}
+    yield "quadratic", (at * np.abs(at))[:, np.newaxis], {}
+    for speed in np.geomspace(0.02, 0.5, _GRID).tolist():
+        own = speed * float(np.max(np.abs(at)))
+        yield "dry", np.tanh(at / own)[:, np.newaxis], {"speed": own}

@@ -22,7 +22,7 @@ from pamsim.comparison.links import JOINT, Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
@@ -36,6 +36,10 @@ POSITION, RATE = "position", "speed"
 _POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
 """Percentiles of what was visited, between which a curve is spread: rates of read positions have
 outliers."""
+
+_FIELD = {POSITION: "force_", RATE: "drag_"}
+_ENDS = {POSITION: ("low", "high"), RATE: ("slowest", "fastest")}
+_COUNT = {POSITION: LENGTH, RATE: SPEED}
 
 _POINTS = 60  # of a curve that is written
 _WEAKEST = 1e-3  # a direction of control forces that is seen less, relative, begins at 0
@@ -88,11 +92,9 @@ class LearnedShape:
 
 @dataclass(frozen=True)
 class _Place:
-    """A joint, the tendon that stands for it, and what was visited of both.
+    """A joint, the tendon of the muscle that stands for it, and what was visited of both.
 
     Attributes:
-        joint: which.
-        muscle: whose tendon it is.
         at: (n,) positions from one end to the other [rad or m].
         rates: slowest and fastest change of the position [per s].
         length: (n,) of the tendon at the positions [m].
@@ -111,14 +113,16 @@ class _Place:
         """The arm that speeds of the tendon are taken with."""
         return float(np.mean(self.arm))
 
-    def ends(self) -> dict[str, float]:
-        """Parameters of the curves' ends [SI]."""
-        slowest, fastest = sorted(self.middle * one for one in self.rates)
+    def ends(self, kinds: Sequence[str] = (POSITION, RATE)) -> dict[str, float]:
+        """Parameters of the ends of curves over position, speed or both [SI]."""
+        values = {
+            POSITION: (float(self.length.min()), float(self.length.max())),
+            RATE: sorted(self.middle * one for one in self.rates),
+        }
         return {
-            f"{self.muscle}:learned.low": float(self.length.min()),
-            f"{self.muscle}:learned.high": float(self.length.max()),
-            f"{self.muscle}:learned.slowest": slowest,
-            f"{self.muscle}:learned.fastest": fastest,
+            f"{self.muscle}:learned.{name}": value
+            for kind in kinds
+            for name, value in zip(_ENDS[kind], values[kind], strict=True)
         }
 
 
@@ -161,7 +165,7 @@ def learned_shape(
         for values in ({**fitter.nuisance, **model.values}, {**own, **fitter.nuisance})
     )
     shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in (POSITION, RATE)}
-    unseen, best, found = HeldOut(fitter, seed=seed), rest, None
+    unseen, best, found, learned_over = HeldOut(fitter, seed=seed), rest, None, ()
     # One curve first: two must predict better than one.
     for kinds, start in _promised(fitter, begin, shapes, links):
         chosen = [shapes[kind] for kind in kinds]
@@ -169,32 +173,24 @@ def learned_shape(
         better = None if fit is None else unseen.better(fit, best, links)
         if fit is None or better is None or better.p_value > alpha or better.gain <= 0.0:
             break
-        best, found = fit, better
+        best, found, learned_over = fit, better, kinds
     if found is None:
         return None
     forces = {name: value for name, value in best.values.items() if ":learned." in name}
     learned = with_ends.with_parameters(forces)
     before, after = (_mean(unseen, m, links) for m in (rest, best))
     return LearnedShape(
-        curves=tuple(
-            curve
-            for place in places
-            for curve in _curves(
-                learned, place, [kind for kind in _FIELD if _has(forces, place.muscle, kind)]
-            )
-        ),
+        curves=tuple(curve for place in places for curve in _curves(learned, place, learned_over)),
         links=tuple(sorted(links, key=lambda link: link.order)),
         model=best,
-        values={**{name: end for name, end in ends.items() if _used(name, forces)}, **forces},
+        values={
+            **{n: end for place in places for n, end in place.ends(learned_over).items()},
+            **forces,
+        },
         before=before,
         after=after,
         p_value=found.p_value,
     )
-
-
-_FIELD = {POSITION: "force_", RATE: "drag_"}
-_ENDS = {POSITION: ("low", "high"), RATE: ("slowest", "fastest")}
-_COUNT = {POSITION: LENGTH, RATE: SPEED}
 
 
 def _effect(places: Sequence[_Place], kind: str) -> Effect:
@@ -232,13 +228,12 @@ def _promised(
     )
     columns = fitter.sensitivities(both, list(none), links)
     basis = orthonormal(begin.jacobian())
-    left = begin.rows - basis @ (basis.T @ begin.rows)
+    left = project_out(basis, begin.rows)
     cost = float(np.log(left.size))
 
     def promise(kinds: tuple[str, ...]) -> tuple[float, tuple[str, ...], dict[str, float]]:
         names = [p.name for kind in kinds for p in shapes[kind].parameters]
-        own = np.column_stack([columns[name] for name in names])
-        own -= basis @ (basis.T @ own)
+        own = project_out(basis, np.column_stack([columns[name] for name in names]))
         share = np.linalg.lstsq(own, -left, rcond=_WEAKEST)[0]
         after = float(np.sum((left + own @ share) ** 2)) + len(names) * cost
         scaled = (share * _TYPICAL).clip(-_FARTHEST, _FARTHEST).tolist()
@@ -294,17 +289,6 @@ def _between(
 ) -> tuple[float, float]:
     low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
     return low, high
-
-
-def _has(values: Mapping[str, float], muscle: str, kind: str) -> bool:
-    """Whether a tendon's curve over position or speed was fitted."""
-    return f"{muscle}:learned.{_FIELD[kind]}1" in values
-
-
-def _used(end: str, values: Mapping[str, float]) -> bool:
-    """Whether a curve that ends there was fitted."""
-    muscle, _, field = end.rpartition(":learned.")
-    return _has(values, muscle, POSITION if field in _ENDS[POSITION] else RATE)
 
 
 def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:

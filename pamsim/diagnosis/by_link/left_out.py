@@ -29,12 +29,12 @@ from pamsim.comparison.candidate import INSIDE
 from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.held_out import Difference
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.promise import Signature
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.unseen import Difference
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together
@@ -51,7 +51,6 @@ class LeftOut:
         fitter: of all rows, each a unit of its own.
         known: signatures of all that was tried on them.
         near: weights of each row's neighbours, see `pamsim.inference.near_units.nearest_units`.
-        alpha: level at which one model adds something to another.
         seed: random seed of exchanges and sign flips.
 
     Raises:
@@ -64,13 +63,12 @@ class LeftOut:
         known: Collection[Signature],
         near: FloatArray,
         *,
-        alpha: float = ALPHA,
         seed: int = 0,
     ) -> None:
         if any(block.size > 1 for block in fitter.units.fitted.blocks):
             raise InputError("rows are exchanged one by one; give each as a unit of its own")
-        self._fitter, self._known, self._near = fitter, tuple(known), near
-        self._alpha, self._seed = alpha, seed
+        self._fitter, self._known = fitter, tuple(known)
+        self._near, self._seed = near, seed
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
         """Loss of each row of each link, (n,); 1 is noise."""
@@ -81,8 +79,7 @@ class LeftOut:
         basis = orthonormal(_free_columns(model))
         free = np.maximum(1.0 - np.sum(basis**2, axis=1), _DETERMINED)
         variance = [block.noise.variance for block in self._fitter.units.fitted.blocks]
-        left = model.rows - basis @ (basis.T @ model.rows)
-        return left / free * np.sqrt(variance)
+        return project_out(basis, model.rows) / free * np.sqrt(variance)
 
     def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
         """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
@@ -98,8 +95,7 @@ class LeftOut:
             float(compare_effects([step], seed=self._seed).p_value[0]),
             float(found.p_value[0]),
         )
-        by_unit = beside.losses - step.losses
-        return Difference(gain=float(found.gain[0]), p_value=max(p_values), by_unit=by_unit)
+        return Difference(gain=float(found.gain[0]), p_value=max(p_values))
 
     def worse(
         self, rival: LinkModel, model: LinkModel, rest: LinkModel, links: Collection[Link]
@@ -112,11 +108,11 @@ class LeftOut:
         found = compare_with_reference(theirs, mine[:, np.newaxis], seed=self._seed)
         gain, p_value = float(found.gain[0]), float(found.p_value[0])
         left = [one for link, one in self.remainders(model).items() if link in links]
-        if gain <= max(one.excess if one.counts(self._alpha) else 0.0 for one in left):
+        if gain <= max(one.excess if one.counts(ALPHA) else 0.0 for one in left):
             p_value = 1.0
-        elif self._adds(rival, model, rest, rows) > self._alpha:
+        elif self._adds(rival, model, rest, rows) > ALPHA:
             p_value = self._adds(model, rival, rest, rows)
-        return Difference(gain=gain, p_value=p_value, by_unit=theirs - mine)
+        return Difference(gain=gain, p_value=p_value)
 
     def remainders(self, model: LinkModel) -> dict[Link, Remainder]:
         """What near rows of every link miss together."""
@@ -166,7 +162,7 @@ class LeftOut:
 def _wider(rows: FloatArray, own: FloatArray, further: FloatArray) -> tuple[FloatArray, FloatArray]:
     """What further columns (n, k) leave of rows (n,) beside a model's own, and all of them."""
     basis = orthonormal(np.column_stack([own, further]))
-    return rows - basis @ (basis.T @ rows), basis
+    return project_out(basis, rows), basis
 
 
 def _free_columns(model: LinkModel, without: LinkModel | None = None) -> FloatArray:
@@ -184,4 +180,4 @@ def _free_columns(model: LinkModel, without: LinkModel | None = None) -> FloatAr
     if without is not None:
         ends |= without.sensitivities.keys()
     columns = [column for name, column in model.sensitivities.items() if name not in ends]
-    return np.column_stack([np.empty((model.rows.size, 0)), *columns])
+    return as_columns(columns, model.rows.size)

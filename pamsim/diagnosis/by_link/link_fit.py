@@ -1,8 +1,12 @@
-"""Fits of effects to the residuals of links, in whitened rows of the units that are fitted."""
+"""Fits of effects to the residuals of links, in whitened rows of the units that are fitted.
+
+A fit is a series of descents to the least squares of some links' rows, and ends in short time
+steps.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +17,10 @@ from pamsim.comparison.chain_runs import MIDDLE, Values, in_link
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.descent import Descent
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.units import Units
+from pamsim.inference.bounded_least_squares import BreakdownError, Fit, bounded_least_squares
+from pamsim.inference.difference_jacobian import secant_updated
 
 _SEEN = 0.05
 """Share of a signature's squares from which an effect is seen in a link. Below, its rows are not
@@ -25,6 +30,16 @@ _OF_RANGE = 0.1  # typical change of a parameter whose probe changes it by nothi
 _STEP, _NUISANCE_STEP = 0.1, 0.02
 """Finite differences, in typical sizes of an effect and as a share of a nuisance parameter: large,
 since residuals of sticking friction and of sampled delays are not smooth below."""
+
+PRIOR = 0.3
+"""Standard deviation of a nuisance parameter about what the rig states, as a share of that. It
+keeps where it is what the rows of a link do not show; what they show is free of it."""
+
+_REACH = 5.0  # factor either way within which a nuisance parameter is sought
+_TOLERANCE = 1e-3  # relative change of the sum of squares that ends a descent
+_STEPS = 15  # of one descent
+_FAR = 0.02  # relative fall of the sum of squares from which a fit goes on with fresh sensitivities
+_DESCENTS = 4  # after the first
 
 
 class LinkFitter:
@@ -39,7 +54,6 @@ class LinkFitter:
 
     Attributes:
         stated: the rig as it is, with the sensitivities of its nuisance parameters.
-        short: fine time steps in one of those that a fit ends in.
         link_of: number of the link of each whitened row, (f,).
         counts: whitened rows of each link, (links,).
     """
@@ -101,10 +115,8 @@ class LinkFitter:
             return abs(self.nuisance[name])
         effect = next(e for e in effects if any(p.name == name for p in e.parameters))
         parameter = next(p for p in effect.parameters if p.name == name)
-        probed, neutral = effect.probes[0].values[name], effect.neutral.get(name)
-        if neutral is None:
-            return abs(probed) or _OF_RANGE * (parameter.high - parameter.low)
-        return abs(probed - neutral) or _OF_RANGE * (parameter.high - parameter.low)
+        typical = abs(effect.probes[0].values[name] - effect.neutral.get(name, 0.0))
+        return typical or _OF_RANGE * (parameter.high - parameter.low)
 
     def simulate(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]], about: LinkModel
@@ -136,7 +148,7 @@ class LinkFitter:
         Returns:
             The model, or None if the simulation breaks down where it begins.
         """
-        return Descent(self, begin, effects, start, links).fitted()
+        return _Descent(self, begin, effects, start, links).fitted()
 
     def in_short_steps(self, model: LinkModel, links: Collection[Link]) -> LinkModel | None:
         """A model whose residual is that of shorter time steps; None if it breaks down in them."""
@@ -153,22 +165,13 @@ class LinkFitter:
         steps: int,
         links: Collection[Link] | None = None,
     ) -> list[FloatArray | None]:
-        """Residuals (n,) [SI] of parameter sets, in time steps of a length.
+        """Residuals (n,) [SI] of parameter sets, in steps of so many fine time steps.
 
-        Args:
-            model: whose residual the rows of the other links have.
-            sets: values by name.
-            steps: fine time steps in one.
-            links: that are simulated; all if left out.
+        All links are simulated if none are named; the rows of the others are the model's.
         """
-        wanted = self.simulator.links if links is None else links
-        return self.simulator.residuals(
-            sets,
-            [wanted] * len(sets),
-            model.residual,
-            only=self.units.fitted.groups,
-            steps=steps,
-        )
+        wanted = [self.simulator.links if links is None else links] * len(sets)
+        only = self.units.fitted.groups
+        return self.simulator.residuals(sets, wanted, model.residual, only=only, steps=steps)
 
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.
@@ -217,3 +220,138 @@ class LinkFitter:
             steps.append(step / scale)
             sets.append({**at.values, name: at.values[name] + step})
         return sets, steps
+
+
+class _Descent:
+    """What `LinkFitter.fit` does; its parameters are in units of `LinkFitter.scale`."""
+
+    def __init__(
+        self,
+        fitter: LinkFitter,
+        begin: LinkModel,
+        effects: Sequence[Candidate],
+        start: Values,
+        links: Collection[Link],
+    ) -> None:
+        self._fitter, self._begin, self._effects = fitter, begin, tuple(effects)
+        nuisance, acts_in = fitter.nuisance, fitter.simulator.acts_in
+        own = {p.name: p for effect in effects for p in effect.parameters}
+        values = {k: v for k, v in begin.values.items() if k in nuisance or k in own}
+        self._values = {**values, **start}
+        acts = {name: acts_in([name]) for name in self._values}
+        seen = {name: fitter.seen_in(begin, name) for name in own if name not in start}
+        wanted = frozenset(links)
+        moved = [n for n in own if (acts[n] & wanted if n in start else seen[n] & wanted)]
+        self._links = wanted.union(*(seen[n] for n in moved if n in seen))
+        self._free = [
+            n for n in self._values if n in moved or (n in nuisance and acts[n] <= self._links)
+        ]
+        self._scale = np.array([fitter.scale(name, effects) for name in self._free])
+        ends = [
+            sorted((nuisance[n] / _REACH, nuisance[n] * _REACH))
+            if n in nuisance
+            else (own[n].low, own[n].high)
+            for n in self._free
+        ]
+        self._low, self._high = (np.array([e[k] for e in ends]) / self._scale for k in (0, 1))
+        self._stated = np.array([nuisance.get(name, 0.0) for name in self._free]) / self._scale
+        self._weight = np.array([1.0 / PRIOR if n in nuisance else 0.0 for n in self._free])
+        self._known = {
+            k: v for k, v in begin.sensitivities.items() if k in self._free and k not in start
+        }
+        self._about = begin  # the model in whose time steps rows are
+        self._residuals: dict[bytes, FloatArray | None] = {}
+
+    def fitted(self) -> LinkModel | None:
+        """The model, or None if the simulation breaks down where it begins."""
+        start = np.array([self._values[name] for name in self._free]) / self._scale
+        fit = self._descended(start, self._known)
+        # Those of another model, and those that only followed the steps, end a fit too soon.
+        for _ in range(_DESCENTS):
+            if fit is None or not _far(fit):
+                break
+            fit = self._descended(fit.x, {}) or fit
+        model = None if fit is None else self._model_at(fit.x)
+        if fit is None or model is None:
+            return None
+        columns = fit.jacobian[: self._fitter.link_of.size]
+        known = {name: columns[:, i] for i, name in enumerate(self._free)}
+        place = fit.x
+        for _ in range(_DESCENTS):
+            short = self._fitter.in_short_steps(model, self._links)
+            if short is None:
+                return None
+            self._about = short
+            # What shorter steps change may itself change on the way: a lag as short as a step.
+            again = self._descended(place, known)
+            place = place if again is None else again.x
+            model = self._model_at(place)
+            if model is None:
+                return None
+            if again is None or not _far(again):
+                break
+        return replace(model, sensitivities={**model.sensitivities, **known})
+
+    def _descended(self, place: FloatArray, known: Mapping[str, FloatArray]) -> Fit | None:
+        try:
+            return bounded_least_squares(
+                self._rows_at,
+                [np.clip(place, self._low, self._high)],
+                lower=self._low,
+                upper=self._high,
+                jacobian=secant_updated(lambda at, _: self._columns(at, known)),
+                x_scale=1.0,
+                tolerance=_TOLERANCE,
+                max_steps=_STEPS,
+            )
+        except BreakdownError:
+            return None
+
+    def _values_at(self, place: FloatArray) -> dict[str, float]:
+        return self._values | dict(zip(self._free, (place * self._scale).tolist(), strict=True))
+
+    def _residuals_at(self, places: Sequence[FloatArray]) -> list[FloatArray | None]:
+        # A further descent begins where the last one has ended.
+        new = [place for place in places if place.tobytes() not in self._residuals]
+        sets = [self._values_at(place) for place in new]
+        found = self._fitter.simulate(sets, [self._links] * len(new), self._begin)
+        self._residuals.update((p.tobytes(), r) for p, r in zip(new, found, strict=True))
+        beyond = self._about.offset - self._begin.offset
+        known = [self._residuals[place.tobytes()] for place in places]
+        return [None if r is None else r + beyond for r in known]
+
+    def _rows_at(self, places: FloatArray) -> list[FloatArray | None]:
+        return [
+            None
+            if r is None
+            else np.append(self._fitter.whiten(r), self._weight * (place - self._stated))
+            for place, r in zip(places, self._residuals_at(list(places)), strict=True)
+        ]
+
+    def _columns(self, place: FloatArray, known: Mapping[str, FloatArray]) -> FloatArray:
+        fresh = [name for name in self._free if name not in known]
+        at = self._model_at(place) if fresh else None
+        if at is not None:
+            known = {**known, **self._fitter.sensitivities(at, fresh, self._links)}
+        none = np.zeros(self._fitter.link_of.size)
+        own = [known.get(name, none) for name in self._free]
+        return np.vstack([np.stack(own, axis=1), np.diag(self._weight)])
+
+    def _model_at(self, place: FloatArray) -> LinkModel | None:
+        (residual,) = self._residuals_at([place])
+        if residual is None:
+            return None
+        begun = self._begin.sensitivities
+        return LinkModel(
+            effects=self._effects,
+            values=self._values_at(place),
+            residual=residual,
+            offset=self._about.offset,
+            rows=self._fitter.whiten(residual),
+            sensitivities={k: v for k, v in begun.items() if k in self._values},
+        )
+
+
+def _far(fit: Fit) -> bool:
+    """Whether a descent has fallen so far that another may fall further."""
+    return fit.start_cost - fit.cost > _FAR * fit.cost

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,4 +66,14 @@ class LinkModel:
 
     def jacobian(self) -> FloatArray:
         """Sensitivities as columns, (f, p)."""
-        return np.column_stack([np.empty((self.rows.size, 0)), *self.sensitivities.values()])
+        return as_columns(self.sensitivities.values(), self.rows.size)
+
+
+def as_columns(vectors: Iterable[FloatArray], rows: int) -> FloatArray:
+    """Vectors (n,) as the columns of a matrix (n, k), of which there may be none."""
+    return np.column_stack([np.empty((rows, 0)), *vectors])
+
+
+def project_out(basis: FloatArray, rows: FloatArray) -> FloatArray:
+    """Part of rows, (n,) or (n, k), that an orthonormal basis (n, p) cannot give."""
+    return rows - basis @ (basis.T @ rows)

@@ -6,24 +6,26 @@ and the input is chosen at which the best fit of one lies farthest from the othe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
+from pamsim.comparison.protocols import PROTOCOLS, Protocol
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged, Rival
+from pamsim.diagnosis.by_link.link_model import project_out
 from pamsim.diagnosis.by_link.result import NextExperiment
-from pamsim.diagnosis.experiment_menu import MENU
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
-from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.recording import Outcome
 from pamsim.recordings.sensors import distorted
 
+_FILLING = 0.6  # time for which a valve is opened before it shuts [s]
 _MOVED = 0.05  # of a fitted size of the rival, for what its refit can take away
 
 
@@ -41,29 +43,29 @@ def next_experiment(
     Returns:
         The choice; None if nothing is open.
     """
-    for one in found.effects:
-        tied = [r for r in one.rivals if r.ties(ALPHA) and r.effect.name != one.effect.name]
-        if tied:
-            return _between(rig, found, one, tied[0], noise, threads)
+    tied = next(_tied(found), None)
+    if tied is not None:
+        return _between(rig, found, *tied, noise, threads)
     left = [link for link in found.links if found.unexplained[link].counts(ALPHA)]
     return NextExperiment(advice=_divided(left[0])) if left else None
 
 
 def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
-    """What to measure next of a rig at rest, in words.
-
-    Args:
-        found: what was found in rows at rest.
-
-    Returns:
-        What separates the first effect from a rival; None if nothing is open.
-    """
-    for one in found.effects:
-        if any(r.ties(ALPHA) and r.effect.name != one.effect.name for r in one.rivals):
-            return NextExperiment(advice=one.effect.effect.separating)
+    """What to measure next of a rig at rest, in words; None if nothing is open."""
+    tied = next(_tied(found), None)
+    if tied is not None:
+        return NextExperiment(advice=tied[0].effect.effect.separating)
     if any(found.unexplained[link].counts(ALPHA) for link in found.links):
         return NextExperiment(advice="more readings in between: near ones miss the same together")
     return None
+
+
+def _tied(found: LinkDiagnosis) -> Iterator[tuple[Judged, Rival]]:
+    """Effects and rivals that may be the cause instead, with another name."""
+    for one in found.effects:
+        for rival in one.rivals:
+            if rival.ties(ALPHA) and rival.effect.name != one.effect.name:
+                yield one, rival
 
 
 def _divided(link: Link) -> str:
@@ -128,14 +130,13 @@ def _simulated(
     runs = iter(simulate_batch(jobs, threads=threads, above_supply=True))
     done = {name: [(own, next(runs)) for own in rigs] for name in menu}
     return {
-        name: [_read(own, run) for own, run in pairs]
+        name: [
+            (run if own.sensor is None else distorted(run, own.sensor)).signals()
+            for own, run in pairs
+        ]
         for name, pairs in done.items()
         if all(run.outcome is Outcome.COMPLETED for _, run in pairs)
     }
-
-
-def _read(rig: Rig, run: Recording) -> Mapping[str, FloatArray]:
-    return (run if rig.sensor is None else distorted(run, rig.sensor)).signals()
 
 
 def _distance(signals: list[Mapping[str, FloatArray]], noise: Mapping[str, float]) -> float:
@@ -146,7 +147,71 @@ def _distance(signals: list[Mapping[str, FloatArray]], noise: Mapping[str, float
         )
         for own in signals
     )
-    apart = best - rival
     basis = orthonormal(np.column_stack([own - rival for own in moved]))
-    left = apart - basis @ (basis.T @ apart)
+    left = project_out(basis, best - rival)
     return float(left @ left) / len(noise)
+
+
+def _shut_hold(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Muscle 1 filled, muscle 2 left; then both shut."""
+    opening = np.where(time < _FILLING, 0.3, 0.0)
+    return np.stack([opening, 0.3 * opening], axis=1)
+
+
+def _small_reversals(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Slow turns that grow from nothing, at a low common pressure."""
+    half = 5e3 * (1.0 + time) * np.sin(2.0 * np.pi * 0.5 * time)
+    return np.maximum(np.stack([1.2e5 + half, 1.2e5 - half], axis=1), 0.0)
+
+
+def _pressure_ladder(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """The same small turn at three common pressures."""
+    common = np.select([time < 2.7, time < 5.4], [1.2e5, 2.5e5], 3.8e5)
+    half = 4e4 * np.sin(2.0 * np.pi * time / 1.35)
+    return np.stack([common + half, common - half], axis=1)
+
+
+def _long_hold(time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """One step, then set points held to the end."""
+    half = np.where(time < 0.5, 0.0, 1.5e5)
+    return np.stack([2.5e5 + half, 2.5e5 - half], axis=1)
+
+
+MENU: dict[str, Protocol] = {
+    protocol.name: protocol
+    for protocol in (
+        *PROTOCOLS.values(),
+        Protocol(
+            name="shut_hold",
+            shows="what leaves a chamber whose valves are shut",
+            command="valve",
+            drive=_shut_hold,
+        ),
+        Protocol(
+            name="small_reversals",
+            shows="backlash, dry friction and dead zones: turns that grow from nothing",
+            command="pressure_set",
+            drive=_small_reversals,
+        ),
+        Protocol(
+            name="pressure_ladder",
+            shows="what grows with pressure: equal turns at three common pressures",
+            command="pressure_set",
+            drive=_pressure_ladder,
+        ),
+        Protocol(
+            name="long_hold",
+            shows="creep and drift: one step, then hold",
+            command="pressure_set",
+            drive=_long_hold,
+        ),
+        Protocol(
+            name="long_hold_loaded",
+            shows="what depends on the load: one step with a mass on the arm, then hold",
+            command="pressure_set",
+            drive=_long_hold,
+            load=2.4,
+        ),
+    )
+}
+"""Name -> safe experiment. Those of `pamsim.comparison.protocols` vary with the seed."""

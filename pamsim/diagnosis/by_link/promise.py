@@ -11,7 +11,7 @@ from pamsim.comparison.candidate import Candidate, Probe
 from pamsim.comparison.links import Link
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.inference.projected_effect import orthonormal
 
 _NONE_LEFT = 1e-8
@@ -23,13 +23,7 @@ _FARTHEST = 8.0  # factor on a probe that a fit begins with at most: a promise i
 
 @dataclass(frozen=True, kw_only=True)
 class Signature:
-    """Change of the whitened rows with an effect.
-
-    Attributes:
-        effect: which, in which form.
-        probe: values of its parameters.
-        rows: (f,).
-    """
+    """Change of the whitened rows (f,) with an effect in one of its forms, at a probe."""
 
     effect: Candidate
     probe: Probe
@@ -41,7 +35,6 @@ class Promise:
     """What an effect would do beside a model.
 
     Attributes:
-        signature: its own.
         gain: fall of the sum of squares.
         factor: on its probe.
         rows: change of the whitened rows that is its own, (f,).
@@ -87,16 +80,12 @@ def first_probe(effect: Candidate) -> Probe:
 
 def left_beside(model: LinkModel, forms: FloatArray | None = None) -> FloatArray:
     """Rows (f,) that neither a model's parameters nor some forms (f, k) can take away."""
-    return _without(model.rows, _free(model, forms))
+    return project_out(_free(model, forms), model.rows)
 
 
 def _free(model: LinkModel, forms: FloatArray | None) -> FloatArray:
     own = model.jacobian()
     return orthonormal(own if forms is None else np.hstack([own, forms]))
-
-
-def _without(rows: FloatArray, basis: FloatArray) -> FloatArray:
-    return rows - basis @ (basis.T @ rows)
 
 
 def promises(
@@ -115,13 +104,13 @@ def promises(
         promise of each probe, the largest gain first.
     """
     basis = _free(model, forms)
-    left = _without(model.rows, basis)
+    left = project_out(basis, model.rows)
     found: list[Promise] = []
     for signature in known:
         effect = signature.effect
         if effect.name in model.names or model.freed & {p.name for p in effect.parameters}:
             continue
-        kept = _without(signature.rows, basis)
+        kept = project_out(basis, signature.rows)
         square = float(kept @ kept)
         if square <= _NONE_LEFT * float(signature.rows @ signature.rows):
             continue
@@ -153,8 +142,7 @@ def forms_of(fitter: LinkFitter, model: LinkModel, known: Iterable[Signature]) -
 def of_families(model: LinkModel, known: Iterable[Signature]) -> FloatArray:
     """Signatures of all effects, in all forms, of the families of a model's effects, (f, k)."""
     families = {effect.family for effect in model.effects}
-    columns = [s.rows for s in known if s.effect.family in families]
-    return np.column_stack([np.empty((model.rows.size, 0)), *columns])
+    return as_columns([s.rows for s in known if s.effect.family in families], model.rows.size)
 
 
 def seen_in(fitter: LinkFitter, known: Iterable[Signature], name: str) -> frozenset[Link]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.comparison.links import Link
-from pamsim.comparison.repeated_misfit import RepeatedMisfit, repeated_misfit, shared_p_values
+from pamsim.comparison.repeated_misfit import repeated_misfit, shared_p_values
 from pamsim.core.units import FloatArray
 
 LEAST = 0.05
@@ -64,11 +64,11 @@ def remainders(
         losses: mean square of the rows of every link in every unit, (u,).
         seed: random seed of the sign flips.
     """
-    repeated: dict[Link, list[RepeatedMisfit]] = {}
-    for link, groups in rows.items():
-        own = [repeated_misfit(rows) for rows in groups if len(rows) > 1]
-        if own:
-            repeated[link] = own
+    misfits = {
+        link: [repeated_misfit(one) for one in groups if len(one) > 1]
+        for link, groups in rows.items()
+    }
+    repeated = {link: own for link, own in misfits.items() if own}
     p_values = shared_p_values(list(repeated.values()), seed=seed) if repeated else []
     found = {
         link: Remainder(excess=float(np.mean(loss)) - 1.0, p_value=1.0, known=False)

@@ -25,12 +25,7 @@ numbers, the same that tables at rest were fitted from before."""
 
 
 class RestFitter(LinkFitter):
-    """Fits to all units.
-
-    Args:
-        simulator: of the rows.
-        nuisance: parameters that are refitted with every effect.
-    """
+    """Fits to all units."""
 
     def __init__(self, simulator: LinkSimulator, nuisance: Sequence[str]) -> None:
         super().__init__(simulator, nuisance, whole_trials(simulator, ()), finer=_FINER)

@@ -4,24 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
+from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
-from pamsim.diagnosis.by_link.rest_entries import Branches, RowEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
-from pamsim.diagnosis.by_link.verdict import Verdict
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 
 SCHEMA = "pamsim-diagnosis/3"
 FILE = "diagnosis.json"
+
+
+class Verdict(StrEnum):
+    """What a diagnosis concludes."""
+
+    NO_GAP = "no_gap"
+    """Nothing is missing that the data can show."""
+    NAMED = "named"
+    """Every effect that is missing is certain to its name."""
+    NAMED_WITH_REMAINDER = "named_with_remainder"
+    """The same or its family, and something is left."""
+    AMBIGUOUS = "ambiguous"
+    """Something is missing, not all of which is certain to its name."""
+    UNEXPLAINED = "unexplained"
+    """Something is missing the place of which is not certain, or that no effect tried explains."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,6 +198,46 @@ class NextExperiment:
     before: float | None = None
     after: float | None = None
     menu: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+@dataclass(frozen=True, kw_only=True)
+class RowEntry:
+    """A row of a table, its errors by fits to the others.
+
+    Attributes:
+        row: its name.
+        pressure_kpa: of every muscle.
+        load_kg: on the arm.
+        angle_deg: as measured.
+        before_deg: simulated minus measured, nuisance parameters refitted.
+        after_deg: the same with the effects that were found; None without any.
+    """
+
+    row: str
+    pressure_kpa: tuple[float, ...]
+    load_kg: float
+    angle_deg: float
+    before_deg: float
+    after_deg: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Branches:
+    """The branches of a loop at the pressures that were read on both, (m,) each.
+
+    Attributes:
+        pressure_kpa: of the levels.
+        rising_mm: length while the pressure rises.
+        falling_mm: length while it falls.
+        error_mm: standard error of the difference; None if it is not known.
+        opened_mm: rising less falling length by the effects that were found; None without any.
+    """
+
+    pressure_kpa: FloatArray
+    rising_mm: FloatArray
+    falling_mm: FloatArray
+    error_mm: FloatArray | None
+    opened_mm: FloatArray | None
 
 
 @dataclass(frozen=True, kw_only=True)

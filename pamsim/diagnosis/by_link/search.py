@@ -76,14 +76,7 @@ def search(
     material: float = MATERIAL,
     steps: Steps,
 ) -> Searched:
-    """Find the effects that a rig is missing.
-
-    Args:
-        fitter: of the trials.
-        candidates: effects that are tried, in all of their forms.
-        material: see `MATERIAL`.
-        steps: each fit is one.
-    """
+    """Find the effects that a rig is missing, among candidates in all of their forms."""
     known = _screened(fitter, candidates, material)
     base = fitter.stated
     for link in fitter.simulator.links:
@@ -92,7 +85,8 @@ def search(
     while len(model.effects) < _ROUNDS:
         left, found = promises(model, now, forms_of(fitter, model, known))
         worth = [p for p in found if _is_worth(fitter, p, left, material)]
-        if not worth and not all_forms and _more_left(fitter, left):
+        more_left = np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * fitter.counts)
+        if not worth and not all_forms and more_left:
             # An effect's usual form at its first size may look like nothing: a ripple with another
             # pitch than the chain's.
             others = [e for e in candidates if e.name not in model.names]
@@ -106,7 +100,7 @@ def search(
         fits = best_fits(fitter, model, rivals, known, steps=steps)
         best = min(fits, key=lambda fit: fit.criterion, default=None)
         if best is None or not np.any(
-            fitter.by_link(model.rows**2 - best.rows**2) >= _least(fitter, material)
+            fitter.by_link(model.rows**2 - best.rows**2) >= material * fitter.counts
         ):
             break
         model = in_best_forms(fitter, fitter.everywhere(best), known, steps=steps)
@@ -139,21 +133,24 @@ def best_fits(
         known: signatures about the rig as it is.
         most: effects that are fitted.
         forms: of each that are fitted.
-        least: promise from which an effect, or a form of one, is fitted; a share of the largest if
-            left out.
+        least: promise from which one is fitted; a share of the largest if left out.
         links: fitted beside those in which the effect is seen.
         steps: each fit is one.
     """
+
+    def enough(some: Sequence[Promise]) -> float:
+        return _WORTH * some[0].gain if least is None else least
+
     fits: list[LinkModel] = []
     for name in dict.fromkeys(promise.effect.name for promise in found):
         own = [promise for promise in found if promise.effect.name == name]
-        if len(fits) == most or own[0].gain < _least_of(found, least):
+        if len(fits) == most or own[0].gain < enough(found):
             break
         where = seen_in(fitter, known, name) | frozenset(links)
         tried: list[LinkModel] = []
         for label in list(dict.fromkeys(promise.effect.label for promise in own))[:forms]:
             promise = next(p for p in own if p.effect.label == label)
-            if promise.gain < _least_of(own, least):
+            if promise.gain < enough(own):
                 break
             steps.begin(label)
             fit = _with_effect(fitter, model, promise, where)
@@ -162,11 +159,6 @@ def best_fits(
         if tried:
             fits.append(min(tried, key=lambda fit: fit.criterion))
     return fits
-
-
-def _least_of(some: Sequence[Promise], least: float | None) -> float:
-    """Promise from which one of some is fitted."""
-    return _WORTH * some[0].gain if least is None else least
 
 
 def _with_effect(
@@ -227,7 +219,7 @@ def _screened(
         p.effect.name
         for p in found
         if any(p.gain >= CONTENDS * largest[link] for link in seen[p.effect.name])
-        and np.any(_falls(fitter, p, left) >= CONTENDS * _least(fitter, material))
+        and np.any(_falls(fitter, p, left) >= CONTENDS * (material * fitter.counts))
     }
     more = [effect for effect in candidates if effect.name in wide]
     return known + signatures(fitter, stated, _untried(more, known))
@@ -246,11 +238,6 @@ def _untried(
     ]
 
 
-def _more_left(fitter: LinkFitter, left: FloatArray) -> bool:
-    """Whether a link keeps a remainder that counts, errors of formulas taken off."""
-    return bool(np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * fitter.counts))
-
-
 def _about(
     fitter: LinkFitter, model: LinkModel, now: Sequence[Signature], where: Collection[Link]
 ) -> list[Signature]:
@@ -266,14 +253,9 @@ def _is_worth(fitter: LinkFitter, promise: Promise, left: FloatArray, material: 
     """Whether an effect is fitted."""
     unknown = fitter.by_link(left**2) - fitter.counts
     falls = _falls(fitter, promise, left)
-    return bool(np.any(falls >= np.maximum(_least(fitter, material), _OF_LEFT * unknown)))
+    return bool(np.any(falls >= np.maximum(material * fitter.counts, _OF_LEFT * unknown)))
 
 
 def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray:
     """Fall of the sum of squares of each link that an effect promises."""
     return fitter.by_link(left**2 - (left + promise.rows) ** 2)
-
-
-def _least(fitter: LinkFitter, material: float) -> FloatArray:
-    """Fall of the sum of squares of each link from which an effect is material."""
-    return material * fitter.counts

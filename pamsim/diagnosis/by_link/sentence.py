@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.diagnosis.sized import sized
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport
+    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport, SizeEntry
+
+_DIGITS = 3  # of a size that is printed
 
 
 def verdict_sentence(result: LinkReport) -> str:
@@ -71,7 +73,7 @@ def certain_words(one: EffectEntry) -> str:
 
 def effect_sentence(one: EffectEntry) -> str:
     """What is certain of an effect, its size, and the nearest formula."""
-    parameters = [sized(name, size) for name, size in one.sizes.items()]
+    parameters = [_sized(name, size) for name, size in one.sizes.items()]
     certain = f"Certain: {certain_words(one)}"
     if one.level == "form":
         return f"{certain} ({one.effect}), {', '.join(parameters)}."
@@ -98,5 +100,21 @@ def _physical(sizes: Mapping[str, PhysicalSize]) -> str:
             unit=unit,
             interval95=(ends[0], ends[1]),
         )
-        return f", {sized(name, shown)}"
+        return f", {_sized(name, shown)}"
     return ""
+
+
+def _sized(name: str, one: SizeEntry | PhysicalSize) -> str:
+    """A fitted parameter as text, such as ``leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa)``."""
+    label = name.rpartition(".")[2].replace("_", " ")
+    digits, ends = _DIGITS, one.interval95
+    known = ends is not None and all(map(math.isfinite, ends))
+    if ends is not None and known:
+        low, high = ends
+        largest = max(abs(low), abs(high), abs(one.value))
+        if low < high:  # two digits of half its width
+            digits = max(digits, 2 + math.floor(math.log10(2.0 * largest / (high - low))))
+    text = f"{label} {one.value:.{digits}g}"
+    if ends is not None and known:
+        text += f" [{', '.join(f'{end:.{digits}g}' for end in ends)}]"
+    return text if one.unit == "1" else f"{text} {one.unit}"

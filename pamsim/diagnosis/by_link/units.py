@@ -7,7 +7,7 @@ are.
 
 Parts of a log share what differs from log to log. In one log it cannot be distinguished from what a
 model is missing, and flips of the signs of parts would take it for evidence. So it is part of their
-noise (`pamsim.diagnosis.by_link.log_variation`): a log's size of each variation is normal, in each
+noise (`pamsim.diagnosis.by_link.judged_units`): a log's size of each variation is normal, in each
 link by itself. Fitted rows are whitened with that, and judged rows by themselves, so that those of
 all judged parts are independent, as a flip of signs demands. Fitted and judged parts of one log
 still share the variation itself. An effect that looks like it lowers the sum of squares by its
@@ -26,14 +26,7 @@ from numpy.typing import NDArray
 from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.blocks import (
-    Block,
-    cut,
-    fitted_runs,
-    most_parts,
-    unit_names,
-    whitened,
-)
+from pamsim.inference.blocks import Block, cut, fitted_runs, most_parts, unit_names, whitened
 
 MOST = 24
 """Parts of all trials together, at most: flips of twelve judged ones reach a p-value of 0.0002, and
@@ -97,13 +90,16 @@ class Units:
         self.in_parts, self.varies = bool(self._trial_of), varying is not None
         self.fitted = self._rows(simulator, fitted)
         self.judged = self._rows(simulator, judged)
-        self._shared = [] if varying is None else self._variations(varying)
+        self._of_fitted, self._of_judged = (
+            [] if varying is None else self._variations(side, varying)
+            for side in (self.fitted, self.judged)
+        )
 
     def whiten(self, residual: FloatArray) -> FloatArray:
         """Whitened rows (f,) of what is fitted, out of a residual (N,) [SI]."""
         rows = whitened(self.fitted.blocks, residual)
-        for one in self._shared:
-            rows[one.fitted] = one.whiten(rows[one.fitted])
+        for own, white in self._of_fitted:
+            rows[own] = white(rows[own])
         return rows
 
     def whiten_judged(self, residual: FloatArray) -> FloatArray:
@@ -111,8 +107,8 @@ class Units:
         if not self.judged.blocks:
             return np.empty(0)
         rows = whitened(self.judged.blocks, residual)
-        for one in self._shared:
-            rows[one.judged] = one.whiten_judged(rows[one.judged])
+        for own, white in self._of_judged:
+            rows[own] = white(rows[own])
         return rows
 
     def trial(self, unit: str) -> str:
@@ -137,53 +133,31 @@ class Units:
             groups=frozenset(simulator.repeats[i].name for i in of_blocks),
         )
 
-    def _variations(self, varying: FloatArray) -> list[_Shared]:
-        """What varies, of each link in each log."""
-        sides = (self.fitted, self.judged)
-        columns = [
-            np.column_stack([whitened(side.blocks, own) for own in varying.T])
-            if side.blocks and varying.shape[1]
-            else np.empty((side.link_of.size, varying.shape[1]))
-            for side in sides
-        ]
-        trials = [
-            np.repeat([self.trial(b.unit) for b in side.blocks], [b.size for b in side.blocks])
-            for side in sides
-        ]
-        found: list[_Shared] = []
-        for name in np.unique(np.concatenate(trials)):
-            for link in np.unique(np.concatenate([side.link_of for side in sides])):
-                fitted, judged = (
-                    np.flatnonzero((own == name) & (side.link_of == link))
-                    for own, side in zip(trials, sides, strict=True)
-                )
-                found.append(_Shared(fitted, judged, columns[0][fitted], columns[1][judged]))
+    def _variations(
+        self, side: Rows, varying: FloatArray
+    ) -> list[tuple[NDArray[np.intp], _Whitening]]:
+        """Rows of each link in each log, and how what varies there is part of their noise."""
+        if not side.blocks or not varying.shape[1]:
+            return []
+        columns = np.column_stack([whitened(side.blocks, own) for own in varying.T])
+        trial_of = np.repeat(
+            [self.trial(block.unit) for block in side.blocks], [b.size for b in side.blocks]
+        )
+        found: list[tuple[NDArray[np.intp], _Whitening]] = []
+        for name in np.unique(trial_of):
+            for link in np.unique(side.link_of[trial_of == name]):
+                own = np.flatnonzero((trial_of == name) & (side.link_of == link))
+                found.append((own, _Whitening(columns[own])))
         return found
 
 
-class _Shared:
-    """Variations that rows share, independent and normal, as part of their noise.
+class _Whitening:
+    """Rows of covariance ``1 + C C'`` to white ones, by its symmetric root: each stays in place.
 
     Args:
-        fitted, judged: numbers of the rows.
-        fitted_columns, judged_columns: their change with each variation, in noise and at its
-            standard deviation, (f, k) and (h, k).
+        columns: C, change of the rows with what they share, in noise and at its standard
+            deviation, (n, k).
     """
-
-    def __init__(
-        self,
-        fitted: NDArray[np.intp],
-        judged: NDArray[np.intp],
-        fitted_columns: FloatArray,
-        judged_columns: FloatArray,
-    ) -> None:
-        self.fitted, self.judged = fitted, judged
-        self.whiten = _Whitening(fitted_columns)
-        self.whiten_judged = _Whitening(judged_columns)
-
-
-class _Whitening:
-    """Rows of covariance ``1 + C C'`` to white ones, by its symmetric root: each stays in place."""
 
     def __init__(self, columns: FloatArray) -> None:
         self._along, size, _ = np.linalg.svd(columns, full_matrices=False)
@@ -200,14 +174,7 @@ def whole_trials(
     input_of: Mapping[str, str] | None = None,
     varying: FloatArray | None = None,
 ) -> Units:
-    """Trials as units.
-
-    Args:
-        simulator: of the links.
-        held_out: names of the trials to judge by.
-        input_of: see `Units`.
-        varying: see `Units`.
-    """
+    """Trials as units, those that are held out to judge by; otherwise as `Units`."""
     pairs = list(zip(simulator.blocks, simulator.link_of, strict=True))
     return Units(
         simulator,

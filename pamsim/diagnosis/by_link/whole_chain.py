@@ -9,7 +9,7 @@ import numpy as np
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.noise_floor import noise_floor
+from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
@@ -96,6 +96,13 @@ def whole_chain(
     )
 
 
+def floor_beside(predictor: TrialPredictor, prediction: Prediction) -> NoiseFloor:
+    """Noise of the channels, by what a prediction misses of the trials."""
+    blocks = predictor.blocks(prediction)
+    residual = np.concatenate([block.residual for block in blocks])
+    return noise_floor(layout(blocks), residual, predictor.data.trials)
+
+
 def _with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
     try:
         return rig.with_parameters(values)
@@ -106,10 +113,7 @@ def _with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
 def _gap(
     predictor: TrialPredictor, known: Prediction, comparisons: tuple[Comparison, ...]
 ) -> dict[str, ChannelGap]:
-    blocks = predictor.blocks(known)
-    places = layout(blocks)
-    residual = np.concatenate([block.residual for block in blocks])
-    floor = noise_floor(places, residual, predictor.data.trials).sd
+    floor = floor_beside(predictor, known).sd
     found: dict[str, ChannelGap] = {}
     for channel in dict.fromkeys(part.channel for part in comparisons):
         own = [part for part in comparisons if part.channel == channel and part.held_out]

@@ -21,24 +21,16 @@ from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.short_steps import sharpened
-from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.by_link.sizes import Size, sharpened
 from pamsim.diagnosis.by_link.units import Units
 
 
 def in_whole_chain(
     simulator: ChainSimulator, nuisance: Sequence[str], units: Units, model: LinkModel
 ) -> tuple[LinkFitter, LinkModel] | None:
-    """Refit a model's effects, from their sizes by link.
+    """Fitter of the whole chain and a model refitted there, from its sizes by link.
 
-    Args:
-        simulator: of the whole chain.
-        nuisance: rig parameters that are refitted.
-        units: of it.
-        model: as fitted to the links.
-
-    Returns:
-        The fitter and the model; None where its simulation breaks down.
+    None where the simulation of the chain breaks down.
     """
     fitter = LinkFitter(simulator, nuisance, units, short=1)
     # In the order of the effects: that of a set differs from run to run, and with it the rounding.
@@ -72,9 +64,5 @@ def confirmed(by_link: Mapping[str, Size], whole: Mapping[str, Size]) -> dict[st
     for name, size in by_link.items():
         other = whole[name]
         ends = (size.value, *other.interval95)
-        found[name] = Size(
-            value=other.value,
-            interval95=(min(ends), max(ends)),
-            by_parts=other.by_parts,
-        )
+        found[name] = Size(value=other.value, interval95=(min(ends), max(ends)))
     return found

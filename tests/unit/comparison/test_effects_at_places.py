@@ -9,7 +9,8 @@ from pamsim.comparison.effects_on_rig import at_size, candidates, rig_effect
 from pamsim.comparison.free_parameters import default_names
 from pamsim.core.errors import InputError
 from pamsim.diagnosis import physical_size
-from pamsim.diagnosis.virtual_tests import TESTS, bench
+from pamsim.diagnosis.bench import bench
+from pamsim.diagnosis.virtual_tests import TESTS
 
 
 @pytest.fixture(scope="module")

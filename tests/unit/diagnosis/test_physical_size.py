@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.effects_on_rig import at_size, candidate, rig_name
-from pamsim.diagnosis.physical_size import correlation, physical_sizes
+from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
+from pamsim.diagnosis.bench import bench
+from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
-from pamsim.diagnosis.virtual_tests import TESTS, bench
+from pamsim.diagnosis.virtual_tests import TESTS
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
@@ -344,20 +344,20 @@ def test_the_parameter_that_the_ground_truth_states_has_the_size_that_it_states(
 
 
 def fitted(rig, name, jacobian, widths):
-    """A model with one effect of typical size, and that effect in a list."""
+    """A fit of one effect of typical size, and that effect."""
     one = candidate(rig, EFFECTS[name])
     best = at_size(rig, one.effect, 1.0)
     known = {
         p.name: (best[p.name] - low, best[p.name] + high)
         for p, (low, high) in zip(one.parameters, widths, strict=True)
     }
-    fit = SimpleNamespace(values=best, parameters=one.parameters, jacobian=np.array(jacobian))
-    return SimpleNamespace(fit=fit, intervals=known), [one]
+    names = [p.name for p in one.parameters]
+    return Fitted(values=best, intervals=known, parameters=names, jacobian=np.array(jacobian)), one
 
 
 def test_the_interval_of_one_parameter_is_the_test_at_both_its_ends(rig):
-    model, effects = fitted(rig, "air_leak", [[1.0]], [(0.5e-12, 0.2e-12)])
-    size = physical_sizes(rig, model, effects)["mass_flow"]
+    model, effect = fitted(rig, "air_leak", [[1.0]], [(0.5e-12, 0.2e-12)])
+    size = physical_sizes(rig, model, effect)["mass_flow"]
     low, high = (
         sized(rig, "air_leak", {"chamber.leak_conductance": c})["mass_flow"]
         for c in (1.5e-12, 2.2e-12)
@@ -371,10 +371,10 @@ def test_the_interval_of_one_parameter_is_the_test_at_both_its_ends(rig):
 def test_errors_of_two_parameters_add_up_as_they_are_correlated(rig, shared):
     # Columns that overlap by c leave estimates that are correlated by -c.
     columns = [[1.0, shared], [0.0, np.sqrt(1.0 - shared**2)]]
-    model, effects = fitted(rig, "valve_flow", columns, [(2e-10, 2e-10)] * 2)
-    fill, exhaust = (p.name for p in effects[0].parameters)
-    assert correlation(model.fit, [fill, exhaust])[0, 1] == pytest.approx(-shared)
-    found = physical_sizes(rig, model, effects)
+    model, effect = fitted(rig, "valve_flow", columns, [(2e-10, 2e-10)] * 2)
+    fill, exhaust = (p.name for p in effect.parameters)
+    assert correlation(model, [fill, exhaust])[0, 1] == pytest.approx(-shared)
+    found = physical_sizes(rig, model, effect)
     one = 2e-10 / rig_parameter(rig, fill).value
     other = 2e-10 / rig_parameter(rig, exhaust).value
     both = 0.5 * np.sqrt(one**2 + other**2 - 2.0 * shared * one * other)
@@ -385,63 +385,45 @@ def test_errors_of_two_parameters_add_up_as_they_are_correlated(rig, shared):
 
 
 def test_conditions_and_unknown_sizes_have_no_interval_and_ranges_hold(rig):
-    model, effects = fitted(rig, "coulomb_friction", [[1.0]], [(0.3, 0.1)])
-    found = physical_sizes(rig, model, effects)
+    model, effect = fitted(rig, "coulomb_friction", [[1.0]], [(0.3, 0.1)])
+    found = physical_sizes(rig, model, effect)
     assert found["at_speed"].interval95 is None
     assert found["breakaway_torque"].interval95 == pytest.approx((0.0, 0.4))
     model.intervals.clear()
-    assert physical_sizes(rig, model, effects)["breakaway_torque"].interval95 is None
+    assert physical_sizes(rig, model, effect)["breakaway_torque"].interval95 is None
 
 
 def test_an_interval_beyond_the_parameter_s_range_ends_there(rig):
     """That of a table is found by leaving out rows, and may be wider than the range."""
-    model, effects = fitted(rig, "air_leak", [[1.0]], [(5e-12, 0.2e-12)])
-    low, high = physical_sizes(rig, model, effects)["mass_flow"].interval95
+    model, effect = fitted(rig, "air_leak", [[1.0]], [(5e-12, 0.2e-12)])
+    low, high = physical_sizes(rig, model, effect)["mass_flow"].interval95
     assert (low, high) == pytest.approx(
         (0.0, sized(rig, "air_leak", {"chamber.leak_conductance": 2.2e-12})["mass_flow"])
     )
 
 
 def test_an_interval_to_an_end_that_is_not_allowed_gives_no_interval(rig):
-    model, effects = fitted(rig, "muscle_mismatch", [[1.0]], [(2.0, 0.1)])
-    assert rig_parameter(rig, effects[0].parameters[0].name).spec.low_open
-    sizes = physical_sizes(rig, model, effects)
+    model, effect = fitted(rig, "muscle_mismatch", [[1.0]], [(2.0, 0.1)])
+    assert rig_parameter(rig, effect.parameters[0].name).spec.low_open
+    sizes = physical_sizes(rig, model, effect)
     assert all(size.interval95 is None for size in sizes.values())
 
 
 def test_the_pulley_radius_of_a_table_is_part_of_the_rig_that_is_tested(rig):
     own = rig_parameter(rig, pulleys(rig)[0]).value
-    model, effects = fitted(rig, "stribeck_friction", np.eye(2), [(0.1, 0.1)] * 2)
+    model, effect = fitted(rig, "stribeck_friction", np.eye(2), [(0.1, 0.1)] * 2)
     model.intervals.clear()
-    plain = physical_sizes(rig, model, effects)["breakaway_torque"].value
+    plain = physical_sizes(rig, model, effect)["breakaway_torque"].value
     for factor in (1.0, 2.0):
-        model.fit.values[PULLEY] = factor * own
-        found = physical_sizes(rig, model, effects)["breakaway_torque"].value
+        model.values[PULLEY] = factor * own
+        found = physical_sizes(rig, model, effect)["breakaway_torque"].value
         # Below the speed of its peak the force grows with speed, and so with the radius too.
         assert found == pytest.approx(factor**2 * plain, rel=0.01)
 
 
-def test_sizes_of_several_effects_stand_under_their_names(rig):
-    leak, leaks = fitted(rig, "air_leak", [[1.0]], [(1e-12, 1e-12)])
-    bias, biases = fitted(rig, "pressure_bias", [[1.0]], [(1e3, 1e3)])
-    fit = SimpleNamespace(
-        values={**leak.fit.values, **bias.fit.values},
-        parameters=(*leaks[0].parameters, *biases[0].parameters),
-        jacobian=np.eye(2),
-    )
-    both = SimpleNamespace(fit=fit, intervals={**leak.intervals, **bias.intervals})
-    found = physical_sizes(rig, both, [*leaks, *biases])
-    assert set(found) == {
-        "air_leak.mass_flow", "air_leak.at_pressure", "pressure_bias.offset_at_3_bar"
-    }  # fmt: skip
-    assert found["air_leak.mass_flow"] == physical_sizes(rig, leak, leaks)["mass_flow"]
-
-
 def test_an_effect_on_one_muscle_is_tested_there(rig):
     second = list(rig.muscles)[1]
+    one = candidate(rig, rig_effect(rig, f"air_leak at {second}"))
     values = {f"{second}:chamber.leak_conductance": 2e-12}
-    parameter = SimpleNamespace(name=next(iter(values)))
-    fit = SimpleNamespace(values=values, parameters=(parameter,), jacobian=np.eye(1))
-    model = SimpleNamespace(fit=fit, intervals={})
-    one = SimpleNamespace(name="air_leak", parameters=(parameter,))
-    assert physical_sizes(rig, model, [one])["mass_flow"].value > 0.0
+    model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(1))
+    assert physical_sizes(rig, model, one)["mass_flow"].value > 0.0

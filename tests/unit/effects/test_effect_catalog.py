@@ -15,93 +15,17 @@ from pamsim.comparison.candidate import inside
 from pamsim.comparison.effects_on_rig import at_size, candidate, candidates, rig_effect, rig_name
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.core.errors import InputError
+from pamsim.effects import muscle_at_rest
 from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
 from pamsim.effects.effect import FAMILIES, LINKS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.recordings.sensors import distorted
 
-CONTRACT = [
-    "coulomb_friction",
-    "stribeck_friction",
-    "viscous_friction",
-    "load_torque",
-    "added_inertia",
-    "muscle_hysteresis",
-    "viscoelastic_creep",
-    "threshold_pressure",
-    "passive_stiffness",
-    "end_shape",
-    "muscle_mismatch",
-    "air_leak",
-    "supply_sag",
-    "valve_dead_zone",
-    "valve_flow",
-    "thermal_relaxation",
-    "valve_delay",
-    "line_lag",
-    "chain_backlash",
-    "chain_compliance",
-    "angle_bias",
-    "angle_scale",
-    "angle_lag",
-    "pressure_bias",
-    "pressure_scale",
-    "pressure_lag",
-]
-AT_REST = [
-    "braid_locking",
-    "braid_extensibility",
-    "stretch_weakening",
-    "force_slope",
-    "rest_length",
-]
-RARE = [
-    "load_dependent_friction",
-    "braid_friction",
-    "valve_asymmetry",
-    "valve_mismatch",
-    "valve_slew",
-    "tube_resistance",
-    "sprocket_ripple",
-    "first_stroke",
-    "softening",
-    "leak_between_muscles",
-    "valve_hysteresis",
-    "regulator_dead_band",
-    "least_set_point",
-    "angle_backlash",
-    "dead_angle",
-    "dead_pressure",
-    "clock_offset",
-]
-OTHER_FORMS = [
-    "angle_scale:bent",
-    "chain_backlash:elastic_teeth",
-    "chain_compliance:hardening",
-    "passive_stiffness:hardening",
-    "pressure_scale:bent",
-    "threshold_pressure:gradual",
-    "coulomb_friction:dahl",
-    "coulomb_friction:lugre",
-    "coulomb_friction:dwell",
-    "coulomb_friction:smooth",
-    "thermal_relaxation:temperature",
-    "air_leak:laminar",
-    "valve_dead_zone:asymmetric",
-    "viscoelastic_creep:two_branch",
-    "muscle_hysteresis:free_shape",
-    "muscle_hysteresis:maxwell_slip",
-    "muscle_hysteresis:constant",
-    "muscle_hysteresis:asymmetric",
-    "line_lag:limited_rate",
-    "muscle_mismatch:strength_and_stroke",
-    "supply_sag:reservoir",
-    "valve_flow:critical_ratio",
-    "supply_sag:turbulent_reservoir",
-    "sprocket_ripple:two_phases",
-]
-EVERY = [*CONTRACT, *AT_REST, *RARE, *OTHER_FORMS]
+ALL = [form for forms in FORMS.values() for form in forms]
+EVERY = [form.label for form in ALL]
+OTHER_FORMS = [form.label for forms in FORMS.values() for form in forms[1:]]
+RARE = [one.label for one in EFFECTS.values() if one.rare]
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
@@ -130,16 +54,13 @@ def plain(rig, trials):
     return runs(rig, trials)
 
 
-def test_the_contract_s_names_are_all_there():
-    assert sorted(TRIAL_EFFECTS) == sorted([*CONTRACT, *RARE])
-    assert sorted(name for name, effect in EFFECTS.items() if effect.rare) == sorted(RARE)
-    assert sorted(EFFECTS.keys() - set(TRIAL_EFFECTS)) == sorted(AT_REST)
-    assert sorted(ROW_EFFECTS) == sorted([*CONTRACT, *AT_REST])
+def test_tables_at_rest_are_searched_for_all_but_rare_effects_and_trials_for_all_but_theirs():
+    at_rest = EFFECTS.keys() - set(TRIAL_EFFECTS)
+    assert at_rest == {one.name for one in muscle_at_rest.EFFECTS}
+    assert set(ROW_EFFECTS) == EFFECTS.keys() - {effect(name).name for name in RARE}
 
 
 def test_forms_of_one_physics_share_its_name_and_its_family():
-    others = [form.label for forms in FORMS.values() for form in forms[1:]]
-    assert sorted(others) == sorted(OTHER_FORMS)
     for name, forms in FORMS.items():
         assert forms[0] is effect(name) is EFFECTS[name]
         assert len({form.form for form in forms}) == len(forms)
@@ -151,15 +72,14 @@ def test_forms_of_one_physics_share_its_name_and_its_family():
 
 
 def test_levels_are_a_tree_a_family_has_one_link_and_a_label_one_path():
-    every = [form for forms in FORMS.values() for form in forms]
     above = collections.defaultdict(set)
-    for one in every:
+    for one in ALL:
         assert one.levels == (one.link, "", one.family, one.name, one.form)
         above["family", one.family].add(one.link)
         above["name", one.name].add(one.family)
         above[one.levels].add(one.label)
     assert all(len(ones) == 1 for ones in above.values())
-    assert {one.link for one in every} == set(LINKS)
+    assert {one.link for one in ALL} == set(LINKS)
 
 
 def test_an_effect_at_one_muscle_has_it_among_its_levels(rig):
@@ -168,13 +88,11 @@ def test_an_effect_at_one_muscle_has_it_among_its_levels(rig):
 
 
 def test_every_effect_states_what_it_is():
-    for name in EVERY:
-        one = effect(name)
-        assert one.name == name.partition(":")[0]
-        assert one.missing, name
-        assert one.separating, name
-        assert set(one.look_alikes) <= set(EFFECTS) - {one.name}, name
-        assert not one.parameters[0].shape, name
+    for one in ALL:
+        assert one.missing, one.label
+        assert one.separating, one.label
+        assert set(one.look_alikes) <= set(EFFECTS) - {one.name}, one.label
+        assert not one.parameters[0].shape, one.label
 
 
 @pytest.mark.parametrize("name", EVERY)
@@ -212,8 +130,8 @@ def test_every_effect_shows_and_more_shows_more(name, rig, trials, plain, emptie
 
 
 def test_a_search_may_reach_neutral_and_every_probe(rig):
-    for name in EVERY:
-        one = candidate(rig, effect(name))
+    for known in ALL:
+        name, one = known.label, candidate(rig, known)
         for parameter in one.parameters:
             neutral = one.neutral.get(parameter.name, parameter.start)
             assert parameter.low <= neutral <= parameter.high, name
@@ -222,29 +140,28 @@ def test_a_search_may_reach_neutral_and_every_probe(rig):
             for probe in one.probes:
                 assert parameter.low < probe.values[parameter.name] < parameter.high, name
         assert len({tuple(probe.values.values()) for probe in one.probes}) == len(one.probes), name
-        assert len({probe.size for probe in one.probes}) == len(effect(name).probes), name
+        assert len({probe.size for probe in one.probes}) == len(known.probes), name
 
 
 def test_a_search_begins_at_different_places_inside_the_range():
-    for name in EVERY:
-        for parameter in effect(name).parameters:
+    for one in ALL:
+        for parameter in one.parameters:
             begins = [*parameter.starts, *([parameter.typical] if parameter.shape else [])]
-            assert all(parameter.low <= begin <= parameter.high for begin in begins), name
-            assert len(set(begins)) == len(begins), name
+            assert all(parameter.low <= begin <= parameter.high for begin in begins), one.label
+            assert len(set(begins)) == len(begins), one.label
 
 
 def test_an_effect_with_a_threshold_acts_at_one_of_its_probes():
     """The first probe is small, and none is passed by: each is some three to five times the last,
     or the last that the range holds."""
-    for name in EVERY:
-        first, *others = effect(name).probes
-        if len(others) == 1:  # slower and faster than the trials, no threshold
+    for one in ALL:
+        if len(one.probes) == 2:  # slower and faster than the trials, no threshold
             continue
-        assert first <= 0.3, name
-        typical, high = effect(name).parameters[0].typical, effect(name).parameters[0].high
-        for last, probe in itertools.pairwise((first, *others)):
-            assert probe <= 5.0 * last, name
-            assert probe >= 3.0 * last or 3.0 * last * typical > high, name
+        assert one.probes[0] <= 0.3, one.label
+        size = one.parameters[0]
+        for last, probe in itertools.pairwise(one.probes):
+            assert probe <= 5.0 * last, one.label
+            assert probe >= 3.0 * last or 3.0 * last * size.typical > size.high, one.label
 
 
 def test_a_search_begins_from_every_combination_of_shapes_where_one_needs_the_other(rig):
@@ -322,13 +239,7 @@ def test_a_rig_that_states_no_hysteresis_has_none_and_is_searched_for_it(
 ):
     found, skipped = candidates(without_hysteresis, ["muscle_hysteresis"])
     assert not skipped
-    assert [one.effect.form for one in found] == [
-        "bouc_wen",
-        "free_shape",
-        "maxwell_slip",
-        "constant",
-        "asymmetric",
-    ]
+    assert [one.effect for one in found] == list(FORMS["muscle_hysteresis"])
     none = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
     for one, other in zip(runs(without_hysteresis, trials), runs(none, trials), strict=True):
         assert np.array_equal(one.angle, other.angle)

@@ -9,62 +9,58 @@ import numpy as np
 import pytest
 
 from pamsim.core.computation import Steps
-from pamsim.diagnosis.by_link.judge import gain_of_others
+from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
-from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.needed import Case, Needed
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
-from pamsim.diagnosis.by_link.rivals import rival_fits
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
     ARMLINK,
-    NUISANCE,
     STEPS,
     ToyChain,
+    fitter_of,
     tried,
 )
 
 (FRICTION,) = tried("viscous_friction")
 
 
-def judged(gain, left, before, error=0.0, named=False, others=0.0, uncounted=0.0, **more):
-    return Judged(
-        effect=FRICTION,
-        links=frozenset([ARMLINK]),
-        gain=gain,
-        before=before,
-        p_value=0.001,
-        rivals=(),
-        exact=False,
-        named=named,
-        left=left,
-        error=error,
-        others=others,
-        uncounted=uncounted,
-        **more,
-    )
+def judged(gain, left, before, **more):
+    fixed = {"effect": FRICTION, "links": frozenset([ARMLINK]), "p_value": 0.001, "rivals": ()}
+    found = {"exact": False, "named": False, **more}
+    return Judged(gain=gain, left=left, before=before, **fixed, **found)
 
 
 @pytest.mark.parametrize(
-    ("gain", "left", "before", "level"),
+    ("gain", "left", "before", "more", "level"),
     [
-        (9.0, 1.0, 10.0, "family"),  # alone: nine tenths of what it takes away and what is left
-        (8.9, 1.0, 9.9, ""),
-        (0.3, 0.1, 2.0, "family"),  # beside a larger effect, together with which it explains enough
-        (0.3, 0.1, 0.8, ""),
-        (0.15, 0.1, 2.0, ""),  # less than twice of what is left
+        (9.0, 1.0, 10.0, {}, "family"),  # nine tenths of what it takes away and what is left
+        (8.9, 1.0, 9.9, {}, ""),
+        # Beside a larger effect, together with which it explains enough.
+        (0.3, 0.1, 2.0, {}, "family"),
+        (0.3, 0.1, 0.8, {}, ""),
+        (0.15, 0.1, 2.0, {}, ""),  # less than twice of what is left
+        # As small as the error of another one's formula.
+        (0.3, 0.0, 9.3, {"error": 0.2}, "family"),
+        (0.3, 0.0, 9.3, {"error": 0.9}, ""),
+        # Next to nothing is left, but its formula is not exact.
+        (9.0, 0.01, 9.1, {"named": True}, "name"),
+        # In a series only what outweighs all others.
+        (0.5, 0.0, 1.0, {"others": 0.2}, "family"),
+        (0.3, 0.0, 1.0, {"others": 0.2}, ""),
+        # Beside what is left, though that be too little to count.
+        (0.09, 0.0, 0.1, {"uncounted": 0.04}, "family"),
+        (0.07, 0.0, 0.1, {"uncounted": 0.04}, ""),
+        # It takes away less than is left, whatever formula may take that.
+        (0.5, 0.0, 0.6, {"missed": 0.4}, "family"),
+        (0.5, 0.0, 0.6, {"missed": 0.6}, ""),
+        # At the end of a range it stands for another one.
+        (9.0, 0.0, 9.0, {"named": True, "exact": True}, "form"),
+        (9.0, 0.0, 9.0, {"named": True, "exact": True, "at_end": True}, ""),
     ],
 )
-def test_a_small_effect_beside_a_large_one_may_leave_as_much_as_that_ones_formula(
-    gain, left, before, level
-):
-    assert judged(gain, left, before).level() == level
-
-
-def test_an_effect_as_small_as_the_error_of_another_ones_formula_is_not_certain():
-    assert judged(0.3, 0.0, 9.3, error=0.2).level() == "family"
-    assert judged(0.3, 0.0, 9.3, error=0.9).level() == ""
+def test_a_name_is_certain_as_deep_as_what_is_left_allows(gain, left, before, more, level):
+    assert judged(gain, left, before, **more).level() == level
 
 
 def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
@@ -86,31 +82,6 @@ def test_effects_are_a_series_only_where_a_link_holds_four():
     assert gain_of_others(one, [one, *others, needed(4.0, ARMLINK), needed(8.0, AIR)]) == 7.0
 
 
-def test_a_name_is_certain_where_next_to_nothing_is_left_and_its_formula_is_not():
-    assert judged(9.0, 0.01, 9.1, named=True).level() == "name"
-
-
-def test_in_a_series_only_what_outweighs_all_others_is_certain():
-    assert judged(0.5, 0.0, 1.0, others=0.2).level() == "family"
-    assert judged(0.3, 0.0, 1.0, others=0.2).level() == ""
-
-
-def test_an_effect_is_not_certain_beside_what_is_left_though_that_be_too_little_to_count():
-    assert judged(0.09, 0.0, 0.1, uncounted=0.04).level() == "family"
-    assert judged(0.07, 0.0, 0.1, uncounted=0.04).level() == ""
-
-
-def test_an_effect_is_not_certain_that_takes_away_less_than_is_left_whatever_may_take_that():
-    assert judged(0.5, 0.0, 0.6, missed=0.4).level() == "family"
-    assert judged(0.5, 0.0, 0.6, missed=0.6).level() == ""
-
-
-def test_an_effect_at_the_end_of_a_range_stands_for_another_one():
-    exact = replace(judged(9.0, 0.0, 9.0, named=True), exact=True)
-    assert exact.level() == "form"
-    assert replace(exact, at_end=True).level() == ""
-
-
 @pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
 def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess, preferred):
     rival = Rival(
@@ -118,7 +89,6 @@ def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess,
         model=SimpleNamespace(criterion=10.0),
         excess=excess,
         p_value=0.5,
-        by_trial=np.array([excess]),
     )
     assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
 
@@ -158,7 +128,7 @@ def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
     delay, *others = effects
     slew = next(e for e in others if e.name == "valve_slew")
     chain = ToyChain(effects, slew.probes[0].values)
-    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    fitter = fitter_of(chain)
     known = signatures(fitter, fitter.stated, [(e, e.probes[0]) for e in effects])
     fitted = []
     steps = Steps(lambda done, most, what: fitted.append(what), 1)

@@ -20,7 +20,7 @@ LINK = Link((VALVES,))
 
 
 def size(value, low, high):
-    return Size(value=value, interval95=(low, high), by_parts=False)
+    return Size(value=value, interval95=(low, high))
 
 
 def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_that_by_link():

@@ -138,9 +138,13 @@ class ToyChain:
         return total
 
 
+def fitter_of(chain):
+    return LinkFitter(chain, NUISANCE, chain.units())
+
+
 def diagnosed(chain, effects):
     """Fitter, and what is found: name -> judged effect."""
-    fitter = LinkFitter(chain, NUISANCE, chain.units())
+    fitter = fitter_of(chain)
     searched = search(fitter, effects, steps=STEPS)
     model, found = judge(fitter, searched, HeldOut(fitter), steps=STEPS)
     return fitter, model, {one.effect.name: one for one in found}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pamsim.diagnosis.by_link.candidates_at_rest import candidates_at_rest
 from pamsim.diagnosis.published_rig import published_rig
+from pamsim.diagnosis.table_at_rest import candidates_at_rest
 
 RIG = published_rig()
 

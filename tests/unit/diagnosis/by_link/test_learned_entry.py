@@ -9,9 +9,8 @@ import pytest
 
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, Link
-from pamsim.diagnosis.by_link.learned_entry import learned_entries
+from pamsim.diagnosis.by_link.learned_entry import description, learned_entries
 from pamsim.diagnosis.by_link.learned_shape import Curve, LearnedShape
-from pamsim.diagnosis.by_link.shape_description import description
 
 AT = np.linspace(-0.6, 0.5, 60)
 NOISE = 2e-3 * np.random.default_rng(2).normal(size=AT.size)
@@ -33,30 +32,27 @@ CURVES = {
 @pytest.mark.parametrize("form", CURVES)
 def test_each_form_is_found_with_its_numbers(form):
     over, torque, numbers = CURVES[form]
-    found = description(over, AT, torque + NOISE)
-    assert found is not None
-    assert found.form == form
-    assert found.share >= 0.95
-    assert found.numbers == pytest.approx(numbers, rel=0.15)
+    assert description(over, AT, torque + NOISE) == (form, pytest.approx(numbers, rel=0.15))
 
 
 def test_a_stop_on_the_other_side_pushes_up():
-    found = description("position", AT, 1.2 * np.maximum(-0.2 - AT, 0.0))
-    assert found is not None
-    assert (found.form, found.numbers["side"]) == ("stop", -1.0)
-    assert found.numbers["stiffness"] == pytest.approx(1.2, rel=0.1)
+    form, numbers = description("position", AT, 1.2 * np.maximum(-0.2 - AT, 0.0))
+    assert (form, numbers["side"]) == ("stop", -1.0)
+    assert numbers["stiffness"] == pytest.approx(1.2, rel=0.1)
 
 
 def test_a_curve_that_no_form_follows_is_not_described():
     detent = (AT + 0.07) * np.exp(-0.5 * ((AT + 0.07) / 0.04) ** 2)
-    assert description("position", AT, detent) is None
-    assert description("speed", AT, np.cos(9.0 * AT)) is None
+    assert description("position", AT, detent) == ("", {})
+    assert description("speed", AT, np.cos(9.0 * AT)) == ("", {})
 
 
-def test_numbers_are_written_in_the_units_of_the_curve():
-    _, torque, _ = CURVES["stop"]
+def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words():
     shape = LearnedShape(
-        curves=(Curve(joint="shaft", over="position", at=AT, torque=torque),),
+        curves=tuple(
+            Curve(joint="shaft", over=over, at=AT, torque=torque)
+            for over, torque, _ in CURVES.values()
+        ),
         links=(Link(parts=(MUSCLE, JOINT)),),
         model=None,
         values={},
@@ -64,10 +60,14 @@ def test_numbers_are_written_in_the_units_of_the_curve():
         after=1.05,
         p_value=1e-4,
     )
-    (one,) = learned_entries(pamsim.load_rig("mas20_arm"), shape)
+    entries = {one.resembles: one for one in learned_entries(pamsim.load_rig("mas20_arm"), shape)}
+    assert set(entries) == set(CURVES)
+    assert all(one.words for one in entries.values())
+    one = entries["stop"]
     assert one.at == pytest.approx(np.degrees(AT))
     assert (one.at_unit, one.torque_unit) == ("deg", "N*m")
     assert one.numbers["begin"] == pytest.approx(math.degrees(0.14), rel=0.1)
     assert one.numbers["stiffness"] == pytest.approx(1.2 * math.pi / 180.0, rel=0.1)
     assert one.words.startswith("a stop from ")
+    assert entries["dry"].at_unit == "deg/s"
     assert learned_entries(pamsim.load_rig("mas20_arm"), None) == ()
