@@ -165,5 +165,5 @@ def diagnose_links(
         model=model,
         whole=None if whole is None else whole[1],
         shape=shape,
-        notes=evidence_notes(simulator.noise, units),
+        notes=evidence_notes(simulator.noise, units, alpha),
     )

@@ -150,8 +150,9 @@ def _size(rig: Rig | None, parameter: FreeParameter, known: Size) -> SizeEntry:
 
 def _left(found: LinkDiagnosis, links: Collection[Link]) -> float:
     """Share of the gap in some links that is left there."""
-    gap = sum(found.before[link] - 1.0 for link in links)
-    left = sum(max(found.remainders[link].excess, 0.0) for link in links)
+    own = [link for link in found.links if link in links]
+    gap = sum(found.before[link] - 1.0 for link in own)
+    left = sum(max(found.remainders[link].excess, 0.0) for link in own)
     return min(left / gap, 1.0) if gap > 0.0 else 0.0
 
 

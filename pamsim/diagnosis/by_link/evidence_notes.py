@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 from pamsim.comparison.link_noise import Output, OutputNoise
@@ -17,7 +18,9 @@ _KNOWN_BY = {
 }
 
 
-def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
+def evidence_notes(
+    noise: Mapping[Output, OutputNoise], units: Units, alpha: float
+) -> tuple[str, ...]:
     """How the noise was estimated, and what is judged, where it is not repeats and trials."""
     notes: list[str] = []
     for source, known in _KNOWN_BY.items():
@@ -36,4 +39,21 @@ def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[s
             "whether anything is left cannot be decided without repeats, so that names are certain"
             " to the family at most; record every input three times or more"
         )
+    elif _least(units) > alpha:
+        notes.append(
+            f"{len(units.judged.units)} held-out trials show what is left at p ="
+            f" {_least(units):.2g} at best, unless it is large: a gap that is small may be missed;"
+            " record more repeats"
+        )
     return tuple(notes)
+
+
+def _least(units: Units) -> float:
+    """Smallest p-value that the signs of held-out trials give to what repeats miss together.
+
+    Of repeats one sign is free, and of two tests each has half the level. A held-out trial that no
+    other repeats is judged beside a fitted one.
+    """
+    repeats = Counter(units.input(unit) for unit in units.judged.units).values()
+    free = sum(repeats) - len(repeats) if max(repeats) > 1 else len(repeats)
+    return 2.0 * 0.5**free

@@ -172,7 +172,9 @@ def _judged(
 ) -> Judged:
     shares = shares_by_link(case.fitter, case.searched.known, one.effect.name)
     of_link = dict(zip(case.fitter.simulator.links, shares.tolist(), strict=True))
-    weights = np.array([of_link[link] for link in one.links])
+    # In their order, not a set's, which changes from run to run: so do the last bits of sums.
+    links = [link for link in case.fitter.simulator.links if link in one.links]
+    weights = np.array([of_link[link] for link in links])
     missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
     small = {link: remainder.uncounted(case.alpha) for link, remainder in left.items()}
     # As the gain, which is the mean over these links of what is weighted so.
@@ -180,8 +182,7 @@ def _judged(
     beside = [other for other in needed if other is not one and other.links & one.links]
     inexact = [other.found.gain for other in beside if other.leaves_more(left, case.alpha)]
     all_missed, not_taken, uncounted = (
-        scale * float(weights @ [of[link] for link in one.links])
-        for of in (missed, unexplained, small)
+        scale * float(weights @ [of[link] for link in links]) for of in (missed, unexplained, small)
     )
     return Judged(
         effect=one.effect,
@@ -219,7 +220,7 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
             if rest is None:
                 continue
             links = case.seen_in(effect)
-            before = float(np.mean([case.before[link] for link in links]))
+            before = float(np.mean([size for link, size in case.before.items() if link in links]))
             one = Needed(effect, links, rest, before, unseen.better(model, rest, links))
             there = one.found.p_value <= case.alpha and one.found.gain > 0.0
             (needed if there else idle).append(one)

@@ -250,7 +250,7 @@ def _promised(
 
 def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:
     losses = unseen.losses(model)
-    return float(np.mean([np.mean(losses[link]) for link in links if link in losses]))
+    return float(np.mean([np.mean(loss) for link, loss in losses.items() if link in links]))
 
 
 def _places(rig: Rig, trials: Sequence[Trial]) -> list[_Place]:

@@ -6,7 +6,7 @@ and the input is chosen at which the best fit of one lies farthest from the othe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def next_experiment(
     if tied is not None:
         return _between(rig, found, *tied, noise, threads)
     left = [link for link in found.links if found.unexplained[link].counts(ALPHA)]
-    return NextExperiment(advice=_divided(left[0])) if left else None
+    return NextExperiment(advice=_divided(left[0], found.links)) if left else None
 
 
 def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
@@ -68,9 +68,10 @@ def _tied(found: LinkDiagnosis) -> Iterator[tuple[Judged, Rival]]:
                 yield one, rival
 
 
-def _divided(link: Link) -> str:
+def _divided(link: Link, links: Collection[Link]) -> str:
     """How a link in which something is left is divided further, or shown better."""
-    if MUSCLE in link.parts and JOINT in link.parts:
+    divided = any(set(other.parts) < set(link.parts) for other in links)
+    if MUSCLE in link.parts and JOINT in link.parts and not divided:
         signal = "pressures" if VALVES in link.parts else "muscles' forces"
         return f"measure the {signal}, too: they divide {link.name}, in which something is left"
     return (

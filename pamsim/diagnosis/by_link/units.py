@@ -234,8 +234,8 @@ def parts_of_trials(
         raise InputError(
             f"{len(sizes)} trials of {sum(sizes.values())} samples give"
             f" {len(units.judged.units)} parts to judge by, {gap} samples apart as their noise"
-            f" remembers: {fewest} are needed; record every input twice or more, or four times as"
-            " long"
+            f" remembers: {fewest} are needed; record more inputs or more repeats, or four times"
+            " as long"
         )
     return units
 

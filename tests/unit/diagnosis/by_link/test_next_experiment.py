@@ -72,3 +72,10 @@ def test_what_is_left_is_divided_by_another_signal():
     assert forces.protocol is None
     assert forces.advice.startswith("measure the muscles' forces")
     assert next_experiment(ARM, found(left=[AIR]), NOISE).advice.startswith("record valves and air")
+
+
+def test_forces_that_are_measured_are_not_asked_for():
+    one = found(left=[REST])
+    one.links = (AIR, REST, Link((MUSCLE,)))
+    one.unexplained[one.links[-1]] = one.unexplained[AIR]
+    assert next_experiment(ARM, one, NOISE).advice.startswith("record muscle and joint")

@@ -1,0 +1,48 @@
+"""What few trials can show is said beside the result."""
+
+from __future__ import annotations
+
+import itertools
+from types import SimpleNamespace
+
+import pytest
+
+from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
+
+
+def judged(*repeats):
+    """So many held-out trials of each input."""
+    units = [f"{i}_{k}" for i, count in enumerate(repeats) for k in range(count)]
+    return SimpleNamespace(
+        judged=SimpleNamespace(units=units),
+        input=lambda unit: unit[0],
+        in_parts=False,
+        varies=False,
+    )
+
+
+def share_of_signs(*repeats):
+    """Share of all signs of trials under which no product of two repeats changes its sign."""
+    every = itertools.product((-1, 1), repeat=sum(repeats))
+    ends = list(itertools.accumulate(repeats))
+    own = [slice(end - count, end) for end, count in zip(ends, repeats, strict=True)]
+    alike = [all(len(set(signs[rows])) == 1 for rows in own) for signs in every]
+    return sum(alike) / len(alike)
+
+
+@pytest.mark.parametrize("repeats", [(5,), (3, 3), (4, 2), (2, 2, 2)])
+def test_the_smallest_p_value_is_that_of_all_signs(repeats):
+    (note,) = evidence_notes({}, judged(*repeats), 0.05)
+    said = float(note.partition("p = ")[2].split()[0])
+    assert said == pytest.approx(2.0 * share_of_signs(*repeats), rel=0.05)  # two tests, two digits
+
+
+def test_enough_trials_need_no_note():
+    assert evidence_notes({}, judged(3, 3, 3, 3), 0.05) == ()
+    # Each beside a fitted one.
+    assert evidence_notes({}, judged(1, 1, 1, 1, 1, 1), 0.05) == ()
+    (note,) = evidence_notes({}, judged(1, 1, 1, 1, 1), 0.05)
+    assert "5 held-out trials" in note
+    assert float(note.partition("p = ")[2].split()[0]) == pytest.approx(
+        2.0 * share_of_signs(2, 2, 2, 2, 2), rel=0.02
+    )
