@@ -253,7 +253,14 @@ def pairs_of_effects(
             if p.effect.name != one.effect.name and case.seen_in(p.effect) & one.links
         ]
         found += best_fits(
-            case.fitter, rival, others, case.searched.known, most=1, forms=1, steps=case.steps
+            case.fitter,
+            rival,
+            others,
+            case.searched.known,
+            most=1,
+            forms=1,
+            links=one.links,
+            steps=case.steps,
         )
     return found
 

@@ -176,13 +176,20 @@ class LinkFitter:
     def everywhere(self, model: LinkModel) -> LinkModel:
         """A model with the residual of all links, those included that no fit of it has simulated.
 
-        Effects of the muscle change pressures along an imposed motion a little.
+        Effects of the muscle change pressures along an imposed motion a little. Where a nuisance
+        parameter has stood in for one, the link gets worse with both, by more than the scatter of
+        a sum of squares: the link's own parameters are fitted again.
         """
         links = frozenset(self.simulator.links)
         (residual,) = self.simulate([model.values], [links], model)
         if residual is None:
             return model
-        return replace(model, residual=residual, rows=self.whiten(residual))
+        whole = replace(model, residual=residual, rows=self.whiten(residual))
+        rise = self.by_link(whole.rows**2) - self.by_link(model.rows**2)
+        for worse in np.flatnonzero(rise > np.sqrt(2.0 * self.counts)):
+            link = self.simulator.links[int(worse)]
+            whole = self.fit(whole, whole.effects, {}, {link}) or whole
+        return whole
 
     def seen_in(self, model: LinkModel, name: str) -> frozenset[Link]:
         """Links that hold more than a little of what a parameter of an effect changes."""
