@@ -1,4 +1,4 @@
-"""What few trials can show is said beside the result."""
+"""What few trials can show is printed beside the result."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ def share_of_signs(*repeats):
     every = itertools.product((-1, 1), repeat=sum(repeats))
     ends = list(itertools.accumulate(repeats))
     own = [slice(end - count, end) for end, count in zip(ends, repeats, strict=True)]
-    alike = [all(len(set(signs[rows])) == 1 for rows in own) for signs in every]
-    return sum(alike) / len(alike)
+    unchanged = [all(len(set(signs[rows])) == 1 for rows in own) for signs in every]
+    return sum(unchanged) / len(unchanged)
 
 
 @pytest.mark.parametrize("repeats", [(5,), (3, 3), (4, 2), (2, 2, 2)])
 def test_the_smallest_p_value_is_that_of_all_signs(repeats):
     (note,) = evidence_notes({}, judged(*repeats), 0.05)
-    said = float(note.partition("p = ")[2].split()[0])
-    assert said == pytest.approx(2.0 * share_of_signs(*repeats), rel=0.05)  # two tests, two digits
+    printed = float(note.partition("p = ")[2].split()[0])
+    assert printed == pytest.approx(
+        2.0 * share_of_signs(*repeats), rel=0.05
+    )  # two tests, two digits
 
 
 def test_enough_trials_need_no_note():
