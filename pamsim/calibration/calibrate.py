@@ -12,7 +12,7 @@ import numpy as np
 
 from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.calibration.result import Calibration, write_calibrated_rig
-from pamsim.comparison.compared_signal import Comparison
+from pamsim.comparison.compared_signal import Comparison, comparisons_of
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import (
     Bounds,
@@ -264,20 +264,8 @@ def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> l
     both = problem.predictions(pair) if problem.predictor.experiments else (None, None)
     found: list[Comparison] = []
     for trial in problem.data.trials:
-        for channel in problem.predictor.compared(trial):
-            before, after = (None if p is None else p.trials[trial.name][channel] for p in both)
-            found.append(
-                Comparison(
-                    trial=trial.name,
-                    protocol=trial.protocol,
-                    channel=channel,
-                    held_out=held,
-                    time=trial.time,
-                    measured=trial.measured[channel],
-                    before=before,
-                    after=after,
-                )
-            )
+        ends = (None if p is None else p.trials[trial.name] for p in both)
+        found += comparisons_of(trial, problem.predictor.compared(trial), *ends, held_out=held)
     for table in problem.data.tables:
         before, after = (None if p is None else p.tables[table.name] for p in both)
         found.append(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.static_table import StaticTable
+from pamsim.recordings.trial import Trial
 
 
 def shown_unit(channel: str) -> tuple[str, float]:
@@ -77,3 +79,27 @@ class Comparison:
                 for i, row in enumerate(self.table.rows)
             ]
         return entry
+
+
+def comparisons_of(
+    trial: Trial,
+    channels: Iterable[str],
+    before: Mapping[str, FloatArray] | None,
+    after: Mapping[str, FloatArray] | None,
+    *,
+    held_out: bool,
+) -> list[Comparison]:
+    """Some channels of a trial beside simulations [SI], None of a run that broke down."""
+    return [
+        Comparison(
+            trial=trial.name,
+            protocol=trial.protocol,
+            channel=channel,
+            held_out=held_out,
+            time=trial.time,
+            measured=trial.measured[channel],
+            before=None if before is None else before.get(channel),
+            after=None if after is None else after.get(channel),
+        )
+        for channel in channels
+    ]

@@ -31,7 +31,7 @@ from pamsim.comparison.chain_runs import link_residuals
 from pamsim.comparison.link_inputs import sample_noise
 from pamsim.comparison.links import Link, Runs, joined_runs
 from pamsim.comparison.noise_floor import FloorRoute, settled_holds
-from pamsim.comparison.repeats import periods, repeats
+from pamsim.comparison.repeats import Repeats, periods, repeats
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import noise_from_repeats
@@ -96,32 +96,38 @@ def link_noise(
         names = [t.name for t in trials if (link, t.name, channel) in exact]
         own = {name: exact[link, name, channel] for name in names}
         logs = [(trial, own[trial.name]) for trial in trials if trial.name in own]
-        protocols = [
-            np.stack([own[trial.name] for trial in group.trials])
-            for group in groups
-            if len(group.trials) > 1 and all(trial.name in own for trial in group.trials)
-        ]
-        if protocols:
-            one = OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.REPEATS)
-        else:
-            one = _by_periods(logs) or _by_holds(logs)
+        repeated = _by_repeats(groups, own)
+        one = repeated or _by_periods(logs) or _by_holds(logs)
         if one is None or stated:
             read_again = read_again or _read_again(rig, trials, exact, divided, threads)
             drawn = [
                 read_again[link, n, channel] for n in names if (link, n, channel) in read_again
             ]
             again = fit_ar_noise(drawn)
-            if one is None:
-                one = OutputNoise(noise=again, source=unrepeated)
-            elif again.standard_deviation > one.noise.standard_deviation:
-                repeated = one.source is FloorRoute.REPEATS
-                one = OutputNoise(noise=again, source=one.source if repeated else unrepeated)
+            if one is None or again.standard_deviation > one.noise.standard_deviation:
+                one = OutputNoise(
+                    noise=again, source=FloorRoute.REPEATS if repeated else unrepeated
+                )
         # A reading that does not change while a command is held has the noise of its rounding.
         least = float(np.mean([sample_noise(trial.measured[channel]) for trial, _ in logs]))
-        if one.source is not FloorRoute.REPEATS and one.noise.standard_deviation < least:
+        if repeated is None and one.noise.standard_deviation < least:
             one = replace(one, noise=ArNoise((), least**2))
         found[link, channel] = one
     return found
+
+
+def _by_repeats(
+    groups: Sequence[Repeats], residuals: Mapping[str, FloatArray]
+) -> OutputNoise | None:
+    """Noise by what trials of one input differ by; None without such trials."""
+    protocols = [
+        np.stack([residuals[trial.name] for trial in group.trials])
+        for group in groups
+        if len(group.trials) > 1 and all(trial.name in residuals for trial in group.trials)
+    ]
+    if not protocols:
+        return None
+    return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.REPEATS)
 
 
 def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:

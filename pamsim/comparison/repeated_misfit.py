@@ -17,7 +17,7 @@ Two tests are made, each at half the level:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -96,6 +96,14 @@ def shared_p_values(outputs: Sequence[Sequence[RepeatedMisfit]], *, seed: int = 
         )
         for flipped, own in zip(drawn, outputs, strict=True)
     ]
+
+
+def smallest_p_value(repeats: Iterable[int]) -> float:
+    """Smallest p-value that signs give, of so many repeats of each protocol.
+
+    The sign of one repeat of each is free, and of two tests each has half the level.
+    """
+    return 2.0 * 0.5 ** sum(count - 1 for count in repeats)
 
 
 def _under_signs(

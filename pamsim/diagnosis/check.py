@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.comparison.chain_runs import most_runs
-from pamsim.comparison.compared_signal import Comparison
+from pamsim.comparison.compared_signal import Comparison, comparisons_of
 from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.free_parameters import freed_parameters
@@ -240,18 +240,15 @@ def check(
             "simulated_seconds": of_each.seconds,
         },
         comparisons=tuple(
-            Comparison(
-                trial=trial.name,
-                protocol=trial.protocol,
-                channel=channel,
-                held_out=trial.name in held_out,
-                time=trial.time,
-                measured=values,
-                before=prediction.trials[trial.name].get(channel),
-                after=None,
-            )
+            one
             for trial in beside.trials
-            for channel, values in trial.measured.items()
+            for one in comparisons_of(
+                trial,
+                trial.measured,
+                prediction.trials[trial.name],
+                None,
+                held_out=trial.name in held_out,
+            )
         ),
     )
 

@@ -41,10 +41,15 @@ class StatedNoise:
 
     def drawn(self, count: int, interval: float, rng: np.random.Generator) -> FloatArray:
         """Noise of ``count`` samples (count,) [SI], an interval [s] apart."""
-        kept = math.exp(-2.0 * math.pi * self.cutoff * interval)  # from sample to sample
-        new = self.rms * math.sqrt(1.0 - kept**2) * rng.standard_normal(count)
-        before = kept * self.rms * rng.standard_normal(1)
-        return np.asarray(_lfilter([1.0], [1.0, -kept], new, zi=before)[0], dtype=np.float64)
+        kept = math.exp(-2.0 * math.pi * self.cutoff * interval)
+        return self.rms * drifting_noise(rng, (count,), kept)
+
+
+def drifting_noise(rng: np.random.Generator, shape: tuple[int, ...], kept: float) -> FloatArray:
+    """Noise of unit variance along the first axis, of which a share is kept to the next sample."""
+    drive = rng.standard_normal(shape)
+    drive[0] /= np.sqrt(1.0 - kept**2)  # the noise is stationary from the first sample on
+    return np.asarray(_lfilter([np.sqrt(1.0 - kept**2)], [1.0, -kept], drive, axis=0))
 
 
 def stated_noise(table: object, channels: Iterable[str], where: str) -> dict[str, StatedNoise]:

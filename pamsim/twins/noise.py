@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.physics.record import has_parameter
 from pamsim.recordings.recording import Recording
+from pamsim.recordings.stated_noise import drifting_noise
 
 ANGLE_NOISE, PRESSURE_NOISE, FORCE_NOISE = 0.05 / DEG_PER_RAD, 400.0, 1.5
 """Standard deviations of sensor noise [rad, Pa, N]: an encoder of 2500 increments, transducers of
@@ -86,8 +85,5 @@ def _unit_noise(
     white = rng.standard_normal(shape)
     if not coloured:
         return white
-    keep = np.exp(-1.0 / (rate * DRIFT))
-    drive = rng.standard_normal(shape)
-    drive[0] /= np.sqrt(1.0 - keep**2)  # the drift is stationary from the first sample on
-    drift: Any = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], drive, axis=0)
-    return np.asarray(np.sqrt(0.5) * (white + drift))
+    drift = drifting_noise(rng, shape, float(np.exp(-1.0 / (rate * DRIFT))))
+    return np.sqrt(0.5) * (white + drift)

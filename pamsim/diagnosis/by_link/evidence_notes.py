@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from pamsim.comparison.link_noise import Output, OutputNoise
 from pamsim.comparison.noise_floor import FloorRoute
+from pamsim.comparison.repeated_misfit import smallest_p_value
 from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
 from pamsim.diagnosis.by_link.units import Units
 
@@ -39,21 +40,13 @@ def evidence_notes(
             "whether anything is left cannot be decided without repeats, so that names are certain"
             " to the family at most; record every input three times or more"
         )
-    elif _least(units) > alpha:
-        notes.append(
-            f"{len(units.judged.units)} held-out trials show what is left at p ="
-            f" {_least(units):.2g} at best, unless it is large: a gap that is small may be missed;"
-            " record more repeats"
-        )
-    return tuple(notes)
-
-
-def _least(units: Units) -> float:
-    """Smallest p-value that the signs of held-out trials give to what repeats miss together.
-
-    Of repeats one sign is free, and of two tests each has half the level. A held-out trial that no
-    other repeats is judged beside a fitted one.
-    """
+        return tuple(notes)
     repeats = Counter(units.input(unit) for unit in units.judged.units).values()
-    free = sum(repeats) - len(repeats) if max(repeats) > 1 else len(repeats)
-    return 2.0 * 0.5**free
+    # A held-out trial that no other repeats is judged beside a fitted one.
+    least = smallest_p_value(repeats if max(repeats) > 1 else [2] * len(repeats))
+    if least <= alpha:
+        return ()
+    return (
+        f"{len(units.judged.units)} held-out trials show what is left at p = {least:.2g} at"
+        " best, unless it is large: a gap that is small may be missed; record more repeats",
+    )

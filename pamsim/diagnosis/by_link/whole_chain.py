@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.comparison.compared_signal import Comparison, comparisons_of, shown_unit
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
@@ -75,18 +75,15 @@ def whole_chain(
     rigs = [rig, _with(rig, before), None if after is None else _with(rig, after)]
     stated, base, repaired = predictor.predictions(rigs)
     comparisons = tuple(
-        Comparison(
-            trial=trial.name,
-            protocol=trial.protocol,
-            channel=channel,
-            held_out=trial.name in held_out,
-            time=trial.time,
-            measured=trial.measured[channel],
-            before=None if base is None else base.trials[trial.name][channel],
-            after=None if repaired is None else repaired.trials[trial.name][channel],
-        )
+        one
         for trial in data.trials
-        for channel in predictor.compared(trial)
+        for one in comparisons_of(
+            trial,
+            predictor.compared(trial),
+            None if base is None else base.trials[trial.name],
+            None if repaired is None else repaired.trials[trial.name],
+            held_out=trial.name in held_out,
+        )
     )
     known = next((one for one in (stated, base, repaired) if one is not None), None)
     return WholeChain(
