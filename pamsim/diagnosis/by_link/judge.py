@@ -109,7 +109,8 @@ def judge(
             fits = rival_fits(case, model, one, left)
             rivals = [compared(case, fit, model, one) for fit in fits]
             pairs = [
-                compared(case, fit, model, one) for fit in pairs_of_effects(case, fits, one, left)
+                compared(case, fit, model, one)
+                for fit in pairs_of_effects(case, model, fits, one, left)
             ]
             preferred = [
                 rival.model
@@ -236,9 +237,13 @@ def compared(case: Case, fit: LinkModel, model: LinkModel, one: Needed) -> Rival
 
 
 def pairs_of_effects(
-    case: Case, rivals: Collection[LinkModel], one: Needed, left: Mapping[Link, Remainder]
+    case: Case,
+    model: LinkModel,
+    rivals: Collection[LinkModel],
+    one: Needed,
+    left: Mapping[Link, Remainder],
 ) -> list[LinkModel]:
-    """Rivals with the further effect that promises most beside them.
+    """Rivals with the further effect that promises most beside them, if they may fit as well.
 
     None where an effect leaves noise alone, and of rows that are too few to hold some out.
     """
@@ -259,6 +264,7 @@ def pairs_of_effects(
             case.searched.known,
             most=1,
             forms=1,
+            least=CONTENDS * (rival.cost - model.cost),
             links=one.links,
             steps=case.steps,
         )
@@ -268,7 +274,7 @@ def pairs_of_effects(
 def rival_fits(
     case: Case, model: LinkModel, one: Needed, left: Mapping[Link, Remainder]
 ) -> list[LinkModel]:
-    """Fits with another effect in the place of one: the best forms, nearest kinds first.
+    """Fits with another effect in the place of one, in its best form: nearest kinds first.
 
     Where an effect leaves more than noise its whole family is fitted, in all forms: promises are
     of first order, and that of a form which fits far from the rig as it is may be small.
@@ -290,7 +296,7 @@ def rival_fits(
     kinds = (
         ([p for p in others if p.effect.name == effect.name], 1, many, enough),
         ([p for p in family if p.effect.name != effect.name], many, many, enough),
-        ([p for p in others if p.effect.family != effect.family], _RIVALS, 1, least),
+        ([p for p in others if p.effect.family != effect.family], _RIVALS, len(others), least),
     )
     return [
         fit

@@ -61,7 +61,7 @@ class Searched:
     Attributes:
         base: the rig with its nuisance parameters fitted.
         model: with all effects that were found, in the order in which they were.
-        known: signatures about the rig as it is.
+        known: signatures about the rig as it is, and about this base where it is much better.
     """
 
     base: LinkModel
@@ -77,14 +77,21 @@ def search(
     steps: Steps,
 ) -> Searched:
     """Find the effects that a rig is missing, among candidates in all of their forms."""
-    known = _screened(fitter, candidates, material)
+    known = _screened(fitter, fitter.stated, candidates, material)
     base = fitter.stated
     for link in fitter.simulator.links:
         base = fitter.fit(base, (), {}, {link}) or base
+    # Where a nuisance parameter stands in for an effect, what this would do beside it is not seen
+    # about the rig as it is.
+    again = _seen_where_better(fitter, base, candidates, known, material)
+    about_base = _screened(fitter, base, again, material, known)
+    known = known + about_base
     model, now, all_forms = fitter.stated, known, False
     while len(model.effects) < _ROUNDS:
-        left, found = promises(model, now, forms_of(fitter, model, known))
-        worth = [p for p in found if _is_worth(fitter, p, left, material)]
+        left, worth = _worth_fitting(fitter, model, now, known, material)
+        if not model.effects:
+            left, beside_base = _worth_fitting(fitter, base, about_base, known, material)
+            worth = sorted([*worth, *beside_base], key=lambda promise: -promise.gain)
         more_left = np.any(fitter.by_link(left**2) >= (1.0 + LEAST) * fitter.counts)
         if not worth and not all_forms and more_left:
             # An effect's usual form at its first size may look like nothing: a ripple with another
@@ -203,15 +210,18 @@ def in_best_forms(
 
 
 def _screened(
-    fitter: LinkFitter, candidates: Sequence[Candidate], material: float
+    fitter: LinkFitter,
+    about: LinkModel,
+    candidates: Sequence[Candidate],
+    material: float,
+    known: Sequence[Signature] = (),
 ) -> list[Signature]:
-    """Signatures about the rig as it is: of every effect, and of all forms of what promises."""
-    stated = fitter.stated
+    """Signatures about a model: of every effect, and of all unknown forms of what promises."""
     usual = [effect for effect in candidates if effect.usual]
-    known = signatures(fitter, stated, [(effect, first_probe(effect)) for effect in usual])
-    left, found = promises(stated, known)
+    first = signatures(fitter, about, [(effect, first_probe(effect)) for effect in usual])
+    left, found = promises(about, first)
     largest: dict[Link, float] = {}
-    seen = {p.effect.name: seen_in(fitter, known, p.effect.name) for p in found}
+    seen = {p.effect.name: seen_in(fitter, first, p.effect.name) for p in found}
     for promise in found:
         for link in seen[promise.effect.name]:
             largest[link] = max(largest.get(link, 0.0), promise.gain)
@@ -222,7 +232,20 @@ def _screened(
         and np.any(_falls(fitter, p, left) >= CONTENDS * (material * fitter.counts))
     }
     more = [effect for effect in candidates if effect.name in wide]
-    return known + signatures(fitter, stated, _untried(more, known))
+    return first + signatures(fitter, about, _untried(more, [*known, *first]))
+
+
+def _seen_where_better(
+    fitter: LinkFitter,
+    base: LinkModel,
+    candidates: Sequence[Candidate],
+    known: Sequence[Signature],
+    material: float,
+) -> list[Candidate]:
+    """Effects seen in links that the nuisance parameters alone make materially better."""
+    falls = fitter.by_link(fitter.stated.rows**2 - base.rows**2) >= material * fitter.counts
+    better = {link for link, fell in zip(fitter.simulator.links, falls, strict=True) if fell}
+    return [effect for effect in candidates if seen_in(fitter, known, effect.name) & better]
 
 
 def _untried(
@@ -249,11 +272,18 @@ def _about(
     return [s for s in now if s.effect.label not in again] + fresh
 
 
-def _is_worth(fitter: LinkFitter, promise: Promise, left: FloatArray, material: float) -> bool:
-    """Whether an effect is fitted."""
+def _worth_fitting(
+    fitter: LinkFitter,
+    model: LinkModel,
+    now: Sequence[Signature],
+    known: Sequence[Signature],
+    material: float,
+) -> tuple[FloatArray, list[Promise]]:
+    """Rows (f,) that neither a model nor other forms take away, and promises that are fitted."""
+    left, found = promises(model, now, forms_of(fitter, model, known))
     unknown = fitter.by_link(left**2) - fitter.counts
-    falls = _falls(fitter, promise, left)
-    return bool(np.any(falls >= np.maximum(material * fitter.counts, _OF_LEFT * unknown)))
+    least = np.maximum(material * fitter.counts, _OF_LEFT * unknown)
+    return left, [p for p in found if np.any(_falls(fitter, p, left) >= least)]
 
 
 def _falls(fitter: LinkFitter, promise: Promise, left: FloatArray) -> FloatArray:

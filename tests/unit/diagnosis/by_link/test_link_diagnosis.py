@@ -101,6 +101,21 @@ def test_all_forms_are_known_where_more_is_left_than_the_usual_ones_take_away():
         assert ("line_lag:limited_rate" in known) == (bent > 0.0)
 
 
+def test_an_effect_is_found_that_a_nuisance_parameter_stands_in_for_at_first_order():
+    class Curved(ToyChain):
+        """The force's scale acts as the stiffness does, until it is far from what is stated."""
+
+        def _change(self, values):
+            far = max(abs(values.get("force.scale in muscle and joint", 1.0) - 1.0) - 0.1, 0.0)
+            return super()._change(values) + far * self._shape("another", ARMLINK)
+
+    planted = {"passive.stiffness": 1.5 * STIFFNESS}
+    chain = Curved(EFFECTS, planted, same={"passive.stiffness": "force.scale"})
+    _, model, found = diagnosed(chain, EFFECTS)
+    assert found["passive_stiffness"].level() in ("name", "form")
+    assert model.values["passive.stiffness"] == pytest.approx(1.5 * STIFFNESS, rel=0.05)
+
+
 def test_a_fit_in_one_link_leaves_no_rows_of_another_behind():
     lag, stiffness = tried("pressure_lag", "passive_stiffness:softening")
     planted = {"sensor.pressure_lag": 8e-3, "passive.stiffness": STIFFNESS}
