@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.inference.model_comparison import DRAWN
+from pamsim.inference.permutation import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.link_figure import learned_curves, link_bars
 from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
@@ -202,9 +203,10 @@ def _filmed(comparisons: Sequence[Comparison], shown: Sequence[str]) -> str:
 
 
 def _least_p_value(result: Mapping[str, Any]) -> float:
-    """Smallest p-value that flips of the signs of so many held-out units can give."""
+    """Smallest p-value: of flips of so many units' signs, and at rest of orders of the rows."""
     held_out = len(result["run"]["held_out"]) if result["run"] else math.inf
-    return max(0.5**held_out, 1.0 / (DRAWN + 1))
+    at_rest = result["rows"] or result["branches"]
+    return max(0.5**held_out, 1.0 / ((ORDERS if at_rest else DRAWN) + 1))
 
 
 def _grouped(names: Sequence[str]) -> str:

@@ -12,7 +12,6 @@ from typing import Any
 
 NONE = "–"
 _SMALLEST_P = 1e-4  # below it the digits of a permutation test mean nothing
-_ROUNDING = 1e-9  # of a p-value that passed through a JSON file
 _FEWEST_DIGITS = 3  # of a fitted number; those of a wide interval would hide how wide it is
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -99,8 +98,9 @@ def p_value(value: Any, least: float = 0.0) -> str:
     number = number_or_none(value)
     if number is not None and number < _SMALLEST_P:
         return f"< {_SMALLEST_P:.4f}"
-    at_least = number is not None and number <= max(least, _SMALLEST_P) * (1.0 + _ROUNDING)
-    return f"≤ {significant(number, 2)}" if at_least else significant(number, 2)
+    floors = (least, _SMALLEST_P)
+    bound = number is not None and any(math.isclose(number, one, rel_tol=1e-9) for one in floors)
+    return f"≤ {significant(number, 2)}" if bound else significant(number, 2)
 
 
 def p_is(value: Any, least: float = 0.0) -> str:

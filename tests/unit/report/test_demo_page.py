@@ -85,6 +85,7 @@ def test_every_verdict_says_what_it_supports(verdict, tmp_path):
 def test_a_p_value_at_the_least_that_can_be_is_a_bound():
     assert p_is(2.0**-10, 2.0**-10) == "p ≤ 0.00098"
     assert p_value(2.0**-9, 2.0**-10) == "0.0020"
+    assert p_value(0.01, 0.5) == "0.010"  # more units than trials: parts of them
     assert p_is(1e-4) == "p ≤ 0.00010"
     assert p_is(0.0) == "p < 0.0001"
 
