@@ -8,13 +8,15 @@ from pathlib import Path
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
+from pamsim.cli.command import Command, answer, warn
 from pamsim.cli.diagnose import show
 from pamsim.cli.main import FINDING, OK
 from pamsim.cli.output import progress_bar
 
+_RIG = "mas20_arm"
 _SIZE = 0.3
 _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats": 5}
+_PICTURE = 768, 480  # width and height [px]: twice what the page shows, for sharp screens
 
 
 @click.command(name="demo", cls=Command)
@@ -24,7 +26,7 @@ _TRIALS = {"protocols": ("triangle", "loaded_steps"), "duration": 2.0, "repeats"
 @click.option("--size", type=float, default=_SIZE, help="In typical sizes.")
 @options.seed("Random seed of noise and search.")
 @options.out("Folder for recording, page and repaired rig.", default="pamsim_demo")
-@options.film
+@click.option("--film/--no-film", default=True, help="Film the trial with the largest gap.")
 @click.option("--open/--no-open", "opened", default=None, help="Show the page in a browser.")
 def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: bool | None) -> int:
     """Hide EFFECT in recordings of the MAS-20 arm, find it, and open the page about it.
@@ -37,28 +39,42 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     import pamsim
     from pamsim.effects.catalog import effect as look_up
     from pamsim.engine.parameters import rig_parameter
+    from pamsim.report.link_page import Hidden
 
-    rig = pamsim.load_rig("mas20_arm")
+    rig = pamsim.load_rig(_RIG)
     found = look_up(effect)
     tried = [found.name, *(n for n in found.look_alikes if look_up(n).in_trials)]
     click.echo(f"hiding {found.name} in 20 trials of the arm; compiles for a minute the first time")
-    hidden = pamsim.hide(rig, {effect: size}, seed=seed, **_TRIALS)
-    hidden.save(out / "recording")
+    recorded = pamsim.hide(rig, {effect: size}, seed=seed, **_TRIALS)
+    recorded.save(out / "recording")
     with progress_bar("fit") as progress:
         report = pamsim.diagnose(out / "recording", effects=tried, seed=seed, progress=progress)
-    right = {one.name for one in report.effects} == {found.name}
-    true = ", ".join(
-        f"{name} = {value:g} {rig_parameter(rig, name).spec.unit}"
-        for name, value in hidden.hidden.items()
+    hidden = Hidden(
+        effect=found.name,
+        missing=found.missing,
+        parameters={
+            name: (value, rig_parameter(rig, name).spec.unit)
+            for name, value in recorded.hidden.items()
+        },
+        tried=tried,
+        picture=_pictured(out / "arm.jpg") if film else None,
     )
-    ending = "found" if right else "not named by itself"
-    lead = (
-        f"Hidden in synthetic recordings with noise: {found.missing} ({found.name}, {true})."
-        f" The diagnosis got the model without it, and {len(tried)} effects to try that look like"
-        f" each other. It was {ending}."
-    )
-    show(report, out, None, film=out / "recording" if film else None, lead=lead)
-    answer(f"hidden was {found.name}, {true}: {ending}")
+    right = hidden.named_in(report.to_dict())
+    show(report, out, None, film=out / "recording" if film else None, hidden=hidden)
+    answer(f"hidden was {found.name}, {hidden.size()}: {'' if right else 'not '}named by itself")
     if opened if opened is not None else sys.stdout.isatty():
         click.launch(str((out / "index.html").resolve()))
     return OK if right else FINDING
+
+
+def _pictured(path: Path) -> Path | None:
+    """A picture of the rig; the page stands if it cannot be drawn."""
+    from pamsim.core.errors import PamsimError
+    from pamsim.scene.picture import picture_rest
+
+    try:
+        picture_rest(path, rig=_RIG, size=_PICTURE)
+    except PamsimError as error:
+        warn(f"no picture: {error}")
+        return None
+    return path

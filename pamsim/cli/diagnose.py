@@ -14,6 +14,7 @@ from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
+    from pamsim.report.link_page import Hidden
 
 _FINE = ("no_gap", "named")
 
@@ -69,12 +70,12 @@ def show(
     *,
     film: Path | str | None = None,
     rig: str | None = None,
-    lead: str = "",
+    hidden: Hidden | None = None,
 ) -> int:
     """Write a diagnosis and its page, and print it; return the exit code.
 
-    ``film`` is the recording whose rig is filmed, ``rig`` the one to use instead; for ``lead`` see
-    `pamsim.report.link_page.write_link_diagnosis`.
+    ``film`` is the recording whose rig is filmed, ``rig`` the one to use instead; for ``hidden``
+    see `pamsim.report.link_page.write_link_diagnosis`.
     """
     from pamsim.core.encoding import read_json
     from pamsim.diagnosis.by_link.result import FILE, SCHEMA
@@ -86,7 +87,7 @@ def show(
         report.save(out)
         result = read_json(out / FILE, SCHEMA)
         filmed = None if film is None else _filmed(report, out, film, rig)
-        write_link_diagnosis(result, report.comparisons, out, film=filmed, lead=lead)
+        write_link_diagnosis(result, report.comparisons, out, film=filmed, hidden=hidden)
     save_json(json_file, result)
     for warning in report.warnings:
         warn(warning)

@@ -19,7 +19,8 @@ _ROUNDING = 1e-12
 _BLOCK = 500
 """Draws at a time, so that large tables fit into memory."""
 
-_ORDERS = 2_999  # drawn: a p-value of 0.05 is then known to a twelfth of itself
+ORDERS = 2_999
+"""Orders drawn: a p-value of 0.05 is then known to a twelfth of itself, the smallest is 0.00033."""
 _RANK = 1e-8
 """Share of the largest singular value below which a direction of a Jacobian counts as none."""
 
@@ -69,7 +70,7 @@ def best_of_many_p_values(
     leverage = np.minimum(np.sum(spanned**2, axis=1), 1.0 - 1e-9)
     rest = residual[order] / np.sqrt(1.0 - leverage)
     rng = np.random.default_rng(seed)
-    mixed = rng.permuted(np.tile(rest - rest.mean(), (_ORDERS, 1)), axis=1).T
+    mixed = rng.permuted(np.tile(rest - rest.mean(), (ORDERS, 1)), axis=1).T
     before = np.sum(mixed**2, axis=0) - np.sum((spanned.T @ mixed) ** 2, axis=0)
     tails: list[float] = []
     largest: dict[tuple[int, int], FloatArray] = {}  # F ratios, by degrees of freedom
@@ -88,10 +89,10 @@ def best_of_many_p_values(
         own = f_distribution.sf(_f_ratio(total, reached, added, left), added, left)
         tails.append(float(own[0]))
     # The tail of an F distribution is a common scale for extensions by one and by two parameters.
-    best = np.ones(_ORDERS)
+    best = np.ones(ORDERS)
     for (added, left), ratio in largest.items():
         best = np.minimum(best, f_distribution.sf(ratio, added, left))
-    return [(1 + int(np.sum(best <= p * (1.0 + 1e-9)))) / (1 + _ORDERS) for p in tails]
+    return [(1 + int(np.sum(best <= p * (1.0 + 1e-9)))) / (1 + ORDERS) for p in tails]
 
 
 def _span(jacobian: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from pamsim.report.numbers import fixed, interval, unit
+from pamsim.report.numbers import digits, fixed, interval, significant, unit
 from pamsim.report.style import BLUE, INK, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 
 _READABLE = 12  # parameters up to which a correlation is written into its field
@@ -33,12 +33,20 @@ def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
 
         colour = VERMILION if parameter["flags"] else BLUE
         ax.plot([0.0, 1.0], [row, row], color=RULE, linewidth=5, solid_capstyle="butt", zorder=1)
-        if written["interval95"] is not None:
-            ends = [min(max(place(end), 0.0), 1.0) for end in written["interval95"]]
-            ax.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=2)
+        ends = written["interval95"]
+        if ends is not None:
+            inside = [min(max(place(end), 0.0), 1.0) for end in ends]
+            ax.plot(
+                inside, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=2
+            )
         ax.plot(place(written["before"]), row, "o", zorder=3, **_BEFORE)
         ax.plot(place(written["value"]), row, "D", color=colour, markersize=4, zorder=4)
-        between = interval(written["interval95"], 4)
+        for end, side, bound in zip((0.0, 1.0), ("left", "right"), written["bounds"], strict=True):
+            ax.annotate(
+                significant(bound, 3), (end, row), (0, 5), textcoords="offset points",
+                ha=side, va="bottom", fontsize=7, color=MUTED,
+            )  # fmt: skip
+        between = interval(ends, digits(written["value"], ends))
         text = f"{between} {unit(written['unit'])}".rstrip() if between else "no interval"
         ax.text(1.02, row, text, va="center", fontsize=8, color=MUTED)
     ax.set_yticks(range(len(parameters)), [p["name"] for p in reversed(parameters)])

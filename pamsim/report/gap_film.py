@@ -98,7 +98,8 @@ def _sheet(part: Comparison, titles: Mapping[str, tuple[str, str]]) -> tuple[Pic
     unit, scale = shown_unit(part.channel)
     for place, (state, (title, colour)) in enumerate(titles.items()):
         values = getattr(part, state)
-        ax.plot(part.time, values * scale, color=colour)
+        width_pt, opacity = (3.5, 0.35) if state == "measured" else (1.5, 1.0)  # seen around others
+        ax.plot(part.time, values * scale, color=colour, linewidth=width_pt, alpha=opacity)
         error = "" if state == "measured" else f": {fixed(part.rms(values), 2)} {unit} RMS"
         across = (place + 0.5) / len(titles)
         figure.text(

@@ -2,21 +2,105 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.inference.model_comparison import DRAWN
+from pamsim.inference.permutation import ORDERS
+from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.report.link_figure import learned_curves, link_bars
+from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page
 from pamsim.report.row_errors import loop_branches, row_errors
 from pamsim.report.trial_signals import trial_channels, worst_trials
 
 SCHEMA = "pamsim-diagnosis/3"
+
+SUPPORTED: Mapping[str, tuple[str, str]] = {
+    "no_gap": (
+        "on data that no fit has seen the model misses by no more than its noise",
+        "that the model is right: what the inputs do not excite is not tested",
+    ),
+    "named": (
+        "this effect is missing, with this interval; every other effect tried predicts worse",
+        "that nothing else could be the cause: only the effects tried were compared",
+    ),
+    "named_with_remainder": (
+        "this effect is missing, and something else is left",
+        "that its size is exact: what is left may bias it",
+    ),
+    "ambiguous": (
+        "what is called certain, and no more",
+        "the nearest formula as the cause",
+    ),
+    "unexplained": (
+        "where simulation and measurement part, and that no effect tried explains it",
+        "the nearest effect, or a learned curve, as the cause",
+    ),
+}
+"""Verdict -> what a paper may state of it, and what not."""
+
+
+class Hidden(NamedTuple):
+    """What was hidden in the synthetic recordings that a page is about.
+
+    Attributes:
+        effect: its name.
+        missing: what a model without it is missing, as the end of a sentence.
+        parameters: name -> value and its unit, that of the rig's file.
+        tried: names of the effects that the diagnosis tried.
+        picture: a JPEG of the rig; None if it could not be drawn.
+    """
+
+    effect: str
+    missing: str
+    parameters: Mapping[str, tuple[float, str]]
+    tried: Sequence[str]
+    picture: Path | None = None
+
+    def named_in(self, result: Mapping[str, Any]) -> bool:
+        """Whether a diagnosis names it, and nothing else."""
+        return {one["name"] for one in result["effects"]} == {self.effect}
+
+    def size(self) -> str:
+        """Its parameters in words."""
+        return ", ".join(f"{n} = {quantity(v, of, 3)}" for n, (v, of) in self.parameters.items())
+
+    def sized_in(self, result: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """Value and interval of its first parameter, if the diagnosis names it by this one."""
+        return result["effects"][0]["sizes"].get(self._first) if self.named_in(result) else None
+
+    def inside(self, result: Mapping[str, Any]) -> bool:
+        """Whether the interval of its first parameter holds what was hidden."""
+        found = self.sized_in(result)
+        if found is None or None in found["interval95"]:
+            return False
+        low, high = found["interval95"]
+        return low <= self.parameters[self._first][0] <= high
+
+    def headline(self, result: Mapping[str, Any]) -> str:
+        """What was hidden and what was found, with the interval."""
+        hid = f"We hid {quantity(*self.parameters[self._first], 3)} of {words(self.effect)}"
+        text = f"{hid} in a synthetic recording. pamsim "
+        found = self.sized_in(result)
+        if found is None:
+            names = "named it by another formula" if self.named_in(result) else "did not name it"
+            return f"{text}{names}. {headline(result)}"
+        shared = digits(found["value"], found["interval95"])
+        between = interval(found["interval95"], shared).replace(" to ", ", ")
+        value = f"{significant(found['value'], shared)} [{between or 'no interval'}]"
+        return f"{text}found {value} {unit(found['unit'])}".rstrip() + "."
+
+    @property
+    def _first(self) -> str:
+        return next(iter(self.parameters))
 
 
 def write_link_diagnosis(
@@ -25,7 +109,7 @@ def write_link_diagnosis(
     out: Path,
     *,
     film: Path | None = None,
-    lead: str = "",
+    hidden: Hidden | None = None,
 ) -> list[Path]:
     """Write page and figures of a diagnosis by link as `write_page` does.
 
@@ -34,19 +118,24 @@ def write_link_diagnosis(
         comparisons: every compared channel of every trial, the whole chain simulated.
         out: folder.
         film: a GIF of the first trial shown, see `pamsim.report.gap_film`, or None.
-        lead: a paragraph before all others, such as what was hidden in synthetic recordings.
+        hidden: what was hidden in synthetic recordings, with which the page then begins.
     """
     shown = shown_trials(result, comparisons)
+    picture = hidden and hidden.picture
     return write_page(
         out,
         "link_diagnosis.html",
         result,
         lambda: dict(_figures(result, comparisons, shown)),
         schema=SCHEMA,
-        headline=headline(result),
+        headline=hidden.headline(result) if hidden else headline(result),
+        supported=SUPPORTED,
         shown=shown,
-        lead=lead,
+        hidden=hidden,
+        picture=picture and inline_image(picture.read_bytes(), "jpeg"),
         film=None if film is None else inline_image(film.read_bytes(), "gif"),
+        filmed=_filmed(comparisons, shown),
+        least=_least_p_value(result),
         grouped=_grouped,
     )
 
@@ -98,7 +187,29 @@ def _figures(
         yield f"trial_{number}", trial_channels(parts, noise)
 
 
+def _filmed(comparisons: Sequence[Comparison], shown: Sequence[str]) -> str:
+    """What the film of the first trial shows, with the misfits of its first joint."""
+    joints = [c for c in comparisons if c.trial in shown[:1] and kind_of(c.channel) in JOINT_KINDS]
+    if not joints:
+        return ""
+    first = joints[0]
+    of = shown_unit(first.channel)[0]
+    before, after = (
+        f"{fixed(first.rms(values), 2)} {of}" if values is not None else ""
+        for values in (first.before, first.after)
+    )
+    text = f"as measured; as simulated, {words(first.channel)} off by {before or 'no number'} RMS"
+    return f"{text} before the repair and by {after} after it" if after else text
+
+
+def _least_p_value(result: Mapping[str, Any]) -> float:
+    """Smallest p-value: of flips of so many units' signs, and at rest of orders of the rows."""
+    held_out = len(result["run"]["held_out"]) if result["run"] else math.inf
+    at_rest = result["rows"] or result["branches"]
+    return max(0.5**held_out, 1.0 / ((ORDERS if at_rest else DRAWN) + 1))
+
+
 def _grouped(names: Sequence[str]) -> str:
     """Names of trials, those that differ in their last number together."""
     stems = Counter(re.sub(r"[_ ]?\d+$", "", name) or name for name in names)
-    return ", ".join(f"{stem} ({count})" for stem, count in stems.items())
+    return ", ".join(f"{stem} ({n})" if n > 1 else stem for stem, n in stems.items())

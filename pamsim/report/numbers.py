@@ -12,6 +12,7 @@ from typing import Any
 
 NONE = "–"
 _SMALLEST_P = 1e-4  # below it the digits of a permutation test mean nothing
+_FEWEST_DIGITS = 3  # of a fitted number; those of a wide interval would hide how wide it is
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -67,6 +68,16 @@ def interval(pair: Any, digits: int) -> str:
     return "" if NONE in ends else " to ".join(ends)
 
 
+def digits(value: Any, pair: Any) -> int:
+    """Significant digits of a value and its interval: two of half its width, three at least."""
+    numbers = [number_or_none(one) for one in (value, *(pair or ()))]
+    known = [abs(one) for one in numbers if one is not None]
+    if len(known) < 3 or pair[0] == pair[1]:
+        return _FEWEST_DIGITS
+    ratio = 2.0 * max(known) / abs(pair[1] - pair[0])
+    return max(_FEWEST_DIGITS, 2 + math.floor(math.log10(ratio)))
+
+
 def quantity(value: Any, of: Any, digits: int) -> str:
     """Write a number with its unit, such as ``487.0 kPa``; see `significant` and `unit`."""
     text = significant(value, digits)
@@ -79,18 +90,23 @@ def percent(share: Any, decimals: int = 0) -> str:
     return NONE if number is None else f"{fixed(100.0 * number, decimals)} %"
 
 
-def p_value(value: Any) -> str:
-    """Write a p-value, such as ``0.013``; a very small one as a bound, ``< 0.0001``."""
+def p_value(value: Any, least: float = 0.0) -> str:
+    """Write a p-value, such as ``0.013``; a very small one as a bound, ``< 0.0001``.
+
+    One at the ``least`` that so few trials or permutations can give is a bound, too: ``≤ 0.00098``.
+    """
     number = number_or_none(value)
     if number is not None and number < _SMALLEST_P:
         return f"< {_SMALLEST_P:.4f}"
-    return significant(number, 2)
+    floors = (least, _SMALLEST_P)
+    bound = number is not None and any(math.isclose(number, one, rel_tol=1e-9) for one in floors)
+    return f"≤ {significant(number, 2)}" if bound else significant(number, 2)
 
 
-def p_is(value: Any) -> str:
-    """Write a p-value in a sentence or title: ``p = 0.013``, ``p < 0.0001``."""
-    written = p_value(value)
-    return f"p {written}" if written.startswith("<") else f"p = {written}"
+def p_is(value: Any, least: float = 0.0) -> str:
+    """Write a p-value in a sentence or title: ``p = 0.013``, ``p < 0.0001``; see `p_value`."""
+    written = p_value(value, least)
+    return f"p {written}" if written[0] in "<≤" else f"p = {written}"
 
 
 def unit(name: Any) -> str:
@@ -101,7 +117,7 @@ def unit(name: Any) -> str:
     if name is None or str(name) == "1":
         return ""
     raised = re.sub(r"(?:\^|\*\*)(-?\d+)", lambda power: power[1].translate(_RAISED), str(name))
-    return "%" if raised == "percent" else raised.replace("*", "·")
+    return re.sub(r"\bpercent\b", "%", raised).replace("*", "·")
 
 
 def words(name: Any) -> str:
@@ -128,6 +144,7 @@ FILTERS = (
     significant,
     plain,
     interval,
+    digits,
     quantity,
     percent,
     p_value,

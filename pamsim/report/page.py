@@ -12,9 +12,10 @@ result and page repeats the result's fields. The filters are the functions of
     {{ p.unit | unit }}                          N·m·s
     {{ effect.explained | percent }}             93 %
     {{ effect.p_value | p_value }}               < 0.0001
+    {{ effect.p_value | p_is(least) }}           p ≤ 0.00098
     {{ effect.name | words }}                    coulomb friction
     {{ result.reason | sentence }}               No parameter at a limit.
-    {{ effect.physical | physical_words }}       breakaway torque 0.120 [0.110, 0.130] N·m
+    {{ one.physical | physical_words(sizes) }}   breakaway torque 0.120 [0.110, 0.130] N·m
 
 What is missing (None) is written as a dash, a missing interval as nothing:
 ``{{ p.interval95 | interval(4) or "no interval" }}``.
@@ -37,7 +38,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file, refuse_file
 from pamsim.report.numbers import FILTERS
 from pamsim.report.physical_words import physical_words
-from pamsim.report.style import readable_panels, save_png
+from pamsim.report.style import readable_panels, save_png, save_vectors
 
 
 class PageImage(NamedTuple):
@@ -54,12 +55,13 @@ class PageImage(NamedTuple):
 
 
 def page_image(figure: Figure, path: Path) -> PageImage:
-    """Write a figure into a file, for slides, and make it an image of a page.
+    """Write a figure into a PNG, with SVG and PDF beside it, and make it an image of a page.
 
     Raises:
         InputError: if the place cannot be written.
     """
     width, height = save_png(figure, path)
+    save_vectors(figure, path)
     content = io.BytesIO()
     with Image.open(path) as image:  # with 256 colours a third of the size
         image.convert("RGB").quantize(dither=Image.Dither.NONE).save(content, "png", optimize=True)
@@ -99,7 +101,7 @@ def write_page(
     schema: str,
     **more: Any,
 ) -> list[Path]:
-    """Write the page of a result, which holds its figures, and these as files beside it.
+    """Write the page of a result, which holds its figures, and these as PNG, SVG and PDF beside it.
 
     Args:
         out: folder; made if missing, files of the same names are replaced.
@@ -111,7 +113,7 @@ def write_page(
         more: what the template needs beside the result.
 
     Returns:
-        The files written, the page first.
+        The page, and the PNG of each figure.
 
     Raises:
         InputError: if the result has another schema, or the place is a file or cannot be written.

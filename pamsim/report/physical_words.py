@@ -7,19 +7,22 @@ from typing import Any
 
 from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
-from pamsim.report.numbers import quantity, significant, unit, words
+from pamsim.report.numbers import digits, quantity, significant, unit, words
 
 _CONDITION_UNITS = {"Pa": "bar", "rad": "rad"}  # as in the documentation of the tests
 
 
-def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
+def physical_words(
+    physical: Mapping[str, Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]
+) -> str:
     """Write the size of an effect of a diagnosis, by quantity.
 
     Such as ``loop half width 15.0 [13.2, 16.8] N; energy per cycle 0.160 [0.140, 0.180] J (test:
     pressure 2.50 bar, contraction amplitude 1.50 %)``; empty without a size. What the effect cannot
-    change is left out.
+    change is left out, and so is a quantity that is one of its parameters or named before.
     """
     sizes: list[str] = []
+    written = [(p["value_si"], p["unit_si"], list(p["interval95_si"])) for p in parameters.values()]
     conditions: dict[str, str] = {}
     for name, entry in physical.items():
         plain = name.rpartition(".")[2] if name.rpartition(".")[2] in CONDITIONS else name
@@ -29,8 +32,10 @@ def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
             conditions[words(plain).removeprefix("at ")] = quantity(value, shown, 2)
             continue
         ends = entry["interval95"]
-        if ends is None or ends[0] != ends[1]:
-            sizes.append(_sized(name, entry["value"], entry["unit"], ends))
+        same = entry["value"], entry["unit"], ends and list(ends)
+        if same not in written and (ends is None or ends[0] != ends[1]):
+            written.append(same)
+            sizes.append(_sized(name, *same))
     tested = ", ".join(f"{name} {value}" for name, value in conditions.items())
     return "; ".join(sizes) + (f" (test: {tested})" if tested and sizes else "")
 
@@ -38,7 +43,8 @@ def physical_words(physical: Mapping[str, Mapping[str, Any]]) -> str:
 def _sized(name: str, value: float, si_unit: str, ends: Sequence[float] | None) -> str:
     shown = common_unit(si_unit)
     numbers = [to_si(number, si_unit, shown, where=name) for number in (value, *(ends or ()))]
-    text = f"{words(name.replace('.', ': '))} {significant(numbers[0], 3)}"
+    shared = digits(numbers[0], numbers[1:])
+    text = f"{words(name.replace('.', ': '))} {significant(numbers[0], shared)}"
     if ends is not None:
-        text += f" [{', '.join(significant(end, 3) for end in numbers[1:])}]"
+        text += f" [{', '.join(significant(end, shared) for end in numbers[1:])}]"
     return f"{text} {unit(shown)}".rstrip()

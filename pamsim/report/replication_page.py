@@ -33,15 +33,18 @@ from pamsim.report.replication_statics import (
 )
 
 VERDICTS: Mapping[str, tuple[str, str, str]] = {
-    "independent": ("independent", "✓", "independent"),
-    "identity": ("identity", "≡", "identity"),
-    "calibrated": ("calibrated", "⚙", "calibrated"),
+    "independent": ("independent", "✓", "agrees: independent"),
+    "identity": ("identity", "≡", "agrees: identity"),
+    "calibrated": ("calibrated", "⚙", "agrees: calibrated"),
     "not significant": ("scatter", "≈", "not significant"),
     "inconsistent in the paper": ("inconsistent", "≠", "inconsistent"),
     "text damaged": ("damaged", "✂", "text damaged"),
     "not reproducible from printed data": ("open", "○", "not reproducible"),
 }
-"""Verdict -> name in the page's code, mark, short word."""
+"""Verdict -> name in the page's code, mark, short words."""
+
+AGREEING = ("independent", "identity", "calibrated")
+"""Verdicts of what a paper prints and the recomputation agrees with."""
 
 FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
     "matiskova2021": {
@@ -115,7 +118,9 @@ def write_replication(
 def verdict_sentence(result: Mapping[str, Any]) -> str:
     """How many statements came out how, and which papers could not be evaluated."""
     counts = result["counts"]
-    listed = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS]
+    listed = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if verdict not in AGREEING]
+    agreeing = ", ".join(f"{counts[verdict]} {verdict}" for verdict in AGREEING)
+    listed.insert(0, f"{sum(counts[verdict] for verdict in AGREEING)} agree ({agreeing})")
     papers = len(result["papers"])
     text = f"{len(result['claims'])} printed statements of {papers}"
     text += f" paper{'' if papers == 1 else 's'} recomputed, {sum(counts.values())} facts: "

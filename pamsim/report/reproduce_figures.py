@@ -286,7 +286,8 @@ def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -
         pressure = recording.pressure / PA_PER_KPA
         printed = np.array([row["p1_kpa"], row["p2_kpa"]])
         end = recording.time[-1]
-        for column, colour in enumerate((BLUE, VERMILION)):
+        for column in range(len(printed)):
+            colour, _ = series_look(column)
             ax.plot(recording.time, pressure[:, column], color=colour)
             # Over the frame: a printed 0 kPa lies on the axis, at the very end.
             ax.plot(end, printed[column], "o", color=colour, markerfacecolor="white", clip_on=False)

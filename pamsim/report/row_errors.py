@@ -86,12 +86,13 @@ def _rows(ax: Axes, rows: list[Mapping[str, Any]], key: str, colour: str, title:
     off = np.array([row[key] for row in rows])
     ax.plot(common, off, "o", color=colour, markersize=4.5, zorder=3)
     rms = float(np.sqrt(np.mean(off**2)))
-    for i in np.flatnonzero(np.abs(off) > _FAR * rms):
-        if common[i] > 0.0:  # rows without common pressure lie on one another
-            ax.annotate(
-                rows[i]["row"], (common[i], off[i]), xytext=(5, -3), textcoords="offset points",
-                fontsize=8, color=MUTED,
-            )  # fmt: skip
+    # Rows without common pressure lie on one another; names of neighbours go up and down in turn.
+    far = np.flatnonzero((np.abs(off) > _FAR * rms) & (common > 0.0))
+    for turn, i in enumerate(far[np.argsort(common[far], kind="stable")]):
+        ax.annotate(
+            rows[i]["row"], (common[i], off[i]), xytext=(5, 2), textcoords="offset points",
+            fontsize=8, color=MUTED, va="top" if turn % 2 else "bottom",
+        )  # fmt: skip
     finish_axes(ax, y="simulated − measured [deg]", title=f"{title}: {fixed(rms, 2)} deg RMS")
 
 

@@ -55,7 +55,18 @@ _RC: dict[str, Any] = {
     "lines.solid_capstyle": "round",
     "grid.color": RULE,
     "grid.linewidth": 0.6,
+    "svg.hashsalt": "pamsim",  # names of its parts do not change from run to run
+    "pdf.fonttype": 42,  # TrueType: journals refuse Type 3
 }
+
+_UNSTATED: dict[str, dict[str, Any]] = {
+    ".png": {"Software": None},
+    ".svg": {"Creator": None, "Date": None},
+    ".pdf": {"Creator": None, "Producer": None, "CreationDate": None},
+}
+"""Left out of a file, which then does not change with the day or with matplotlib's version."""
+
+_VECTORS = (".svg", ".pdf")
 
 _NUMBERS = (ScalarFormatter, LogFormatter)
 
@@ -141,12 +152,25 @@ def save_png(figure: Figure, path: Path) -> tuple[int, int]:
     Raises:
         InputError: if the place cannot be written.
     """
-    # Ticks are made while drawing and read the settings of the page then.
-    with page_style(), complete_file(path) as part:
-        # Without the Software entry the file does not change with matplotlib's version string.
-        figure.savefig(part, dpi=DPI, metadata={"Software": None})
+    _save(figure, path)
     width, height = figure.canvas.get_width_height()
     return round(width * CSS_PER_PIXEL), round(height * CSS_PER_PIXEL)
+
+
+def save_vectors(figure: Figure, path: Path) -> None:
+    """Write a figure beside its PNG as SVG and PDF, for papers; the same bytes for the same data.
+
+    Raises:
+        InputError: if the place cannot be written.
+    """
+    for suffix in _VECTORS:
+        _save(figure, path.with_suffix(suffix))
+
+
+def _save(figure: Figure, path: Path) -> None:
+    # Ticks are made while drawing and read the settings of the page then.
+    with page_style(), complete_file(path) as part:
+        figure.savefig(part, dpi=DPI, metadata=_UNSTATED[path.suffix])
 
 
 def readable_panels(figure: Figure) -> list[list[dict[str, Any]]]:

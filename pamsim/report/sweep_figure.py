@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pamsim.core.units import FloatArray
 from pamsim.report.numbers import fixed, plain, significant, unit
 from pamsim.report.page import write_page
-from pamsim.report.style import finish_axes, new_figure, say_empty, series_look, styled
+from pamsim.report.style import INK, finish_axes, new_figure, say_empty, styled
 from pamsim.sweeps.result import SCHEMA, SweepResult
 from pamsim.sweeps.varied_rig import RIG
 
@@ -90,16 +90,15 @@ def sweep_figure(result: SweepResult) -> Figure:
         row, column = divmod(place, len(factors))
         output, factor = outputs[row], factors[column]
         x, names = _places(columns[factor][::every])
-        colour, _ = series_look(column)
-        ax.plot(x, columns[output][::every], ".", markersize=3, color=colour, alpha=0.6)
+        ax.plot(x, columns[output][::every], ".", markersize=3, color=INK, alpha=0.6)
         if names:
             ax.set_xticks(range(len(names)), names)
         last = row == len(outputs) - 1
-        of = result.factors[factor]
+        of = unit(result.factors[factor])
         finish_axes(
             ax,
             x=f"{factor}\n[{of}]" if last and of else factor if last else "",
-            y=f"{output} [{result.outputs[output].unit}]" if column == 0 else "",
+            y=f"{output} [{unit(result.outputs[output].unit)}]" if column == 0 else "",
             zero=False,
         )
     return figure

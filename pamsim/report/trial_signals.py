@@ -29,6 +29,7 @@ from pamsim.report.style import (
 
 _MOST_SHOWN, _MOST_WORST = 5, 3  # trials
 _MOST_POINTS, _FEW_POINTS = 1600, 400  # drawn of a signal; more only make the file larger
+_PALE = 0.7  # opacity of measured dots, through which the lines of their colour are seen
 _BEFORE: dict[str, Any] = {"linestyle": (0, (3, 2)), "linewidth": 1.0}
 _AFTER: dict[str, Any] = {"linewidth": 1.1}
 
@@ -85,17 +86,18 @@ def trial_signals(
         0.9 + 1.75 * len(chosen), rows=len(chosen), columns=len(kinds), sharex="row"
     )
     held_out = {c.trial: c.held_out for c in comparisons}
+    of = _channels(comparisons)
+    places = {channel: i for channels in of.values() for channel, i in channels.items()}
     for place, ax in enumerate(axes):
         row, column = divmod(place, len(kinds))
         trial, kind = chosen[row], kinds[column]
         parts = [c for c in comparisons if c.trial == trial and kind_of(c.channel) == kind]
-        parts.sort(key=lambda part: part.channel)
-        for number, part in enumerate(parts):
-            colour = series_look(number)[0] if len(parts) > 1 else INK
-            _draw(ax, part, colour, colour, dots=_FEW_POINTS)
+        for part in parts:
+            colour = series_look(places[part.channel])[0] if len(of[kind]) > 1 else INK
+            _draw(ax, part, colour, colour, measured=colour, dots=_FEW_POINTS)
         if not parts:
             say_empty(ax, "not measured")
-        quantity = {"angle": "angle β", "pressure": "gauge pressure"}.get(kind, kind)
+        quantity = {"angle": "angle β", "pressure": "gauge\npressure"}.get(kind, kind)
         finish_axes(
             ax,
             x="time [s]" if row == len(chosen) - 1 else "",
@@ -106,20 +108,28 @@ def trial_signals(
     after = names[1] if any(c.after is not None for c in comparisons) else ""
     handles = _handles(names[0], after, INK, INK) + [
         Line2D([], [], color=series_look(i)[0], linewidth=4, label=", ".join(own))
-        for i, own in enumerate(_owners(comparisons))
+        for i, own in sorted(_owners(of).items())
     ]
     figure.legend(handles=handles, loc="outside upper right", ncols=5)
     return figure
 
 
-def _owners(comparisons: Sequence[Comparison]) -> list[dict[str, None]]:
-    """Of each colour, the joints and muscles that are drawn in it."""
-    owners: list[dict[str, None]] = []
-    for kind in KINDS:
-        channels = {c.channel for c in comparisons if kind_of(c.channel) == kind}
-        for i, channel in enumerate(sorted(channels) if len(channels) > 1 else ()):
-            owners += [{}] if i == len(owners) else []
-            owners[i][owner_of(channel) or f"muscle {channel.rpartition('_')[2]}"] = None
+def _channels(comparisons: Sequence[Comparison]) -> dict[str, dict[str, int]]:
+    """Kind -> its channels, each with the place of its colour: that of its muscle in the rig."""
+    of: dict[str, dict[str, int]] = {kind: {} for kind in KINDS}
+    for channel in dict.fromkeys(c.channel for c in comparisons):
+        own, number = of[kind_of(channel)], channel.rpartition("_")[2]
+        own[channel] = int(number) - 1 if number.isdigit() else len(own)
+    return of
+
+
+def _owners(of: Mapping[str, Mapping[str, int]]) -> dict[int, dict[str, None]]:
+    """Place of a colour -> the joints and muscles that are drawn in it."""
+    owners: dict[int, dict[str, None]] = {}
+    for channels in of.values():
+        for channel, place in channels.items() if len(channels) > 1 else ():
+            name = owner_of(channel) or f"muscle {place + 1}"
+            owners.setdefault(place, {})[name] = None
     return owners
 
 
@@ -155,11 +165,20 @@ def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Fig
     return figure
 
 
-def _draw(ax: Axes, part: Comparison, before: str, after: str, *, dots: int = _MOST_POINTS) -> None:
-    """One channel: measured as dots, simulated as lines of two colours."""
+def _draw(
+    ax: Axes,
+    part: Comparison,
+    before: str,
+    after: str,
+    *,
+    measured: str = MUTED,
+    dots: int = _MOST_POINTS,
+) -> None:
+    """One channel: measured as pale dots, simulated as lines of two colours."""
     scale = shown_unit(part.channel)[1]
     some, every = _every(part, dots), _every(part)
-    ax.plot(part.time[some], part.measured[some] * scale, ".", color=MUTED, markersize=1.6)
+    dot: dict[str, Any] = {"color": measured, "markersize": 1.6, "alpha": _PALE}
+    ax.plot(part.time[some], part.measured[some] * scale, ".", **dot)
     if part.before is not None:
         ax.plot(part.time[every], part.before[every] * scale, color=before, **_BEFORE)
     if part.after is not None:

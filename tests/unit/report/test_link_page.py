@@ -109,13 +109,6 @@ def test_text_is_escaped(tmp_path):
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_lead_stands_before_the_first_figure(tmp_path):
-    text = page_of(VERDICTS["named"], tmp_path, lead="0.3 N m < friction were hidden.")
-    assert text.index("0.3 N m &lt; friction were hidden.") < text.index("<figure")
-    assert 'id="lead"' not in page_of(VERDICTS["named"], tmp_path)
-
-
-@pytest.mark.usefixtures("quick")
 def test_a_film_is_in_the_page_and_waits_to_be_opened(tmp_path):
     film = tmp_path / "gap.gif"
     film.write_bytes(b"GIF89a of an arm")

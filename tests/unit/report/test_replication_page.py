@@ -165,8 +165,8 @@ def test_hostile_text_is_shown_and_not_run(replication, tmp_path):
 def test_verdict_counts_come_first_and_name_what_failed(replication, tmp_path):
     sentence = verdict_sentence(replication)
     assert sentence == (
-        "4 printed statements of 3 papers recomputed, 4 facts: 1 independent, 0 identity,"
-        " 0 calibrated, 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
+        "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent, 0 identity,"
+        " 0 calibrated), 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
         " 2 not reproducible from printed data. Not evaluated: Nguyen 2024."
     )
     assert sentence in write(replication, tmp_path)

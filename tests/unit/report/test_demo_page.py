@@ -1,0 +1,123 @@
+"""The page of a demonstration: what was hidden, how one knows, what next; one interval a number."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pamsim.comparison.compared_signal import Comparison
+from pamsim.diagnosis.physical_size import PhysicalSize
+from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
+from pamsim.report.numbers import digits, p_is, p_value
+from pamsim.report.page import page_image
+from pamsim.report.style import finish_axes, new_figure, series_look
+from pamsim.report.trial_signals import trial_signals
+from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
+
+HIDDEN = Hidden(
+    effect="air_leak",
+    missing="a leak of air from the muscles",
+    parameters={LEAK: (2.0, "mm^3/(s*kPa)")},
+    tried=("air_leak", "supply_sag"),
+)
+
+
+def page_of(one, folder, **more):
+    (page, *_) = write_link_diagnosis(one.to_dict(), one.comparisons, folder, **more)
+    return page.read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("one", "hidden", "expected"),
+    [
+        (report(effect("form")), HIDDEN,
+         "We hid 2.00 mm³/(s·kPa) of air leak in a synthetic recording."
+         " pamsim found 1.98 [1.92, 2.07] mm³/(s·kPa)."),
+        (report(effect("form")), HIDDEN._replace(parameters={"other": (0.3, "1")}),
+         "We hid 0.300 of air leak in a synthetic recording. pamsim named it by another formula."
+         " Missing: a leak of air from the muscles"),
+        (report(more_left=True), HIDDEN,
+         "We hid 2.00 mm³/(s·kPa) of air leak in a synthetic recording. pamsim did not name it."
+         " No effect tried explains the gap in muscle and joint"),
+    ],
+)  # fmt: skip
+def test_the_headline_is_what_was_hidden_and_what_was_found(one, hidden, expected):
+    assert hidden.headline(one.to_dict()) == expected
+
+
+@pytest.mark.usefixtures("quick")
+def test_three_questions_are_answered_before_the_first_figure(tmp_path):
+    picture, film = tmp_path / "arm.jpg", tmp_path / "gap.gif"
+    picture.write_bytes(b"a picture")
+    film.write_bytes(b"a film")
+    hidden = HIDDEN._replace(picture=picture)
+    page = page_of(VERDICTS["named"], tmp_path, hidden=hidden, film=film)
+    opening = page[page.index("<h1") : page.index("<figure")]
+    questions = re.findall(r"<dt>(.*?)</dt>", opening)
+    assert questions == ["What was hidden", "How you know that it is right", "What to do next"]
+    assert "Its 95 % interval holds what was hidden." in opening
+    assert "data:image/jpeg;base64," in opening
+    assert page.count('<details class="film" open>') == page.count("<details") == 1
+    assert "pamsim tried 2 effects that look like each other: air leak, supply sag." in page
+    assert 'id="hidden"' not in page_of(VERDICTS["named"], tmp_path)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_quantity_has_one_interval(tmp_path):
+    found = effect("form")
+    same = PhysicalSize(value=1.98e-12, unit="m^3/(s*Pa)", interval95=(1.92e-12, 2.07e-12))
+    found = replace(found, physical={"conductance": same, **found.physical})
+    page = page_of(report(found), tmp_path, hidden=HIDDEN)
+    assert set(re.findall(r"1\.9\d+(?:, | to )2\.\d+", page)) == {"1.92, 2.07", "1.92 to 2.07"}
+    assert "Conductance" not in page
+    assert "Mass flow" in page
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("verdict", list(VERDICTS))
+def test_every_verdict_says_what_it_supports(verdict, tmp_path):
+    assert SUPPORTED[verdict][0] in page_of(VERDICTS[verdict], tmp_path)
+
+
+def test_a_p_value_at_the_least_that_can_be_is_a_bound():
+    assert p_is(2.0**-10, 2.0**-10) == "p ≤ 0.00098"
+    assert p_value(2.0**-9, 2.0**-10) == "0.0020"
+    assert p_value(0.01, 0.5) == "0.010"  # more units than trials: parts of them
+    assert p_is(1e-4) == "p ≤ 0.00010"
+    assert p_is(0.0) == "p < 0.0001"
+
+
+def test_digits_are_two_of_half_the_width():
+    assert digits(0.09013, [0.08856, 0.09112]) == 3
+    assert digits(1234.5, [1234.4, 1234.6]) == 6
+    assert digits(1.0, None) == digits(1.0, [None, None]) == digits(1.0, [1.0, 1.0]) == 3
+
+
+def test_vectors_lie_beside_the_picture_the_same_for_the_same_data(tmp_path):
+    for folder in ("one", "other"):
+        figure, (ax,) = new_figure(2.0)
+        ax.plot([0.0, 1.0], [0.0, 1.0])
+        finish_axes(ax, x="time [s]", y="angle [deg]")
+        page_image(figure, tmp_path / folder / "curve.png")
+    for suffix, begins in ((".svg", b"<?xml"), (".pdf", b"%PDF")):
+        one, other = ((tmp_path / f / f"curve{suffix}").read_bytes() for f in ("one", "other"))
+        assert one == other
+        assert one.startswith(begins)
+
+
+def test_a_muscle_has_its_colour_whatever_else_was_measured():
+    def part(channel):
+        still = np.zeros(20)
+        return Comparison(
+            trial="a_1", protocol="a", channel=channel, held_out=True, time=np.arange(20.0),
+            measured=still, before=still, after=None,
+        )  # fmt: skip
+
+    figure = trial_signals([part(f"pressure_{n}") for n in (3, 2)])
+    (ax,) = figure.axes
+    assert [line.get_color() for line in ax.lines[::2]] == [series_look(2)[0], series_look(1)[0]]
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named == ["measured", "before", "muscle 2", "muscle 3"]
