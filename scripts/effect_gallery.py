@@ -108,13 +108,13 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
     apart: list[str] = []
     if before is None or before.look_alikes != one.look_alikes:
         resembling = ", ".join(f"[{name}](#{name})" for name in one.look_alikes)
-        apart.append(f"Mistaken for {resembling}.")
+        apart.append(f"Resembles {resembling}.")
     if apart or (before and before.separating != one.separating):
         apart.append(f"To separate: {one.separating}.")
     last = f"- {' '.join(apart)}\n" if apart else ""
     return (
         f"{form}{one.missing[0].upper()}{one.missing[1:]}.{when}\n\n`{one.equation}`\n\n"
-        f"{rows}{last}\n![What {one.label} changes]({_picture(one).relative_to(DOCS).as_posix()})\n"
+        f"{rows}{last}\n![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
 

@@ -27,13 +27,13 @@ PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
 INTRODUCTION = """\
 # Every field of params.toml
 
-A field without a default must be stated. A value may be in any unit of the quantity; ranges and
-defaults here are in SI units, and a value outside its range is refused. How the file is written:
-[your own rig](rig.md); equations and sources: [theory](theory.md). Written by
-`scripts/parameter_page.py`.
+A field without a default must be stated. A value may be in any unit of the quantity; defaults here
+are in the unit shown. A value outside its range is refused; `pamsim list params` prints the ranges.
+How the file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written
+by `scripts/parameter_page.py`.
 """
 
-HEADER = "\n| field | meaning | range | default |\n|---|---|---|---|\n"
+HEADER = "\n| field | meaning | unit | default |\n|---|---|---|---|\n"
 
 NEEDED = "Needed."
 OPTIONAL = "Optional."
@@ -41,16 +41,10 @@ OPTIONAL = "Optional."
 WHEN: dict[type[ParameterGroup], str] = {
     Braid: "Needed; a bellows or piston has `stroke` instead.",
     Stroke: "Needed by a bellows or piston, in place of `braid`.",
+    Learned: "Optional: curves that `pamsim diagnose` fits and writes.",
     ParallelHysteresis: "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
-    Learned: "Optional: written by `pamsim diagnose`. Control forces are against lengthening.",
 }
 """Groups of which more is to be stated than whether every muscle needs them."""
-
-SERIES = {
-    "force_1": ("force_1` to `force_16", "control forces over the tendon's length"),
-    "drag_1": ("drag_1` to `drag_8", "control forces over its speed"),
-}
-"""Fields that stand for a series of equal ones: their names and meaning."""
 
 
 def page() -> str:
@@ -59,7 +53,8 @@ def page() -> str:
     needed = {field.name for field in dataclasses.fields(Muscle) if _is_needed(field)}
     for group in PLAIN_GROUPS:
         when = WHEN.get(group, NEEDED if group.group in needed else OPTIONAL)
-        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_table(_rows(group))}")
+        rows = () if group is Learned else _rows(group)
+        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_table(rows)}")
     parts += _laws("force", NEEDED, FORCE_LAWS.values())
     parts += _laws("hysteresis", OPTIONAL, OPERATORS.values())
     sensor = _table(_rows(MeasurementChain))
@@ -89,13 +84,10 @@ def _laws(name: str, when: str, cards: Iterable[ForceLaw | Operator]) -> Iterato
 
 def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
-    numbered = group is Learned
     return tuple(
-        f"| `{name}` | {doc.replace('|', '&#124;')} | {spec.range_text()} | {default} |\n"
-        for field, spec in specs(group)
-        for name, doc in [SERIES.get(field, (field, spec.doc)) if numbered else (field, spec.doc)]
-        for default in [_default(defaults[field])]
-        if not (numbered and field[-1].isdigit() and field not in SERIES)
+        f"| `{name}` | {spec.doc.replace('|', '&#124;')} | {spec.unit} |"
+        f" {_default(defaults[name])} |\n"
+        for name, spec in specs(group)
     )
 
 
