@@ -103,7 +103,7 @@ def page() -> str:
 def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
     """A form of an effect, without what the form before states as well."""
     form = f"**{one.form}**: " if one.form else ""
-    rows = "".join(_row(rig, parameter) for parameter in one.parameters)
+    numbers = "; ".join(_number(rig, parameter) for parameter in one.parameters)
     when = " Second round." if one.rare else ""
     apart: list[str] = []
     if before is None or before.look_alikes != one.look_alikes:
@@ -111,14 +111,14 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
         apart.append(f"Resembles {resembling}.")
     if apart or (before and before.separating != one.separating):
         apart.append(f"To separate: {one.separating}.")
-    last = f"- {' '.join(apart)}\n" if apart else ""
+    last = f"\n{' '.join(apart)}\n" if apart else ""
     return (
         f"{form}{one.missing[0].upper()}{one.missing[1:]}.{when}\n\n`{one.equation}`\n\n"
-        f"{rows}{last}\n![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
+        f"{numbers}\n{last}\n![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
 
-def _row(rig: Rig, parameter: EffectParameter) -> str:
+def _number(rig: Rig, parameter: EffectParameter) -> str:
     """A number of a card, with its symbol in the equation, or the meaning of one of the MJCF."""
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
     added = parameter.neutral is None and not parameter.shape
@@ -134,7 +134,7 @@ def _row(rig: Rig, parameter: EffectParameter) -> str:
     symbol = re.match(r"(1/)?\w{1,3}(_\w+)?(?=[,:])|k = \S+", spec.doc)
     native = parameter.name.startswith(("joint.", "body."))  # docs/parameters.md has the others
     meaning = symbol[0] if symbol else spec.doc if native else ""
-    return f"- {kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} ({low} to {high})\n"
+    return f"{kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} ({low} to {high})"
 
 
 def _picture(one: Effect) -> Path:

@@ -27,13 +27,11 @@ PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
 INTRODUCTION = """\
 # Every field of params.toml
 
-A field without a default must be stated. A value may be in any unit of the quantity; defaults here
-are in the unit shown. A value outside its range is refused; `pamsim list params` prints the ranges.
+`field` [unit] = default: meaning. A field without a default must be stated. A value may be in any
+unit of the quantity; one outside its range is refused, and `pamsim list params` prints the ranges.
 How the file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written
 by `scripts/parameter_page.py`.
 """
-
-HEADER = "\n| field | meaning | unit | default |\n|---|---|---|---|\n"
 
 NEEDED = "Needed."
 OPTIONAL = "Optional."
@@ -54,10 +52,10 @@ def page() -> str:
     for group in PLAIN_GROUPS:
         when = WHEN.get(group, NEEDED if group.group in needed else OPTIONAL)
         rows = () if group is Learned else _rows(group)
-        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_table(rows)}")
+        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_list(rows)}")
     parts += _laws("force", NEEDED, FORCE_LAWS.values())
     parts += _laws("hysteresis", OPTIONAL, OPERATORS.values())
-    sensor = _table(_rows(MeasurementChain))
+    sensor = _list(_rows(MeasurementChain))
     parts.append(f"\n## sensor\n\nOptional: the sensors of the rig.\n{sensor}")
     return "".join(parts)
 
@@ -74,25 +72,28 @@ def _laws(name: str, when: str, cards: Iterable[ForceLaw | Operator]) -> Iterato
         same.setdefault(_rows(card.group), []).append(card)
     first, *others = same
     shared = tuple(row for row in first if all(row in rows for rows in others))
-    yield f"\n## muscle.{name}\n\n{when} All laws, with the name as `law`, have\n{_table(shared)}"
+    yield f"\n## muscle.{name}\n\n{when} Its `law` is one of these. All have\n{_list(shared)}"
     for rows, laws in same.items():
         names = ", ".join(card.name for card in laws)
         titles = "; ".join(f"{card.title}{_validity(card)}" for card in laws)
-        own = _table(tuple(row for row in rows if row not in shared))
+        own = _list(tuple(row for row in rows if row not in shared))
         yield f"\n### {names}\n\n{titles}.\n{own}"
 
 
 def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
     return tuple(
-        f"| `{name}` | {spec.doc.replace('|', '&#124;')} | {spec.unit} |"
-        f" {_default(defaults[name])} |\n"
+        f"- `{name}`{_unit(spec.unit)}{_default(defaults[name])}: {spec.doc}\n"
         for name, spec in specs(group)
     )
 
 
-def _table(rows: tuple[str, ...]) -> str:
-    return f"{HEADER}{''.join(rows)}" if rows else ""
+def _list(rows: tuple[str, ...]) -> str:
+    return f"\n{''.join(rows)}" if rows else ""
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" [{unit}]"
 
 
 def _validity(card: ForceLaw | Operator) -> str:
@@ -105,7 +106,7 @@ def _validity(card: ForceLaw | Operator) -> str:
 
 
 def _default(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float | int) else ""
+    return f" = {value:g}" if isinstance(value, float | int) else ""
 
 
 def main() -> None:
