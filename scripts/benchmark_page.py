@@ -20,7 +20,7 @@ INTRODUCTION = """# How fast it is
 
 A ratio compares two things timed in turn in one run, so it holds on another machine, too. Above 1,
 pamsim is quicker; only of a frame it is the time. The machine was shared, with two cores: spreads
-are wide, and a ratio of 1.1 is no difference. `make benchmark` runs all scripts;
+are wide, and 1.1 may be chance. `make benchmark` runs all scripts;
 `scripts/benchmark_page.py` writes this page from their records.
 
 | what | against | ratio | spread | script |
