@@ -59,22 +59,21 @@ LAYERS = {
 INTRODUCTION = f"""\
 # The effects
 
-What `pamsim diagnose` can name. `pamsim list effects NAME` prints a card; find one in your data:
-[diagnose](diagnose.md); add your own: [own physics](own_physics.md). Symbols and sources:
-[theory](theory.md); meaning and unit of a parameter: [parameters](parameters.md).
+What `pamsim diagnose` can name. `pamsim list effects NAME` prints a card. To find effects in your
+data: [diagnose](diagnose.md); to add your own: [own physics](own_physics.md). Symbols and sources:
+[theory](theory.md); meaning and unit of each parameter: [parameters](parameters.md).
 
-The sections follow the links of the chain from the command to the readings. An effect may have
-several **forms**: formulas of the same physics. A **family** are kinds of one cause, which data may
-be unable to separate.
+Each section is a link of the chain from the command to the readings. An effect may have several
+**forms**: formulas of the same physics. The effects of a **family** are kinds of one cause, which
+data may be unable to separate.
 
 - **Numbers**: typical value, from which a search starts, and in brackets the range that it may try.
   x multiplies the rig's own value, + and - are added to it. A *shape* counts only while the effect
   is there.
 - **Second round**: tried only where the other effects leave more than noise, or by name.
 - **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
-  `pamsim hide` (its title) that shows it best over the noise of the sensors
-  ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa). Effects with similar
-  pictures are separated by the experiment of the card.
+  `pamsim hide` (its title) that shows it best over the sensors' noise
+  ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa).
 
 Written by `scripts/effect_gallery.py` from `pamsim/effects/`.
 """
