@@ -18,34 +18,24 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 
 INTRODUCTION = """# How fast it is
 
-Each figure is a ratio of two things timed in turn in one run, so that it holds on another
-machine, too. `make benchmark` runs all scripts; each writes its record with `--json`. This page
-is written from the records in `scripts/benchmarks/results` by `scripts/benchmark_page.py`. The
-machine was shared, with two cores: spreads are wide, and a ratio of 1.1 is no difference.
+A ratio compares two things timed in turn in one run, so it holds on another machine, too. Above 1,
+pamsim is quicker; only of a frame it is the time. The machine was shared, with two cores: spreads
+are wide, and 1.1 may be chance. `make benchmark` runs all scripts;
+`scripts/benchmark_page.py` writes this page from their records.
 
 | what | against | ratio | spread | script |
 |---|---|---|---|---|
 """
 
 NOTES = """
-A ratio above 1 means that pamsim is quicker, or takes as many times as many steps per second;
-only of a frame it is the time.
-
-- **Time step**: why MuJoCo's own muscle cannot be reached:
-  [what a step costs](callback.md#what-a-step-costs). With muscles, joints, trials, levels and
-  branches no cost grows faster than the work (`scaling.py`).
-- **LSODA** integrates the equations of the [independent plant](architecture.md), compiled by
-  numba, at the loosest tolerance whose median error of the final angle is no larger than pamsim's.
-  pamsim settles in steps of 8 ms (`settle_steps`). In short time steps LSODA is closer: the arm's
-  response is smooth and slow, for which a method of variable step and order is made.
+- **Time step**: [what a step costs](callback.md#what-a-step-costs).
+- **LSODA** integrates the [independent plant](validation.md#diagnosis-of-an-independent-plant),
+  compiled by numba, at the loosest tolerance whose median error is no larger than pamsim's.
 - **Relays one by one** are quicker than the engine's operator: their weights are tabulated
-  beforehand, where the operator finds them from the parameters in each step, since a rig's
-  parameters may change at any time. It needs one state per level instead of one per relay.
-- **Gruenwald-Letnikov sum**: over the whole past of {seconds} at 1 ms, with which its cost grows;
-  the branches' does not. Their relative error of the complex stiffness is {branches:.0e}, that of
-  the sum {sum:.0e}.
-- **`mujoco.sysid`**: {own} simulations against {other}; both find the same optimum. More:
-  [calibrate](calibrate.md).
+  beforehand, where the engine's parameters may change in each step.
+- **Gruenwald-Letnikov sum**: over the whole past of {seconds} at 1 ms. The relative error of the
+  branches' complex stiffness is {branches:.0e}, that of the sum {sum:.0e}.
+- **`mujoco.sysid`**: {own} simulations against {other}; both find the same optimum.
 - Worlds on a GPU: [gpu.md](gpu.md). Five whole tasks beside public tools:
   [compared.md](compared.md).
 """
@@ -54,17 +44,15 @@ only of a frame it is the time.
 LARGE = """
 ## What a large study costs
 
-On paper, from the records: {rate:,.0f} steps per second and core, 2,000 steps to the second of an
-arm; as a sweep of runs of 2 s also each rig's {rest:g} s to rest, {more:.0f} % for its own numbers,
-and {memory:.1f} kB of memory per run.
+On paper, from {rate:,.0f} steps per second and core, 2,000 steps to the second of an arm. A sweep
+of runs of 2 s adds each rig's {rest:g} s to rest, {more:.0f} % of time and {memory:.1f} kB of
+memory per run.
 
 | seconds of an arm | core-hours of steps | core-hours as a sweep | days on 64 cores | memory |
 |---|---|---|---|---|
 {rows}
-The next limit is the list of runs, which a sweep holds in memory: it takes {most:,} runs at
-most, so that 10^9 seconds are {studies:,} studies. There a GPU pays, if its worlds step faster than
-all cores, which is not measured yet ([gpu.md](gpu.md)). Two threads of one process are {gain:.2g}
-times as quick as one; worker processes do not wait for each other.
+A sweep takes {most:,} runs at most, so 10^9 seconds are {studies:,} studies. Two threads of one
+process are {gain:.2g} times as quick as one; worker processes do not wait for each other.
 """
 
 REST = 1.8

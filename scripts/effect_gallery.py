@@ -8,6 +8,7 @@ the readings of the MAS-20 arm, in the input that shows it best; NAMEs limit the
 
 from __future__ import annotations
 
+import itertools
 import re
 import sys
 from collections.abc import Sequence
@@ -58,24 +59,26 @@ LAYERS = {
 INTRODUCTION = f"""\
 # The effects
 
-What `pamsim diagnose` can name, one card each; `pamsim list effects NAME` prints it. Written by
-`scripts/effect_gallery.py` from the catalog (`pamsim/effects/`). Symbols and sources:
-[theory](theory.md). How to find an effect: [diagnose](diagnose.md). One of your own:
-[own_physics](own_physics.md).
+What `pamsim diagnose` can name. `pamsim list effects NAME` prints a card. To find effects in your
+data: [diagnose](diagnose.md); to add your own: [own physics](own_physics.md). Symbols and sources:
+[theory](theory.md); meaning and unit of each parameter: [parameters](parameters.md).
 
-A **card** states what an effect frees: each number with its typical value, from which a search
-starts, and in brackets the range that it may try, and further starts. x is a factor of the rig's
-own value, + and - are added to it. A shape has no influence while the effect is absent.
+Each section is a link of the chain from the command to the readings. An effect may have several
+**forms**: formulas of the same physics. The effects of a **family** are kinds of one cause, which
+data may be unable to separate.
 
-The **pictures** show what an effect of its typical size changes in the readings of `{RIG}`, with it
-less without it, without noise. The input, above each picture, is the one of `pamsim hide` in which
-the change is largest in units of the sensors' noise ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg,
-{PRESSURE_NOISE / 1e3:.1f} kPa). It need not separate effects with similar pictures: the experiment
-of the card does.
+- **Numbers**: typical value, from which a search starts, and in brackets the range that it may try.
+  x multiplies the rig's own value, + and - are added to it. A *shape* counts only while the effect
+  is there.
+- **Second round**: tried only where the other effects leave more than noise, or by name.
+- **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
+  `pamsim hide` (its title) that shows it best over the sensors' noise
+  ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa).
 
-The effects of a **family** act in one link of the chain from the command to the readings. They are
-kinds of one cause, which data may be unable to separate.
+Written by `scripts/effect_gallery.py` from `pamsim/effects/`.
 """
+
+AT_REST = "Tried in tables of angles at rest; in recordings over time only by name."
 
 
 def page() -> str:
@@ -84,49 +87,53 @@ def page() -> str:
     parts = [INTRODUCTION]
     for layer, module in LAYERS.items():
         parts.append(f"\n## {layer}\n")
+        if module is muscle_at_rest:
+            parts.append(f"\n{AT_REST}\n")
         for name in dict.fromkeys(one.name for one in module.EFFECTS):
-            parts.append(f"\n### {name}\n")
-            parts += [_card(rig, one) for one in FORMS[name]]
+            first, *others = FORMS[name]
+            where = "" if first.link == module.EFFECTS[0].link else f", link {first.link}"
+            parts.append(f"\n### {name}\n\nFamily `{first.family}`{where}.")
+            parts.append(("\n\n" if first.form else " ") + _card(rig, first, None))
+            for before, one in itertools.pairwise((first, *others)):
+                parts.append(f"\n{_card(rig, one, before)}")
     return "".join(parts)
 
 
-def _card(rig: Rig, one: Effect) -> str:
-    form = f"**{one.label}**: " if one.form else ""
-    resembling = ", ".join(f"[{name}](#{name})" for name in one.look_alikes)
-    rows = "".join(_row(rig, parameter) for parameter in one.parameters)
-    when = ""
-    if one.rare:
-        when = " Tried only where others leave a remainder, or by name."
-    if not one.in_trials:
-        when += " Tried in tables at rest; in recordings over time by name."
+def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
+    """A form of an effect, without what the form before states as well."""
+    form = f"**{one.form}**: " if one.form else ""
+    numbers = "; ".join(_number(rig, parameter) for parameter in one.parameters)
+    when = " Second round." if one.rare else ""
+    apart: list[str] = []
+    if before is None or before.look_alikes != one.look_alikes:
+        resembling = ", ".join(f"[{name}](#{name})" for name in one.look_alikes)
+        apart.append(f"Resembles {resembling}.")
+    if apart or (before and before.separating != one.separating):
+        apart.append(f"To separate: {one.separating}.")
+    last = f"\n{' '.join(apart)}\n" if apart else ""
     return (
-        f"\n{form}{one.missing[0].upper()}{one.missing[1:]}. Family `{one.family}`, link"
-        f" {one.link}.{when}\n\n`{one.equation}`\n\n{rows}"
-        f"- Mistaken for {resembling}. To separate them: {one.separating}.\n"
-        f"\n![What {one.label} changes]({_picture(one).relative_to(DOCS).as_posix()})\n"
+        f"{form}{one.missing[0].upper()}{one.missing[1:]}.{when}\n\n`{one.equation}`\n\n"
+        f"{numbers}\n{last}\n![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
 
-def _row(rig: Rig, parameter: EffectParameter) -> str:
+def _number(rig: Rig, parameter: EffectParameter) -> str:
+    """A number of a card, with its symbol in the equation, or the meaning of one of the MJCF."""
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
-    mark = ""
-    if parameter.relative:
-        mark = "x "
-    elif parameter.neutral is None and not parameter.shape:
-        mark = "+ "
-    typical, low, high = (
-        (mark + f"{value:g}").replace("+ -", "- ")
-        for value in (parameter.typical, parameter.low, parameter.high)
-    )
+    added = parameter.neutral is None and not parameter.shape
+    form = "x{:g}" if parameter.relative else "{:+g}" if added else "{:g}"
+    values = (parameter.typical, parameter.low, parameter.high)
+    typical, low, high = (form.format(value) for value in values)
     if not parameter.relative and parameter.neutral:
         typical = f"{parameter.neutral + parameter.typical:g}"
-    starts = ", ".join(f"{value:g}" for value in parameter.starts)
-    searched = f"{low} to {high}" + (f"; also from {starts}" if starts else "")
     unit = f"{spec.unit} per {parameter.scaled_by}" if parameter.scaled_by else spec.unit
     there = "" if parameter.relative or unit == "1" else f" {unit}"
-    kind = "shape " if parameter.shape else ""
+    kind = "*shape* " if parameter.shape else ""
     name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
-    return f"- {kind}`{name}`, {spec.doc}: {typical}{there} ({searched})\n"
+    symbol = re.match(r"(1/)?\w{1,3}(_\w+)?(?=[,:])|k = \S+", spec.doc)
+    native = parameter.name.startswith(("joint.", "body."))  # docs/parameters.md has the others
+    meaning = symbol[0] if symbol else spec.doc if native else ""
+    return f"{kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} ({low} to {high})"
 
 
 def _picture(one: Effect) -> Path:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from pamsim.core.parameters import ParameterGroup, specs
@@ -15,7 +16,9 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.effective_area import Stroke
 from pamsim.physics.force_laws.force_law import ForceLaw
 from pamsim.physics.hysteresis.catalog import OPERATORS
+from pamsim.physics.hysteresis.group import Operator
 from pamsim.physics.hysteresis.maxwell_slip import ParallelHysteresis
+from pamsim.physics.learned import Learned
 from pamsim.physics.muscle import PLAIN_GROUPS, Muscle
 from pamsim.recordings.sensors import MeasurementChain
 
@@ -24,21 +27,19 @@ PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
 INTRODUCTION = """\
 # Every field of params.toml
 
-Written by `scripts/parameter_page.py` from the classes that read the file. How the file is
-written: [describe your own rig](rig.md). Equations and sources of the laws: [theory](theory.md).
-
-Values may be in any unit of the same quantity; ranges and defaults here are in SI units. A field
-with a default may be left out. A value outside its range is refused with the range.
+`field` [unit] = default: meaning. A field without a default must be stated. A value may be in any
+unit of the quantity; one outside its range is refused, and `pamsim list params` prints the ranges.
+How the file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written
+by `scripts/parameter_page.py`.
 """
 
-HEADER = "\n| field | meaning | range | default |\n|---|---|---|---|\n"
-
-NEEDED = "Every muscle needs it."
+NEEDED = "Needed."
 OPTIONAL = "Optional."
 
 WHEN: dict[type[ParameterGroup], str] = {
-    Braid: "Every muscle needs it; a bellows or piston has `stroke` instead.",
-    Stroke: "A bellows or piston needs it, in place of `braid`.",
+    Braid: "Needed; a bellows or piston has `stroke` instead.",
+    Stroke: "Needed by a bellows or piston, in place of `braid`.",
+    Learned: "Optional: curves that `pamsim diagnose` fits and writes.",
     ParallelHysteresis: "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
 }
 """Groups of which more is to be stated than whether every muscle needs them."""
@@ -49,18 +50,13 @@ def page() -> str:
     parts = [INTRODUCTION]
     needed = {field.name for field in dataclasses.fields(Muscle) if _is_needed(field)}
     for group in PLAIN_GROUPS:
-        when = NEEDED if group.group in needed else OPTIONAL
-        parts.append(_table(f"muscle.{group.group}", group, WHEN.get(group, when)))
-    parts.append("\n## muscle.force\n\nEvery muscle needs it, with `law` as one of these.\n")
-    parts += [
-        _table(card.name, card.group, f"{card.title}{_validity(card)}.", level=3)
-        for card in FORCE_LAWS.values()
-    ]
-    parts.append("\n## muscle.hysteresis\n\nOptional, with `law` as one of these.\n")
-    parts += [
-        _table(card.name, card.group, f"{card.title}.", level=3) for card in OPERATORS.values()
-    ]
-    parts.append(_table("sensor", MeasurementChain, "Optional: the sensors of the rig."))
+        when = WHEN.get(group, NEEDED if group.group in needed else OPTIONAL)
+        rows = () if group is Learned else _rows(group)
+        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_list(rows)}")
+    parts += _laws("force", NEEDED, FORCE_LAWS.values())
+    parts += _laws("hysteresis", OPTIONAL, OPERATORS.values())
+    sensor = _list(_rows(MeasurementChain))
+    parts.append(f"\n## sensor\n\nOptional: the sensors of the rig.\n{sensor}")
     return "".join(parts)
 
 
@@ -69,30 +65,48 @@ def _is_needed(field: dataclasses.Field[object]) -> bool:
     return field.default is missing and field.default_factory is missing
 
 
-def _table(title: str, group: type[ParameterGroup], text: str, level: int = 2) -> str:
+def _laws(name: str, when: str, cards: Iterable[ForceLaw | Operator]) -> Iterator[str]:
+    """The fields that all laws have, and those of each, or of several with the same."""
+    same: dict[tuple[str, ...], list[ForceLaw | Operator]] = {}
+    for card in cards:
+        same.setdefault(_rows(card.group), []).append(card)
+    first, *others = same
+    shared = tuple(row for row in first if all(row in rows for rows in others))
+    yield f"\n## muscle.{name}\n\n{when} Its `law` is one of these. All have\n{_list(shared)}"
+    for rows, laws in same.items():
+        names = ", ".join(card.name for card in laws)
+        titles = "; ".join(f"{card.title}{_validity(card)}" for card in laws)
+        own = _list(tuple(row for row in rows if row not in shared))
+        yield f"\n### {names}\n\n{titles}.\n{own}"
+
+
+def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
-    rows = "".join(
-        f"| `{name}` | {spec.doc.replace('|', '&#124;')} |"
-        f" {'above ' if spec.low_open else ''}{spec.low:g} to {spec.high:g}{_unit(spec.unit)} |"
-        f" {_default(defaults[name])} |\n"
+    return tuple(
+        f"- `{name}`{_unit(spec.unit)}{_default(defaults[name])}: {spec.doc}\n"
         for name, spec in specs(group)
     )
-    return f"\n{'#' * level} {title}\n\n{text}\n{HEADER}{rows}"
 
 
-def _validity(card: ForceLaw) -> str:
-    if card.pressure_range is None:
-        return ", at the pressure of its fit"
-    low, high = (1e-3 * pressure for pressure in card.pressure_range)
-    return ", at any pressure" if high == math.inf else f", for {low:g} to {high:g} kPa"
+def _list(rows: tuple[str, ...]) -> str:
+    return f"\n{''.join(rows)}" if rows else ""
 
 
 def _unit(unit: str) -> str:
-    return "" if unit == "1" else f" {unit}"
+    return "" if unit == "1" else f" [{unit}]"
+
+
+def _validity(card: ForceLaw | Operator) -> str:
+    if not isinstance(card, ForceLaw):
+        return ""
+    if card.pressure_range is None:
+        return ", at the pressure of its fit"
+    low, high = (1e-3 * pressure for pressure in card.pressure_range)
+    return "" if high == math.inf else f", for {low:g} to {high:g} kPa"
 
 
 def _default(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float | int) else ""
+    return f" = {value:g}" if isinstance(value, float | int) else ""
 
 
 def main() -> None:

@@ -97,7 +97,7 @@ def test_the_theory_gives_the_source_of_every_law(card):
 
 def test_the_architecture_has_the_rooms_in_the_order_that_is_checked():
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    table = text.split("| rooms, from the top |")[1].split("\n\n")[0]
+    table = text.split("| packages, from the top |")[1].split("\n\n")[0]
     rows = [re.findall(r"`(\w+)`", row.split("|")[1]) for row in table.splitlines()[2:]]
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     (rooms,) = (c for c in settings["tool"]["importlinter"]["contracts"] if c["id"] == "rooms")
