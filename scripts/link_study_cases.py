@@ -31,7 +31,7 @@ from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
 FILE = Path(__file__).parent / "link_study_cases.json"
 
-SEED = 20261210
+SEED = 20261218
 """Of all that is drawn here. Cases that rules are made with have others."""
 
 REPLACED = {
