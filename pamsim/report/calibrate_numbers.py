@@ -113,7 +113,7 @@ def profile_curves(profiles: Sequence[Mapping[str, Any]], parameters: Mapping[st
             ax,
             x=f"{profile['name']} [{unit(parameter['written']['unit']) or '–'}]",
             y="rise of −2 log likelihood",
-            title=f"95 % at {fixed(threshold, 2)}",
+            title=f"95 % at a rise of {significant(threshold, 3)}",
         )
         ax.legend(loc="best")
     return figure

@@ -156,7 +156,7 @@ def test_a_length_pressure_loop_is_diagnosed(
         (["--nuisance", "force.scal"], "did you mean 'force.scale'"),
         (["--hold-out", "burst"], "did you mean 'bursts'"),
         (["--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
-        (["--hold-out", "bursts_1"], "parts to judge by"),
+        (["--hold-out", "bursts_1"], "independent parts"),
         (["--film"], "--film needs recordings, and --out"),
         (["--threads", "0"], "0 threads"),
     ],

@@ -232,10 +232,10 @@ def parts_of_trials(
     units = Units(simulator, fitted, judged, trial_of=trial_of, varying=varying)
     if len(units.judged.units) < fewest or not fitted:
         raise InputError(
-            f"{len(sizes)} trials of {sum(sizes.values())} samples give"
-            f" {len(units.judged.units)} parts to judge by, {gap} samples apart as their noise"
-            f" remembers: {fewest} are needed; record more inputs or more repeats, or four times"
-            " as long"
+            f"too short to judge by: {len(sizes)} trials of {sum(sizes.values())} samples give"
+            f" {len(units.judged.units)} of the {fewest} independent parts that are needed, since"
+            f" their noise is correlated over {gap} samples; record more inputs or more repeats, or"
+            " four times as long"
         )
     return units
 
