@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,13 @@ from filelock import FileLock
 
 from pamsim.core.files import LOCK, complete_file, results_folder
 from tests.unit.core.refusals import refused
+
+
+@contextmanager
+def half_written(path):
+    with complete_file(path) as part:
+        part.write_text("half")
+        yield
 
 
 def test_the_file_appears_with_the_end_of_the_block_and_others_may_read_it(tmp_path):
@@ -29,8 +37,7 @@ def test_what_stops_the_writing_leaves_the_old_file_and_nothing_else(tmp_path, m
     path = tmp_path / "data.txt"
     path.write_text("old")
     for stop in (KeyboardInterrupt, ValueError):
-        with pytest.raises(stop), complete_file(path) as part:
-            part.write_text("half")
+        with pytest.raises(stop), half_written(path):
             raise stop
     for error, reason in (
         (OSError(errno.ENOSPC, "Error writing bytes to file"), "No space left on device"),
