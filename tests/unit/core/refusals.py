@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -17,6 +17,20 @@ def cases(table: Mapping[str, Any]) -> list[Any]:
         pytest.param(*(row if isinstance(row, tuple) else (row,)), id=name)
         for name, row in table.items()
     ]
+
+
+def all_refused(table: Mapping[str, tuple[Any, ...]], call: Callable[..., Any], *always: str):
+    """Each row, arguments and then a word or words, is refused by the call in one line."""
+    for name, (*given, words) in table.items():
+        text = ""
+        try:
+            call(*given)
+        except InputError as refusal:
+            text = str(refusal)
+        wanted = (*always, *(words if isinstance(words, tuple) else (words,)))
+        missing = [word for word in wanted if word not in text]
+        assert not missing, f"{name}: {text!r} does not state {missing}"
+        assert text.count("\n") == 0, name
 
 
 @contextmanager

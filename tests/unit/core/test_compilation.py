@@ -35,32 +35,24 @@ def test_where_the_source_can_be_written_numba_chooses_and_a_stated_folder_stays
     monkeypatch.setenv(VARIABLE, "mine")
     choose_cache(tmp_path / "file" / "source")
     assert os.environ[VARIABLE] == "mine"
+    assert writable(tmp_path / "new" / "folder")
+    assert not writable(tmp_path / "file" / "folder")
+    assert compilation._users() == tmp_path / "file" / "cache"
 
 
 @pytest.mark.usefixtures("nowhere")
-def test_without_a_place_it_is_a_temporary_folder_and_it_is_said(tmp_path):
+@pytest.mark.parametrize("planted", [False, True])
+def test_without_a_place_it_is_a_temporary_folder_that_others_cannot_write(tmp_path, planted):
+    taken = tmp_path / "tmp" / f"pamsim-{os.getuid()}"
+    if planted:
+        taken.mkdir()
+        taken.chmod(0o777)
     with pytest.warns(RuntimeWarning, match="Set NUMBA_CACHE_DIR"):
         choose_cache(tmp_path / "file" / "source")
     folder = Path(os.environ[VARIABLE])
     assert folder.parent == tmp_path / "tmp"
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-
-
-@pytest.mark.usefixtures("nowhere")
-def test_a_folder_that_others_may_write_is_not_taken(tmp_path):
-    planted = tmp_path / "tmp" / f"pamsim-{os.getuid()}"
-    planted.mkdir()
-    planted.chmod(0o777)
-    with pytest.warns(RuntimeWarning):
-        choose_cache(tmp_path / "file" / "source")
-    assert Path(os.environ[VARIABLE]) != planted
-
-
-@pytest.mark.usefixtures("nowhere")
-def test_a_folder_below_a_file_cannot_be_written(tmp_path):
-    assert writable(tmp_path / "new" / "folder")
-    assert not writable(tmp_path / "file" / "folder")
-    assert compilation._users() == tmp_path / "file" / "cache"
+    assert not (planted and folder == taken)
 
 
 @pytest.mark.parametrize(

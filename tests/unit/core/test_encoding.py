@@ -1,9 +1,10 @@
-"""The encoder of results: keys, units, nesting, and what JSON cannot hold."""
+"""Results on disk: keys, units, nesting, what JSON cannot hold; whole or not at all."""
 
 from __future__ import annotations
 
 import enum
 import json
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -15,12 +16,16 @@ import pytest
 from pamsim.core.encoding import (
     INLINE,
     NOT_IN_JSON,
+    CheckpointFile,
     fields_to_dict,
     json_key,
     json_property,
+    read_json,
     to_dict,
+    write_json,
 )
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
+from tests.unit.core.refusals import all_refused, refused
 
 
 class Status(enum.StrEnum):
@@ -46,6 +51,27 @@ class StepRow:
         return f"{self.name}: {self.status}"
 
 
+@dataclass(frozen=True, kw_only=True)
+class Derived(StepRow):
+    @json_property
+    def second(self) -> int:
+        return 2
+
+
+@dataclass
+class Scaled:
+    value: Any = field(metadata=json_key("times_three", 3.0))
+
+
+@dataclass
+class Report:
+    rows: tuple[StepRow, ...]
+    rms: float
+
+    def to_dict(self) -> dict[str, Any]:
+        return to_dict({"schema": "report/1", **fields_to_dict(self), "path": Path("x")})
+
+
 ROW = StepRow(
     name="large",
     error=np.radians(0.5),
@@ -56,8 +82,8 @@ ROW = StepRow(
 )
 
 
-def test_a_dataclass_is_written_as_its_metadata_say():
-    assert to_dict(ROW) == {
+def test_a_dataclass_is_written_as_its_metadata_and_its_own_method_say():
+    expected = {
         "name": "large",
         "error_deg": pytest.approx(0.5, rel=1e-15),
         "pressure_kpa": [487.0, 13.0],
@@ -65,11 +91,22 @@ def test_a_dataclass_is_written_as_its_metadata_say():
         "rms": None,
         "sentence": "large: converged",
     }
+    assert to_dict(ROW) == expected
+    assert list(to_dict(Derived(**vars(ROW))).items()) == [*to_dict(ROW).items(), ("second", 2)]
+    written = {"schema": "report/1", "rows": [to_dict(ROW)], "rms": None, "path": "x"}
+    assert to_dict({"report": Report((ROW,), float("nan"))})["report"] == written
+    for value, tripled in (
+        (2, 6.0),
+        (None, None),
+        (np.array([1.0, np.nan]), [3.0, None]),
+        ({"a": (1.0, True)}, {"a": [3.0, True]}),
+        (1j, [0.0, 3.0]),
+    ):
+        assert to_dict(Scaled(value)) == {"times_three": tripled}
 
 
-@pytest.mark.parametrize(
-    ("value", "written"),
-    [
+def test_values_become_the_types_that_json_has():
+    for value, written in (
         (None, None),
         (True, True),
         (np.bool_(True), True),
@@ -85,64 +122,55 @@ def test_a_dataclass_is_written_as_its_metadata_say():
         ({Status.CONVERGED: (1, 2), 3: {4}}, {"converged": [1, 2], "3": [4]}),
         (MappingProxyType({"a": np.zeros(1)}), {"a": [0.0]}),
         ([Scores(1.0)], [{"rms": 1.0}]),
-    ],
-)
-def test_values_become_the_types_that_json_has(value, written):
-    encoded = to_dict(value)
-    assert encoded == written
-    assert type(encoded) is type(written)
-    json.dumps(encoded, allow_nan=False)
+    ):
+        encoded = to_dict(value)
+        assert encoded == written
+        assert type(encoded) is type(written)
+        json.dumps(encoded, allow_nan=False)
+    for value in (object(), Scores, {"a": object()}, lambda: 0):
+        with pytest.raises(TypeError, match="cannot be written as JSON"):
+            to_dict(value)
 
 
-@pytest.mark.parametrize(
-    ("value", "written"),
-    [
-        (2, 6.0),
-        (None, None),
-        (np.array([1.0, np.nan]), [3.0, None]),
-        ({"a": (1.0, True)}, {"a": [3.0, True]}),
-        (1j, [0.0, 3.0]),
-    ],
-)
-def test_the_scale_applies_to_every_number_of_the_field(value, written):
-    @dataclass
-    class Scaled:
-        value: Any = field(metadata=json_key("times_three", 3.0))
-
-    assert to_dict(Scaled(value)) == {"times_three": written}
+SCHEMA = "pamsim-test/1"
+RESULT = {"schema": SCHEMA, "name": "β", "values": [0.1, -1e-300, 2**53], "none": None, "ok": True}
 
 
-def test_a_method_to_dict_replaces_the_fields_and_may_build_on_them():
-    @dataclass
-    class Report:
-        rows: tuple[StepRow, ...]
-        rms: float
-
-        def to_dict(self) -> dict[str, Any]:
-            return to_dict({"schema": "report/1", **fields_to_dict(self), "path": Path("x")})
-
-    report = Report((ROW,), float("nan"))
-    assert to_dict({"report": report})["report"] == report.to_dict()
-    assert report.to_dict() == {
-        "schema": "report/1",
-        "rows": [to_dict(ROW)],
-        "rms": None,
-        "path": "x",
+def test_what_is_written_is_read_back_and_what_json_cannot_hold_leaves_the_old_file(tmp_path):
+    path = tmp_path / "new" / "folder" / "r.json"
+    write_json(path, {"schema": SCHEMA})
+    assert read_json(path, SCHEMA) == {"schema": SCHEMA}
+    write_json(path, RESULT)
+    assert path.read_text(encoding="utf-8").endswith("}\n")
+    for value in (math.nan, math.inf, object()):
+        with pytest.raises((ValueError, TypeError)):
+            write_json(path, {"schema": SCHEMA, "value": value})
+        assert read_json(path, SCHEMA) == RESULT
+    assert [file.name for file in path.parent.iterdir()] == ["r.json"]
+    bad = {
+        "empty": (b"", "not valid JSON"),
+        "cut off": (b'{"schema": "pamsim-test/1", "na', "not valid JSON"),
+        "not text": (b"\xff\xfe\x00", "not valid JSON"),
+        "too deep": (b"[" * 100_000, "not valid JSON"),
+        "later version": (b'{"schema": "pamsim-test/2"}', "'pamsim-test/2'"),
+        "no schema": (b"{}", "None"),
+        "a list": (b'["schema"]', "not ['schema']"),
     }
+    all_refused(bad, lambda b: [path.write_bytes(b), read_json(path, SCHEMA)], str(path))
+    for missing in (tmp_path / "none.json", tmp_path):
+        with refused("cannot read", str(missing)):
+            read_json(missing, SCHEMA)
 
 
-def test_properties_of_a_base_class_are_written_too():
-    @dataclass(frozen=True, kw_only=True)
-    class Derived(StepRow):
-        @json_property
-        def second(self) -> int:
-            return 2
-
-    written = to_dict(Derived(**vars(ROW)))
-    assert list(written.items()) == [*to_dict(ROW).items(), ("second", 2)]
-
-
-@pytest.mark.parametrize("value", [object(), Scores, {"a": object()}, lambda: 0])
-def test_what_json_cannot_hold_is_an_error_of_the_programmer(value):
-    with pytest.raises(TypeError, match="cannot be written as JSON"):
-        to_dict(value)
+def test_what_was_saved_is_loaded_until_it_is_cleared_or_spoilt(tmp_path):
+    file = CheckpointFile(tmp_path / "deep" / "checkpoint.json")
+    assert file.load() is None
+    for state in ({"a": [1.0, 0.1 + 0.2]}, {"b": None}):
+        file.save(state)
+        assert file.load() == state
+    file.clear()
+    file.clear()
+    assert file.load() is None
+    file.path.write_text("{", encoding="utf-8")
+    with refused("checkpoint.json", "remove it to start again"):
+        file.load()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,14 @@ from pamsim.core.files import LOCK, complete_file, results_folder
 from tests.unit.core.refusals import refused
 
 
-def test_the_file_appears_with_the_end_of_the_block(tmp_path):
+@contextmanager
+def half_written(path):
+    with complete_file(path) as part:
+        part.write_text("half")
+        yield
+
+
+def test_the_file_appears_with_the_end_of_the_block_and_others_may_read_it(tmp_path):
     path = tmp_path / "new" / "data.txt"
     with complete_file(path) as part:
         part.write_text("new")
@@ -21,48 +29,41 @@ def test_the_file_appears_with_the_end_of_the_block(tmp_path):
         assert not path.exists()
     assert path.read_text() == "new"
     assert list(path.parent.iterdir()) == [path]
+    (tmp_path / "plain").write_text("")
+    assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
-@pytest.mark.parametrize("stop", [KeyboardInterrupt, ValueError])
-def test_what_stops_the_writing_leaves_the_old_file_and_nothing_else(tmp_path, stop):
+def test_what_stops_the_writing_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
     path = tmp_path / "data.txt"
     path.write_text("old")
-
-    def interrupted():
-        with complete_file(path) as part:
-            part.write_text("half")
+    for stop in (KeyboardInterrupt, ValueError):
+        with pytest.raises(stop), half_written(path):
             raise stop
-
-    with pytest.raises(stop):
-        interrupted()
-    assert path.read_text() == "old"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_full_disk_leaves_the_old_file(tmp_path, monkeypatch):
-    path = tmp_path / "data.txt"
-    path.write_text("old")
+    for error, reason in (
+        (OSError(errno.ENOSPC, "Error writing bytes to file"), "No space left on device"),
+        (OSError("ffmpeg failed: Unknown encoder"), "ffmpeg failed: Unknown encoder"),
+    ):  # the system's reason, in whatever words a library puts it
+        with refused(f"cannot write {tmp_path}", reason), complete_file(path):
+            raise error
 
     def full(handle):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", full)
-    with refused("cannot write", "No space left"), complete_file(path) as part:
-        part.write_text("new")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with refused("cannot write", "No space left"), complete_file(path) as part:
+            part.write_text("new")
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
+    def interrupted(path, mode):
+        path.touch()
+        raise KeyboardInterrupt
 
-@pytest.mark.parametrize(
-    ("error", "reason"),
-    [
-        (OSError(errno.ENOSPC, "Error writing bytes to file"), "No space left on device"),
-        (OSError("ffmpeg failed: Unknown encoder"), "ffmpeg failed: Unknown encoder"),
-    ],
-)
-def test_the_reason_is_the_system_s_in_whatever_words_a_library_puts_it(tmp_path, error, reason):
-    with refused(f"cannot write {tmp_path}", reason), complete_file(tmp_path / "data.txt"):
-        raise error
+    monkeypatch.setattr(Path, "open", interrupted)  # as the file is made
+    with pytest.raises(KeyboardInterrupt), complete_file(tmp_path / "other.txt"):
+        pass
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_two_writers_of_one_file_do_not_share_their_halves(tmp_path):
@@ -74,13 +75,6 @@ def test_two_writers_of_one_file_do_not_share_their_halves(tmp_path):
         assert path.read_text() == "second"
     assert path.read_text() == "first"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_others_may_read_a_file_as_any_new_one(tmp_path):
-    (tmp_path / "plain").write_text("")
-    with complete_file(tmp_path / "ours"):
-        pass
-    assert (tmp_path / "ours").stat().st_mode == (tmp_path / "plain").stat().st_mode
 
 
 def test_results_are_not_written_over_without_being_asked_to(tmp_path):
@@ -117,17 +111,6 @@ def test_what_a_killed_run_has_left_is_no_result_and_is_removed(tmp_path):
         assert not of_run.exists()
         assert not of_rig.exists()
     assert (tmp_path / "rig" / ".notes").exists()
-
-
-def test_an_interruption_as_the_file_is_made_leaves_nothing(tmp_path, monkeypatch):
-    def interrupted(path, mode):
-        path.touch()
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Path, "open", interrupted)
-    with pytest.raises(KeyboardInterrupt), complete_file(tmp_path / "data.txt"):
-        pass
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_lock_file_is_gone_before_another_run_can_take_it(tmp_path, monkeypatch):

@@ -21,6 +21,7 @@ from pamsim.core.toml_tables import read_toml
 from pamsim.engine.mjcf import require_size
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.table_reader import read_columns
+from tests.unit.core.refusals import refused
 
 PAGE = Path(__file__).parents[3] / "docs" / "files.md"
 
@@ -35,25 +36,20 @@ def test_the_page_lists_every_limit_with_its_value():
     assert listed == stated
 
 
-@pytest.mark.parametrize(
-    ("name", "what", "read"),
-    [
-        ("TOML_BYTES", "pamsim.core.toml_tables", read_toml),
-        ("JSON_BYTES", "pamsim.core.encoding", lambda path: read_json(path, "any")),
-        ("TABLE_BYTES", "pamsim.recordings.table_reader", read_columns),
-        ("MJCF_BYTES", "pamsim.engine.mjcf", require_size),
-    ],
-)
-def test_a_file_that_is_too_large_is_refused(name, what, read, tmp_path, monkeypatch):
-    monkeypatch.setattr(f"{what}.{name}", 1 << 20)
+def test_a_file_that_is_too_large_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "file"
     path.write_bytes(b" " * ((1 << 20) + 1))
-    with pytest.raises(InputError, match=r"file has more than 1 MiB, the most read"):
-        read(path)
-
-
-def test_a_file_without_end_is_refused():
-    with pytest.raises(InputError, match="/dev/zero has more than 4 MiB"):
+    for limit, read in (
+        ("pamsim.core.toml_tables.TOML_BYTES", read_toml),
+        ("pamsim.core.encoding.JSON_BYTES", lambda path: read_json(path, "any")),
+        ("pamsim.recordings.table_reader.TABLE_BYTES", read_columns),
+        ("pamsim.engine.mjcf.MJCF_BYTES", require_size),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(limit, 1 << 20)
+            with refused("file has more than 1 MiB, the most read"):
+                read(path)
+    with refused("/dev/zero has more than 4 MiB"):  # a file without end
         read_toml(Path("/dev/zero"))
 
 
@@ -114,40 +110,27 @@ def rig_with(tmp_path):
     return put
 
 
-@pytest.mark.parametrize(
-    ("inside", "message"),
-    [
-        (
-            '<worldbody><replicate count="3000000"><geom size="1"/></replicate></worldbody>',
-            r"asks for 3,000,\d+ elements",
-        ),
-        (
-            '<worldbody><replicate count="200"><replicate count="200"><site/></replicate>'
-            "</replicate></worldbody>",
-            r"asks for 40,\d+ elements",
-        ),
-        (
-            '<worldbody><body><composite prefix="x" type="cable" count="100 100 100" size="1"/>'
-            "</body></worldbody>",
-            r"asks for 1,000,\d+ elements",
-        ),
-        (
-            '<size nkey="100000000"/>',
-            r"<size> nkey='100000000' is 100,000,000; 100,000 is",
-        ),
-        ('<size nuser_geom="1e9"/>', r"<size> nuser_geom='1e9' is 1,000,000,000"),
-        (
-            '<asset><texture name="t" builtin="flat" width="99999" height="99999"/></asset>',
-            r"<texture> width times height is 9,999,800,001",
-        ),
-    ],
+CABLE = '<composite prefix="x" type="cable" count="100 100 100" size="1"/>'
+LARGE = '<texture name="t" builtin="flat" width="99999" height="99999"/>'
+MANY = '<replicate count="3000000"><geom size="1"/></replicate>'
+NESTED = '<replicate count="200"><replicate count="200"><site/></replicate></replicate>'
+TOO_MUCH = (
+    (f"<worldbody>{MANY}</worldbody>", r"asks for 3,000,\d+ elements"),
+    (f"<worldbody>{NESTED}</worldbody>", r"asks for 40,\d+ elements"),
+    (f"<worldbody><body>{CABLE}</body></worldbody>", r"asks for 1,000,\d+ elements"),
+    ('<size nkey="100000000"/>', r"<size> nkey='100000000' is 100,000,000; 100,000 is"),
+    ('<size nuser_geom="1e9"/>', r"<size> nuser_geom='1e9' is 1,000,000,000"),
+    (f"<asset>{LARGE}</asset>", r"<texture> width times height is 9,999,800,001"),
 )
-def test_an_mjcf_that_asks_for_too_much_is_refused(rig_with, inside, message):
-    folder = rig_with(inside)
-    began = time.process_time()
-    with pytest.raises(InputError, match=message):
-        pamsim.load_rig(folder)
-    assert time.process_time() - began < 1.0
+
+
+def test_an_mjcf_that_asks_for_too_much_is_refused(rig_with):
+    for inside, message in TOO_MUCH:
+        folder = rig_with(inside)
+        began = time.process_time()
+        with pytest.raises(InputError, match=message):
+            pamsim.load_rig(folder)
+        assert time.process_time() - began < 1.0
 
 
 def test_included_files_count_and_may_form_a_circle(rig_with):

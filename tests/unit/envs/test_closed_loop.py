@@ -1,4 +1,4 @@
-"""A loop over an environment, and the figures read off it."""
+"""A loop over an environment, what tasks ask of it, and the figures read off it."""
 
 from __future__ import annotations
 
@@ -10,9 +10,13 @@ import pytest
 
 import pamsim
 from pamsim.controllers.neural_policy import NeuralPolicy
-from pamsim.core.errors import InputError
 from pamsim.envs.actions import KINDS
 from pamsim.envs.closed_loop import EpisodeRun, mean_score, run_episode, score
+from pamsim.envs.scales import Reach
+from pamsim.envs.tasks import TASKS
+from pamsim.envs.train import Training, train
+from pamsim.recordings.policy_file import PolicyFile, read_policy, write_policy
+from tests.unit.core.refusals import all_refused, refused
 from tests.unit.physics.flat import air_flow
 
 RIG = pamsim.load_rig("mas20_arm")
@@ -49,7 +53,6 @@ def test_air_let_in_is_what_flowed_through_the_valve(made):
 
 
 def test_what_the_loop_commands_is_what_the_environment_gets(made):
-    env = made()
     for action, command, wanted in (
         ("pressure_set", (0.0, 600e3), [-1.0, 1.0]),
         ("valve", (0.25, -1.0), [0.25, -1.0]),
@@ -57,32 +60,27 @@ def test_what_the_loop_commands_is_what_the_environment_gets(made):
         ("on_off", (0.1, -0.1), [0, 0, 0, 0]),
     ):
         assert KINDS[action].action(command, 600e3).tolist() == wanted
-    run = run_episode(env, Held((350e3, 250e3)), seed=0)
+    run = run_episode(made(), Held((350e3, 250e3)), seed=0)
     assert run.pressure[-1] == pytest.approx([350e3, 250e3], abs=1e3)
     assert len(run.position) == 50
-
-
-def test_a_controller_of_the_other_kind_is_refused(made):
-    with pytest.raises(InputError, match="Cascade"):
+    with refused("Cascade"):
         run_episode(made(action="valve"), Held((0.0, 0.0)), seed=0)
 
 
-def made_run(angle, reference, **more):
+def figures(angle, reference, **more):
+    """What is read off a run of one joint."""
     n = len(angle)
-    given = {
+    pairs = dict.fromkeys(("pressure", "command", "opening", "air"), np.zeros((n, 2)))
+    run = {
         "period": 0.01,
         "joints": ("shaft",),
         "position": np.asarray(angle, float)[:, np.newaxis],
         "reference": np.asarray(reference, float)[:, np.newaxis],
-        "pressure": np.zeros((n, 2)),
-        "command": np.zeros((n, 2)),
-        "opening": np.zeros((n, 2)),
-        "air": np.zeros((n, 2)),
         "stiffness": np.ones((n, 1)),
         "wanted_stiffness": np.zeros((n, 1)),
         "reward": 0.0,
     }
-    return EpisodeRun(**{**given, **more})
+    return score(EpisodeRun(**{**run, **pairs, **more}))
 
 
 def test_overshoot_and_settling_of_a_known_second_order_step():
@@ -91,35 +89,26 @@ def test_overshoot_and_settling_of_a_known_second_order_step():
     fast = turn * math.sqrt(1.0 - damping**2)
     decay = np.exp(-damping * turn * time)
     step = 1.0 - decay * (np.cos(fast * time) + damping * turn / fast * np.sin(fast * time))
-    found = score(made_run(0.2 * step, np.full(400, 0.2)))
-    assert found.overshoot == pytest.approx(
-        math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)), rel=0.01
-    )
+    found = figures(0.2 * step, np.full(400, 0.2))
+    peak = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))
+    assert found.overshoot == pytest.approx(peak, rel=0.01)
     last = time[np.abs(step - 1.0) > 0.05][-1]
     assert found.settling == pytest.approx(last, abs=1e-9)
     assert found.rmse == pytest.approx(0.2 * np.sqrt(np.mean((step - 1.0) ** 2)))
 
 
-def test_a_reference_that_moves_has_no_steps_and_a_free_stiffness_no_error():
+def test_a_moving_reference_has_no_steps_and_switching_counts_changes_of_the_valve():
     time = np.linspace(0.0, 6.0, 300)
-    found = score(made_run(np.sin(time), np.sin(time)))
+    found = figures(np.sin(time), np.sin(time))
     assert found.rmse == found.worst == 0.0
     assert all(map(math.isnan, (found.overshoot, found.settling, found.stiffness_error)))
-
-
-def test_switching_counts_changes_between_fill_shut_and_exhaust():
     opening = np.zeros((100, 2))
     opening[10:20, 0] = 1.0  # 2 changes
     opening[50:60, 1] = 1.0
     opening[60:70, 1] = -0.5  # 3 changes
     opening[80:, 0] = 0.01  # a leak of the regulator is shut
-    assert score(made_run(np.zeros(100), np.zeros(100), opening=opening)).switching == 5.0
-
-
-def test_means_over_episodes():
-    one = score(made_run(np.full(10, 0.3), np.zeros(10)))
-    other = score(made_run(np.full(10, 0.4), np.zeros(10)))
-    both = mean_score([one, other])
+    assert figures(np.zeros(100), np.zeros(100), opening=opening).switching == 5.0
+    both = mean_score([figures(np.full(10, angle), np.zeros(10)) for angle in (0.3, 0.4)])
     assert both.rmse == pytest.approx(math.sqrt((0.3**2 + 0.4**2) / 2.0))
     assert both.worst == pytest.approx(0.4)
 
@@ -146,34 +135,103 @@ def written(path, **changed):
 def test_a_policy_sees_what_the_environment_shows(tmp_path, made):
     numbers = written(tmp_path / "p.npz")
     env = made(task="sine")
-    policy = NeuralPolicy.read(str(tmp_path / "p.npz"), RIG)
-    run = run_episode(env, policy, seed=4)
+    run = run_episode(env, NeuralPolicy.read(str(tmp_path / "p.npz"), RIG), seed=4)
     signals = env.unwrapped.rigs.signals
     observation, _ = env.reset(seed=4)
     for k in range(20):
-        hidden = np.tanh(
-            numbers["w_0"] @ (signals.si(observation) / numbers["scale"]) + numbers["b_0"]
-        )
+        seen = signals.si(observation) / numbers["scale"]
+        hidden = np.tanh(numbers["w_0"] @ seen + numbers["b_0"])
         fixed = np.clip(numbers["w_1"] @ hidden + numbers["b_1"], -1.0, 1.0)
         observation, *_, info = env.step(fixed.astype(np.float32))
         assert info["position"] == pytest.approx(run.position[k], abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"w_1": np.zeros((2, 4))}, "fit each other"),
-        ({"b_0": None}, "b_0"),
-        ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "fit each other"),
-        ({"joints": np.array(["elbow"])}, "shaft"),
-        ({"supply": np.array("much")}, "name says"),
-    ],
-)
-def test_what_is_no_policy_for_this_arm_is_refused(changed, message, tmp_path):
-    written(tmp_path / "p.npz", **changed)
-    with pytest.raises(InputError, match=message):
-        NeuralPolicy.read(tmp_path / "p.npz", RIG)
-    (tmp_path / "text.npz").write_text("hello")
-    for name, why in (("none", "cannot read"), ("text", r"cannot be read as \.npz")):
-        with pytest.raises(InputError, match=why):
-            NeuralPolicy.read(tmp_path / f"{name}.npz", RIG)
+def test_a_policy_file_is_written_whole_and_another_rig_s_is_refused(tmp_path):
+    path, rng = tmp_path / "p.npz", np.random.default_rng(0)
+    policy = PolicyFile(
+        joints=("shoulder", "elbow"),
+        muscles=("a", "b", "c", "d"),
+        command="valve",
+        supply=6e5,
+        centre=rng.normal(size=16),
+        scale=rng.uniform(1.0, 2.0, 16),
+        weights=(rng.normal(size=(5, 16)), rng.normal(size=(4, 5))),
+        biases=(rng.normal(size=5), rng.normal(size=4)),
+    )
+    write_policy(path, policy)
+    again = read_policy(path)
+    for name in ("joints", "muscles", "command"):
+        assert getattr(again, name) == getattr(policy, name)
+    assert all(map(np.array_equal, again.weights, policy.weights))
+    with refused("force"):  # it is not written over another
+        Training(policy=policy, settings={}, seed=0, steps=[1], rewards=[-2.0]).save(path)
+    bad = {
+        "weights": ({"w_1": np.zeros((2, 4))}, "fit each other"),
+        "outputs": ({"w_1": np.zeros((3, 5)), "b_1": np.zeros(3)}, "fit each other"),
+        "missing": ({"b_0": None}, "b_0"),
+        "joints": ({"joints": np.array(["elbow"])}, "shaft"),
+        "supply": ({"supply": np.array("much")}, "name says"),
+    }
+    all_refused(bad, lambda changed: [written(path, **changed), NeuralPolicy.read(path, RIG)])
+    path.write_text("hello")
+    with refused("cannot be read as .npz"):
+        NeuralPolicy.read(path, RIG)
+    with refused("cannot read"):
+        NeuralPolicy.read(tmp_path / "none.npz", RIG)
+
+
+def test_what_cannot_be_trained_is_refused_first():
+    bad = {
+        "action": ({"steps": 1, "action": "on_off"}, "continuous"),
+        "steps": ({"steps": 0}, "100000"),
+        "task": ({"steps": 1, "task": "sin"}, "sine"),
+    }
+    all_refused(bad, lambda settings: train(**settings))
+
+
+def test_a_round_of_training_gives_a_policy_that_drives_the_rig(tmp_path, made):
+    pytest.importorskip("stable_baselines3", reason="the extra rl is not installed")
+    result = train(steps=1, rig="two_joint_arm", task="regulation")
+    assert result.apart < 1e-4
+    files = result.save(tmp_path / "p")
+    assert [file.name for file in files] == ["p.npz", "p.json"]
+    policy = NeuralPolicy.read(files[0], pamsim.load_rig("two_joint_arm"))
+    run = run_episode(made(rig="two_joint_arm", max_episode_steps=20), policy, seed=0)
+    assert np.isfinite(run.position).all()
+
+
+REACH = Reach(centre=0.1, travel=0.3, stiffness=(4.0, 9.0), torque=0.5)
+TIME = 1e-3 * np.arange(8001)
+
+
+def asked(task, seed=0):
+    return TASKS[task](np.random.default_rng(seed), TIME, REACH)
+
+
+def test_all_that_tasks_ask_for_is_within_reach_and_follows_from_the_seed():
+    for task in TASKS:
+        one, again, other = (asked(task, seed).position for seed in (1, 1, 2))
+        assert np.array_equal(one, again)
+        assert not np.array_equal(one, other)
+        for found in (asked(task, seed) for seed in range(5)):
+            assert np.abs(found.position - REACH.centre).max() <= REACH.travel * 1.6
+            assert np.abs(found.torque).max() <= REACH.torque
+            wanted = found.stiffness[found.stiffness != 0.0]
+            assert ((wanted >= REACH.stiffness[0]) & (wanted <= REACH.stiffness[1])).all()
+            assert (len(wanted) > 0) == (task == "stiffness")
+            assert found.torque.any() == (task == "disturbance")
+    step = asked("step").position  # held for two seconds
+    assert TIME[1:][np.diff(step) != 0.0] == pytest.approx([2.0, 4.0, 6.0, 8.0])
+
+
+@pytest.mark.parametrize("task", ["sine", "multisine"])
+def test_rate_and_acceleration_are_derivatives_of_the_position(task):
+    found, h = asked(task), TIME[1]
+    rate = (found.position[2:] - found.position[:-2]) / (2.0 * h)
+    bend = (found.position[2:] - 2.0 * found.position[1:-1] + found.position[:-2]) / h**2
+    assert rate == pytest.approx(found.velocity[1:-1], abs=1e-4)
+    # The envelope's third derivative jumps where it ends, at 1 s.
+    inside = np.abs(TIME[1:-1] - 1.0) > 2 * h
+    assert bend[inside] == pytest.approx(found.acceleration[1:-1][inside], abs=1e-3)
+    assert found.position[0] == REACH.centre
+    assert found.velocity[0] == found.acceleration[0] == 0.0

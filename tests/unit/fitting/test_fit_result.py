@@ -1,18 +1,23 @@
-"""fit as a function: arguments in, one object out, with text, dict, files and a figure."""
+"""fit as a function: arguments in, one object out; scores by hand, held out without leakage."""
 
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 
 import numpy as np
 import pytest
+import scipy.stats
 
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.fitting.fit import fit
+from pamsim.fitting.scores import grouped, leave_one_group_out, scores, shared_by_group
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.report.fit_figure import fit_figure
+from tests.unit.core.refusals import all_refused, refused
 
 LAW = PUBLISHED["DMSP-20-200"]
 CONSTANTS = (LAW.a, LAW.b, LAW.c, LAW.d, LAW.e, LAW.f)
@@ -30,54 +35,114 @@ def table(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def result(table):
-    return fit(table, model="six_parameter", hold_out="pressure", held={"scale": 1.0})
-
-
-def test_the_result_holds_estimates_and_errors_at_held_out_points(result):
+def test_the_result_holds_estimates_and_errors_at_held_out_points(table, tmp_path):
+    result = fit(table, model="six_parameter", hold_out="pressure", held={"scale": 1.0})
     (law,) = result.fits
     assert law.fit.values == pytest.approx([1.0, *CONSTANTS], rel=1e-3)
     assert law.fit.coefficients[0].held
     assert law.held_out.groups.size == 5
     assert law.held_out.rmse < 1e-3
     written = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    (one,) = written["fits"]
     assert written["schema"] == "pamsim-fit/2"
-    assert written["fits"][0]["scores"]["points"] == 25
-    assert len(written["fits"][0]["held_out"]["residual"]) == 25
-    assert {"coefficients", "converged", "evaluations", "points"} <= set(written["fits"][0])
+    assert (one["scores"]["points"], len(one["held_out"]["residual"])) == (25, 25)
+    assert {"coefficients", "converged", "evaluations", "points"} <= set(one)
     text = result.summary()
     assert text.startswith("six_parameter: ")
     assert "held out in turn, 5 pressures" in text
     assert "25 points, 6 coefficients" in text
-
-
-def test_save_writes_the_result_and_a_section_of_a_rig(result, tmp_path):
     files = result.save(tmp_path / "new")
     assert [path.name for path in files] == ["fit.json", "params.toml"]
     section = tomllib.loads(files[1].read_text(encoding="utf-8"))["muscle"]["force"]
     assert section["law"] == "six_parameter"
-    assert section["scale"] == {
-        "value": 1.0, "unit": "1", "source": "assumed", "note": "held in the fit",
-    }  # fmt: skip
+    scale = {"value": 1.0, "unit": "1", "source": "assumed", "note": "held in the fit"}
+    assert section["scale"] == scale
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot write"):
+    with refused("cannot write"):
         result.save(tmp_path / "file")
-
-
-def test_its_figure_shows_curves_and_held_out_residuals(result):
     top, bottom = fit_figure(result.to_dict()).axes
     assert (top.get_ylabel(), bottom.get_ylabel()) == ("force [N]", "fitted − measured [N]")
     assert len(top.lines) == 10  # points and curve of each contraction
-    hollow = bottom.lines[1].get_ydata()
-    np.testing.assert_allclose(hollow, 0.0, atol=1e-3)
+    np.testing.assert_allclose(bottom.lines[1].get_ydata(), 0.0, atol=1e-3)  # held out
+    bad = {
+        "no model": ({}, "give either `model` or `compare`"),
+        "hold_out": ({"model": "six_parameter", "hold_out": "lengths"}, "'lengths' is not known"),
+        "held": ({"model": "six_parameter", "held": {"c": 5.0}}, "`held` c = 5 is outside"),
+    }
+    all_refused(bad, lambda wrong: fit(table, **wrong))
 
 
-def test_wrong_arguments_are_named(table):
-    for wrong, match in (
-        ({}, "give either `model` or `compare`"),
-        ({"model": "six_parameter", "hold_out": "lengths"}, "`hold_out` 'lengths' is not known"),
-        ({"model": "six_parameter", "held": {"c": 5.0}}, "`held` c = 5 is outside"),
-    ):
-        with pytest.raises(InputError, match=match):
-            fit(table, **wrong)
+def test_scores_computed_by_hand():
+    errors = scores([1.0, 2.0, 3.0, 6.0], [2.0, 2.0, 2.0, 8.0], free=1)
+    # residuals 1, 0, -1, 2: SSE 6; mean 3, SST 4 + 1 + 0 + 9 = 14
+    assert (errors.mse, errors.mae, errors.points, errors.free) == (1.5, 1.0, 4, 1)
+    assert errors.rmse == pytest.approx(math.sqrt(1.5))
+    assert errors.r2 == pytest.approx(1.0 - 6.0 / 14.0)
+    assert errors.aic == pytest.approx(4.0 * math.log(1.5) + 4.0)
+    assert errors.aicc == pytest.approx(errors.aic + 2.0 * 2.0 * 3.0 / 1.0)
+    # Where a score means nothing there is none.
+    perfect = scores([1.0, 2.0], [1.0, 2.0], free=1)
+    assert (perfect.aic, perfect.aicc, perfect.rmse) == (None, None, 0.0)
+    constant = scores([2.0, 2.0, 2.0], [1.0, 2.0, 3.0], free=1)
+    assert (constant.r2, constant.aicc) == (None, None)  # n = k + 2
+    assert constant.aic is not None
+    for measured, predicted in (([], []), ([1.0], [1.0, 2.0]), ([np.nan], [1.0])):
+        with pytest.raises(InputError):
+            scores(measured, predicted, 0)
+
+
+def test_held_out_errors_computed_by_hand():
+    y = np.array([1.0, 3.0, 10.0, 20.0])
+    errors = leave_one_group_out(
+        y, [0.1, 0.1, 0.2, 0.2], lambda train, test: np.full(test.size, y[train].mean()), by="x"
+    )
+    # group 1 predicted 15: errors 14, 12; group 2 predicted 2: errors -8, -18
+    assert errors.residual.tolist() == [14.0, 12.0, -8.0, -18.0]
+    assert errors.group_rmse == pytest.approx([math.sqrt(170.0), math.sqrt(194.0)])
+    assert errors.rmse == pytest.approx(math.sqrt((340.0 + 388.0) / 4.0))
+    assert errors.worst == pytest.approx(math.sqrt(194.0))
+
+
+def test_no_group_is_both_fitted_and_predicted_and_one_that_cannot_be_is_not_zero():
+    label = np.array([3.0, 1.0, 2.0, 1.0, 3.0, 2.0])
+    used = []
+
+    def predict(train, test):
+        used.append(sorted([*train, *test]))
+        assert set(label[train]).isdisjoint(label[test])
+        if 1 in test:
+            raise InputError("too few")
+        return np.zeros(test.size)
+
+    errors = leave_one_group_out(np.full(6, 2.0), label, predict, by="x")
+    assert used == [[0, 1, 2, 3, 4, 5]] * 3
+    assert math.isnan(errors.rmse)
+    assert math.isnan(errors.worst)
+    written = to_dict(errors)
+    assert (written["group_rmse"], written["rmse"]) == ([None, 2.0, 2.0], None)
+
+    def diverge(_, test):
+        return np.full(test.size, 1e200)
+
+    assert leave_one_group_out([1.0, 1.0], [0.0, 1.0], diverge, by="x").rmse == math.inf
+    with refused("leaves nothing to fit"):
+        leave_one_group_out([1.0, 2.0], [1.0, 1.0], diverge, by="pressure")
+
+
+def test_set_values_make_a_group_each_and_scattered_ones_make_bins():
+    assert grouped([0.1, 0.2, 0.1]).tolist() == [0.1, 0.2, 0.1]
+    scattered = np.random.default_rng(0).uniform(size=100)
+    bins = grouped(scattered, most=10)
+    assert np.unique(bins).size == 10
+    assert np.all(np.diff(bins[np.argsort(scattered)]) >= 0.0)  # bins of neighbours
+    assert np.unique(grouped(np.repeat(np.arange(20.0), 3))).size == 20
+
+
+def test_shared_residuals_are_found_by_the_f_test():
+    label = np.repeat([1.0, 2.0, 3.0], 8)
+    noise = np.random.default_rng(5).normal(size=24)
+    expected = scipy.stats.f_oneway(noise[:8], noise[8:16], noise[16:]).pvalue
+    assert shared_by_group(noise, label) == pytest.approx(expected)
+    assert shared_by_group(noise + 4.0 * label, label) < 1e-4
+    for residual, groups in ((noise, np.zeros(24)), (label, label), ([1.0, 2.0], [1.0, 2.0])):
+        assert shared_by_group(residual, groups) == 1.0

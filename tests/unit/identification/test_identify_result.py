@@ -10,52 +10,37 @@ import pytest
 from pamsim.identification.identify import identify
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
-from tests.unit.linear.planted import refuses
+from tests.unit.linear.planted import record, refuses, sampled, steps
 
 TS, GAIN, LAG = 0.02, 1e-6, 0.4
+FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
 
 
-def trial(name, seed, n=400):
-    """A lag from the pressure difference to the angle, driven by a random telegraph signal."""
-    draw = np.random.default_rng(seed)
-    difference = 1e5 * np.repeat(draw.choice([-1.0, 1.0], n // 40 + 1), 40)[:n]
-    difference[:20] = difference[0]
-    pole, angle = np.exp(-TS / LAG), np.zeros(n)
-    for k in range(1, n):
-        into = GAIN * (difference[k - 1] - difference[0])
-        angle[k] = pole * angle[k - 1] + (1.0 - pole) * into
-    command = np.column_stack([3e5 + difference / 2.0, 3e5 - difference / 2.0])
+def trial(name, seed):
+    """A lag from the pressure difference to the angle."""
+    given = record(seed, constants=(LAG,), gain=GAIN * 1e5, noise=5e-4, n=400, offset=0.0)
+    half = 0.5e5 * given.input
+    command = np.column_stack([3e5 + half, 3e5 - half])
     return Trial(
         name=name,
         protocol="telegraph",
         drive="pressure_set",
         load=0.0,
-        time=TS * np.arange(n),
+        time=given.time,
         command=command,
         measured={
-            "angle": angle + 5e-4 * draw.normal(size=n),
+            "angle": given.output,
             "pressure_1": command[:, 0],
             "pressure_2": command[:, 1],
         },
     )
 
 
-DATA = TrialSet(rig="mas20_arm", trials=(trial("telegraph_1", 1), trial("telegraph_2", 2)))
-
-
 @pytest.fixture(scope="module")
 def result():
-    return identify(
-        DATA,
-        input="p1_set_kpa-p2_set_kpa",
-        output="angle_deg",
-        order=1,
-        dead_time="none",
-        arx=(1, 1, 1),
-        oe=(1, 1, 1),
-        hold_out=["telegraph_2"],
-        local=False,
-    )
+    data = TrialSet(rig="mas20_arm", trials=(trial("telegraph_1", 1), trial("telegraph_2", 2)))
+    signals = {"input": "p1_set_kpa-p2_set_kpa", "output": "angle_deg"}
+    return identify(data, **signals, **FEW, hold_out=["telegraph_2"])
 
 
 def test_the_result_holds_models_in_si_and_writes_them_in_the_units_of_the_columns(result):
@@ -64,22 +49,15 @@ def test_the_result_holds_models_in_si_and_writes_them_in_the_units_of_the_colum
     assert fit.gain == pytest.approx(GAIN, rel=0.02)
     assert fit["T"].value == pytest.approx(LAG, rel=0.02)
     assert [score.name for score in fit.held_out] == ["telegraph_2"]
-    written = json.loads(json.dumps(result.to_dict(), allow_nan=False))
-    gain = written["models"][0]["parameters"]["K"]
+    (written, *_) = json.loads(json.dumps(result.to_dict(), allow_nan=False))["models"]
+    gain, in_columns = written["parameters"]["K"], fit.gain * 1e3 * 180.0 / np.pi
     assert gain["unit"] == "deg/kPa"
-    assert gain["value"] == pytest.approx(fit.gain * 1e3 * 180.0 / np.pi, rel=1e-12)
-    assert written["models"][0]["trials"][0]["rms"] == pytest.approx(np.degrees(5e-4), rel=0.1)
-
-
-def test_its_transfer_function_is_in_the_units_of_the_columns_or_in_si(result):
-    (gain, lag) = (result.shown.fit.gain, result.shown.fit["T"].value)
+    assert gain["value"] == pytest.approx(in_columns, rel=1e-12)
+    assert written["trials"][0]["rms"] == pytest.approx(np.degrees(5e-4), rel=0.1)
     system, in_si = result.transfer_function(), result.transfer_function(si=True)
-    assert float(in_si.dcgain()) == pytest.approx(gain)
-    assert float(system.dcgain()) == pytest.approx(gain * 1e3 * 180.0 / np.pi, rel=1e-12)
-    assert float(system.poles()[0].real) == pytest.approx(-1.0 / lag)
-
-
-def test_the_summary_names_every_model_and_the_recommended_one(result):
+    assert float(in_si.dcgain()) == pytest.approx(fit.gain)
+    assert float(system.dcgain()) == pytest.approx(in_columns, rel=1e-12)
+    assert float(system.poles()[0].real) == pytest.approx(-1.0 / fit["T"].value)
     text = result.summary()
     assert "* first_order: fits" in text
     assert all(f"  {name}: fits" in text for name in ("arx_1_1_1", "oe_1_1_1"))
@@ -87,7 +65,7 @@ def test_the_summary_names_every_model_and_the_recommended_one(result):
     assert "deg/kPa  [" in text
 
 
-def test_save_writes_the_result_and_every_curve(result, tmp_path):
+def test_files_and_figure_show_every_trial(result, tmp_path):
     files = result.save(tmp_path / "new")
     assert [path.name for path in files] == ["identify.json", "curves.csv"]
     assert json.loads(files[0].read_text())["schema"] == "pamsim-identify/4"
@@ -96,29 +74,23 @@ def test_save_writes_the_result_and_every_curve(result, tmp_path):
     assert {row.split(",")[0] for row in rows[1:]} == {"telegraph_1", "telegraph_2"}
     (tmp_path / "file").write_text("")
     refuses("cannot write", result.save, tmp_path / "file")
-
-
-def test_its_figure_shows_every_trial(result):
     figure = measured_and_model(result.to_dict(), result.curves())
     assert len(figure.axes) == 4  # two trials, each with its residual
 
 
 def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
     draw = np.random.default_rng(5)
-    n = 500
-    given = np.repeat(draw.choice([-1.0, 1.0], n // 20), 20)
-    pole, output = np.exp(-TS / 0.2), np.zeros(n)
-    for k in range(1, n):
-        output[k] = pole * output[k - 1] + (1.0 - pole) * 10.0 * given[k - 1]
-    output = output + np.linspace(0.0, 6.0, n) + 0.2 * draw.normal(size=n)
-    table = np.column_stack([TS * np.arange(n), given, output])
-    np.savetxt(
-        tmp_path / "log.csv", table, delimiter=",", header="time_s,valve,travel_mm", comments=""
-    )
-    found = identify(tmp_path / "log.csv")
+    given = steps(draw, 300, 20, rest=0)
+    output = sampled([10.0], [0.2, 1.0], given, TS)
+    output = output + np.linspace(0.0, 6.0, 300) + 0.2 * draw.normal(size=300)
+    table = np.column_stack([TS * np.arange(300), given, output])
+    header = "time_s,valve,travel_mm"
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=header, comments="")
+    found = identify(tmp_path / "log.csv", **{**FEW, "order": None})
     assert found.recommendation.best == "first_order_drift"
     (line,) = [s for s in found.summary().splitlines() if "drift of the output" in s]
-    unit, value, _, trial = line.partition(": ")[0], *line.partition(": ")[2].split()
+    unit, _, rest = line.partition(": ")
+    value, _, trial = rest.split()
     assert unit.endswith("[mm]")
     assert float(value) == pytest.approx(6.0, abs=0.3)
     assert trial == "log"

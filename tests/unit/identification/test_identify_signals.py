@@ -1,11 +1,13 @@
-"""From trials to one input and one output: expressions, units, rest, clocks."""
+"""From trials to one input and one output: expressions, units, rest, clocks, operating points."""
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
+from pamsim.identification.local import fit_operating_points
 from pamsim.identification.signals import (
     default_input,
     default_output,
@@ -13,26 +15,25 @@ from pamsim.identification.signals import (
     table_of,
     used_trial,
 )
+from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.recordings.trial import Trial
+from tests.unit.core.refusals import all_refused
 from tests.unit.linear.planted import refuses
 
 N = 100
 TIME = np.arange(N) / 100.0
 
 
-def trial(kind="pressure_set", command=None, **changes):
+def trial(drive="pressure_set", **changes):
     step = np.where(TIME < 0.3, 0.0, 1e5)
     pressures = np.column_stack([3e5 + step, 3e5 - step])
-    valves = np.column_stack([step / 1e5, -step / 1e5])
     given = {
         "name": "step_1",
         "protocol": "step",
-        "drive": kind,
+        "drive": drive,
         "load": 1.0,
         "time": TIME,
-        "command": (pressures if kind == "pressure_set" else valves)
-        if command is None
-        else command,
+        "command": pressures if drive == "pressure_set" else (pressures - 3e5) / 1e5,
         "measured": {
             "pressure_1": pressures[:, 0] + 50.0,
             "pressure_2": pressures[:, 1] - 50.0,
@@ -45,46 +46,34 @@ def trial(kind="pressure_set", command=None, **changes):
 def record(given, text=None, output="angle_deg"):
     table = table_of(given)
     into = signal(text or default_input([table]), [table])
-    trial_used, note = used_trial(table, [into], signal(output, [table]))
-    return trial_used.record, note
+    used, note = used_trial(table, [into], signal(output, [table]))
+    return used.record, note
 
 
-def test_the_default_is_the_difference_of_what_was_commanded():
-    assert default_input([table_of(trial())]) == "p1_set_kpa-p2_set_kpa"
+def test_the_default_is_the_difference_of_what_was_commanded_in_si():
+    table = table_of(trial())
+    assert default_input([table]) == "p1_set_kpa-p2_set_kpa"
     assert default_input([table_of(trial("valve"))]) == "u1-u2"
-    assert default_output([table_of(trial())]) == "angle_deg"
-
-
-def test_values_are_si_and_units_are_those_of_the_columns():
+    assert default_output([table]) == "angle_deg"
     used, note = record(trial())
     assert note == ""
     assert (used.units_input, used.unit_output, used.holds) == (("Pa",), "rad", ("zoh",))
     assert (used.input[0], used.input[-1]) == (0.0, 2e5)
     np.testing.assert_allclose(used.output, np.sin(TIME))
-    table = table_of(trial())
     shown = signal("p1_kpa", [table])
     assert (shown.unit, shown.si_unit, shown.factor) == ("kPa", "Pa", 1e3)
     assert signal("angle_deg", [table]).factor == pytest.approx(np.pi / 180.0)
+    assert record(trial(), "-p1_set_kpa + p2_set_kpa")[0].input[-1] == -2e5
+    measured, _ = record(trial(), "p1_kpa-p2_kpa")  # runs straight between samples
+    assert (measured.holds, measured.time.size) == (("foh",), N)
 
 
-def test_a_sum_and_a_leading_minus_are_read():
-    used, _ = record(trial(), "-p1_set_kpa + p2_set_kpa")
-    assert used.input[-1] == -2e5
-
-
-def test_a_measured_input_runs_straight_between_samples():
-    used, _ = record(trial(), "p1_kpa-p2_kpa")
-    assert used.holds == ("foh",)
-    assert used.time.size == N
-
-
-@pytest.mark.parametrize("kind", ["pressure_set", "valve"])
-def test_a_step_at_time_0_is_a_change_from_where_the_trial_rests(kind):
-    late = np.tile({"pressure_set": [4e5, 2e5], "valve": [1.0, -1.0]}[kind], (N, 1))
+@pytest.mark.parametrize(("drive", "late"), [("pressure_set", (4e5, 2e5)), ("valve", (1.0, -1.0))])
+def test_a_step_at_time_0_is_a_change_from_where_the_trial_rests(drive, late):
     rest = {"pressure_1": np.linspace(3e5, 4e5, N), "pressure_2": np.linspace(3e5, 2e5, N)}
-    given = trial(kind, late, measured={**rest, "angle": np.sin(TIME)})
-    used, _ = record(given)
-    jump = {"pressure_set": 2e5, "valve": 2.0}[kind]
+    measured = {**rest, "angle": np.sin(TIME)}
+    used, _ = record(trial(drive, command=np.tile(late, (N, 1)), measured=measured))
+    jump = late[0] - late[1]
     before = used.time < -1e-9
     assert 0 < np.count_nonzero(before) == used.time.size - N
     assert used.input[before] == pytest.approx(0.0, abs=1e-9 * jump)
@@ -92,20 +81,19 @@ def test_a_step_at_time_0_is_a_change_from_where_the_trial_rests(kind):
     assert np.all(used.output[before] == used.output[~before][0])
 
 
-@pytest.mark.parametrize("noise", [500.0, -1500.0])
-def test_sensor_noise_of_the_first_row_is_no_step(noise):
+def test_sensor_noise_of_the_first_row_is_no_step():
     given = trial()
-    measured = {**given.measured, "pressure_1": given.measured["pressure_1"] + noise}
-    assert record(trial(measured=measured))[0].time.size == N
-    held = np.tile([3e5, 3e5], (N, 1))
-    refuses("input is constant", record, trial(command=held, measured=measured))
+    for noise in (500.0, -1500.0):
+        measured = {**given.measured, "pressure_1": given.measured["pressure_1"] + noise}
+        assert record(trial(measured=measured))[0].time.size == N
+        held = np.tile([3e5, 3e5], (N, 1))
+        refuses("input is constant", record, trial(command=held, measured=measured))
 
 
 def test_an_uneven_clock_is_made_uniform_and_a_held_command_stays_held():
     time = TIME.copy()
     time[1:-1] += np.random.default_rng(1).uniform(-2e-3, 2e-3, N - 2)
-    given = trial(time=time, measured={"angle": 2.0 * time})
-    used, note = record(given)
+    used, note = record(trial(time=time, measured={"angle": 2.0 * time}))
     assert "interpolated to a uniform step" in note
     np.testing.assert_allclose(np.diff(used.time), used.sample_time, rtol=1e-9)
     np.testing.assert_allclose(used.output, 2.0 * used.time, atol=1e-12)
@@ -114,24 +102,79 @@ def test_an_uneven_clock_is_made_uniform_and_a_held_command_stays_held():
     assert 0.0 <= changes[0] - time[30] < used.sample_time
 
 
-BAD = {
-    "unknown": ("p1_bar", "no column 'p1_bar'; did you mean 'p1_kpa'"),
-    "mixed units": ("p1_kpa-angle_deg", "adds deg and kPa"),
-    "product": ("p1_kpa*2", "is no signal"),
-    "nothing": ("", "is no signal"),
-    "trailing": ("p1_kpa-", "is no signal"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_a_bad_expression_is_one_clear_line(name):
-    text, expected = BAD[name]
-    with pytest.raises(InputError) as refused:
-        signal(text, [table_of(trial())])
-    assert expected in str(refused.value)
-
-
-def test_a_column_that_one_trial_is_without_is_named_with_the_trial():
+def test_a_bad_expression_is_one_clear_line():
     tables = [table_of(trial()), table_of(trial(name="step_2", measured={"angle": TIME}))]
+    bad = {
+        "unknown": ("p1_bar", "no column 'p1_bar'; did you mean 'p1_kpa'"),
+        "mixed units": ("p1_kpa-angle_deg", "adds deg and kPa"),
+        "product": ("p1_kpa*2", "is no signal"),
+        "nothing": ("", "is no signal"),
+        "trailing": ("p1_kpa-", "is no signal"),
+    }
+    all_refused(bad, lambda text: signal(text, tables[:1]))
     refuses("'p1_kpa' is not in trial 'step_2'", signal, "p1_kpa", tables)
     refuses("give `output`", default_output, [table_of(trial(measured={}))])
+
+
+TS = 0.02
+LEVELS = (2e5, 3e5, 4e5, 3e5, 2e5)
+
+
+def staircase(seed, gain=lambda level: 1e-6, hold=2.5, load=1.0, protocol="staircase"):
+    """A lag whose gain depends on the higher level of a step."""
+    per = round(hold / TS)
+    level = np.repeat(LEVELS, per)
+    time = np.arange(level.size) * TS
+    settled, parts = 0.0, [np.zeros(per)]
+    for before, after in itertools.pairwise(LEVELS):
+        change = gain(max(before, after)) * 0.5 * (after - before)
+        parts.append(settled + change * -np.expm1(-time[:per] / 0.3))
+        settled += change
+    command = np.column_stack([1.25 * level, 0.75 * level])
+    noise = 1e-4 * np.random.default_rng(seed).normal(size=time.size)
+    measured = {"angle": np.concatenate(parts) + noise}
+    measured |= {"pressure_1": command[:, 0], "pressure_2": command[:, 1]}
+    given = {"time": time, "command": command, "measured": measured}
+    named = {"name": f"{protocol}_{seed}", "protocol": protocol, "load": load}
+    table = table_of(trial(**named, **given))
+    into = signal("p1_set_kpa-p2_set_kpa", [table])
+    return used_trial(table, [into], signal("angle_deg", [table]))[0]
+
+
+def mapped(*trials):
+    """Local models and notes, by the first order that fits all trials best."""
+    return fit_operating_points(trials, fit_continuous([trial.record for trial in trials], order=1))
+
+
+def test_every_step_of_a_staircase_is_a_point_and_repeats_share_it(monkeypatch):
+    local, notes = mapped(*(staircase(seed) for seed in (1, 2)))
+    assert notes == []
+    points = [model.point for model in local.models]
+    assert [point.direction for point in points] == [1, 1, -1, -1]
+    assert [len(model.fit.trials) for model in local.models] == [2, 2, 2, 2]
+    # Mean over the step and the fifth of the plateau before it that it starts from.
+    for point, (before, after) in zip(points, itertools.pairwise(LEVELS), strict=True):
+        assert point.pressure == pytest.approx((0.2 * before + after) / 1.2, rel=0.01)
+        assert point.amplitude == pytest.approx(0.25 * abs(after - before))
+    for model in local.models:
+        assert model.fit["T"].value == pytest.approx(0.3, rel=0.02)
+    # A load makes points of its own; of very many some are drawn.
+    loads = [staircase(seed, load=float(seed)) for seed in (1, 2)]
+    assert len(mapped(*loads)[0].models) == 8
+    monkeypatch.setattr("pamsim.identification.local._MOST", 3)
+    local, notes = mapped(loads[0])
+    assert notes == ["of 4 operating points 3, drawn at random, have a model"]
+    assert len(local.models) == 3
+
+
+def test_a_gain_that_falls_with_the_level_is_found():
+    local, _ = mapped(staircase(1, lambda p: 1e-6 * (1.0 - (p - 3e5) / 4e5)))
+    gains = [model.fit.gain for model in local.models]
+    assert gains == pytest.approx([1e-6, 0.75e-6, 0.75e-6, 1e-6], rel=0.02)
+
+
+def test_an_input_that_changes_too_fast_stays_whole():
+    trials = [staircase(seed, hold=0.4, protocol=name) for seed, name in enumerate("ab")]
+    local, _ = mapped(*trials)
+    assert [model.point.direction for model in local.models] == [0, 0]
+    assert mapped(trials[0])[0] is None

@@ -6,18 +6,22 @@ import numpy as np
 import pytest
 
 from pamsim.identification.choice import recommend
-from pamsim.identification.models import ModelSet, fit_models
-from pamsim.identification.structure_choice import choice_by_free_run
+from pamsim.identification.models import Candidate, ModelSet, fit_models
+from pamsim.identification.structure_choice import choice_by_free_run, p_value_of_improvement
+from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.linear.continuous_structure import ContinuousStructure
+from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.residual_tests import residual_nonlinearity
 from pamsim.linear.signal_record import SignalRecord
 from pamsim.linear.structure_scan import rough_fit
-from tests.unit.linear.planted import coloured, sampled, steps
+from tests.unit.linear.planted import coloured, record, sampled, steps
 
 TS = 0.05
+FEW = {"start": "free", "arx": (1, 1, 1), "oe": (1, 1, 1)}
+LAG = [2.0], [0.4, 1.0]
 
 
-def trial(numerator, denominator, seed, *, n=600, noise=0.03, bend=0.0, slow=0.0, drift=0.0):
+def trial(numerator, denominator, seed, *, n=400, noise=0.03, bend=0.0, slow=0.0, drift=0.0):
     draw = np.random.default_rng(seed)
     given = steps(draw, n + 100, 10)
     output = sampled(numerator, denominator, given, TS)
@@ -29,14 +33,14 @@ def trial(numerator, denominator, seed, *, n=600, noise=0.03, bend=0.0, slow=0.0
 
 
 def identified(record):
-    fitted = fit_models([record], [], ModelSet(start="free"))
+    fitted = fit_models([record], [], ModelSet(**FEW))
     chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
     best = next(c.fit for c in fitted.candidates if c.name == chosen.best)
     return fitted, chosen, best
 
 
 PLANTS = {
-    "one lag": ([2.0], [0.4, 1.0]),
+    "one lag": LAG,
     "oscillation": ([2.0], [1.0 / 16.0, 0.4 / 4.0, 1.0]),
     "lag and integrator": ([0.8], [0.3, 1.0, 0.0]),
     "three poles, one zero": ([1.0, 2.0], np.convolve([1.0 / 25.0, 0.2 / 5.0, 1.0], [1.0, 1.0])),
@@ -53,11 +57,10 @@ def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
     assert np.sort(np.abs(best.poles)) == pytest.approx(expected, rel=0.1, abs=1e-12)
 
 
-def test_a_bent_plant_is_said_to_be_nonlinear_and_not_recommended():
-    record = trial([2.0], [0.4, 1.0], 2, bend=0.1)
+def test_a_bent_plant_is_called_nonlinear_and_not_recommended():
+    record = trial(*LAG, 2, bend=0.1)
     _, chosen, best = identified(record)
-    assert chosen.name == ""
-    assert chosen.best != ""
+    assert (chosen.name, chosen.best != "") == ("", True)
     assert "the plant is not linear" in chosen.missing
     assert "the last third of each trial" in chosen.reason
     assert residual_nonlinearity(best, [record]).p_value < 1e-4
@@ -67,9 +70,9 @@ def test_a_bent_plant_is_said_to_be_nonlinear_and_not_recommended():
 def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
     p_values: list[float] = []
     for seed in range(40):
-        record = trial([2.0], [0.4, 1.0], 100 + seed, n=200)
-        fitted = fit_models([record], [], ModelSet(start="free", order=1, dead_time="none"))
-        p_values.append(residual_nonlinearity(fitted.candidates[0].fit, [record]).p_value)
+        record = trial(*LAG, 100 + seed, n=200)
+        fit = fit_continuous([record], order=1, start="free")
+        p_values.append(residual_nonlinearity(fit, [record]).p_value)
     assert np.mean(np.array(p_values) < 0.05) < 0.2
     assert 0.3 < np.mean(p_values) < 0.7
 
@@ -77,25 +80,22 @@ def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
 def test_a_step_response_shows_one_pole():
     draw = np.random.default_rng(7)
     given = np.append(np.zeros(10), np.ones(390))
-    output = sampled([2.0], [0.4, 1.0], given, TS) + 0.01 * draw.normal(size=400)
-    record = SignalRecord("step", TS * np.arange(400), given, output)
-    best = identified(record)[2]
-    assert best.structure.order == 1
-    assert not best.structure.drift
+    output = sampled(*LAG, given, TS) + 0.01 * draw.normal(size=400)
+    best = identified(SignalRecord("step", TS * np.arange(400), given, output))[2]
+    assert (best.structure.order, best.structure.drift) == (1, False)
 
 
 def test_a_bent_plant_whose_record_rests_at_its_end_is_judged_by_aicc():
     draw = np.random.default_rng(7)
-    given = np.concatenate([steps(draw, 300, 10), np.zeros(200)])
-    output = sampled([2.0], [0.4, 1.0], given, TS)
-    output = output + 0.3 * output**2 + 0.01 * draw.normal(size=500)
-    record = SignalRecord("rests", TS * np.arange(500), given, output)
+    given = np.concatenate([steps(draw, 240, 10), np.zeros(160)])
+    output = sampled(*LAG, given, TS)
+    output = output + 0.3 * output**2 + 0.01 * draw.normal(size=400)
+    record = SignalRecord("rests", TS * np.arange(400), given, output)
     assert "the best by AICc" in identified(record)[1].reason
 
 
 def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
-    record = trial([2.0], [0.4, 1.0], 4, drift=0.5)
-    _, chosen, best = identified(record)
+    _, chosen, best = identified(trial(*LAG, 4, drift=0.5))
     assert chosen.name == "first_order_drift"
     assert best["T"].value == pytest.approx(0.4, rel=0.05)
     assert best.trials[0].drift == pytest.approx(0.5, abs=0.1)
@@ -106,44 +106,97 @@ def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
 def test_slow_noise_is_not_taken_for_poles():
     right = 0
     for seed in range(6):
-        best = identified(trial([2.0], [0.4, 1.0], 20 + seed, noise=0.05, slow=0.85))[2]
+        best = identified(trial(*LAG, 20 + seed, n=600, noise=0.05, slow=0.85))[2]
         right += best.structure.order + best.structure.integrators == 1
     assert right >= 5
 
 
 def test_held_out_trials_judge_a_linear_plant_too():
-    fitted, held_out = (trial([2.0], [0.4, 1.0], seed) for seed in (5, 6))
-    models = fit_models([fitted], [held_out], ModelSet(start="free"))
+    fitted, held_out = (trial(*LAG, seed, n=200) for seed in (5, 6))
+    models = fit_models([fitted], [held_out], ModelSet(**FEW))
     assert models.choice.judged_by == "the held-out trials"
 
 
 def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_out():
     draw = np.random.default_rng(9)
-    given = steps(draw, 700, 10)
-    output = sampled([2.0], [0.4, 1.0], given, TS, delay=0.4)
+    given = steps(draw, 400, 10)
+    output = sampled(*LAG, given, TS, delay=0.4)
     output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
-    record = SignalRecord("late", TS * np.arange(600), given[100:], output[100:])
+    record = SignalRecord("late", TS * np.arange(300), given[100:], output[100:])
     for dead_time, expected in (("free", True), ("none", False)):
-        fitted = fit_models([record], [], ModelSet(start="free", dead_time=dead_time))
+        fitted = fit_models([record], [], ModelSet(**FEW, dead_time=dead_time))
         chosen = next(c.fit.structure for c in fitted.candidates if c.name == fitted.chosen)
         assert chosen.dead_time is expected
 
 
-@pytest.mark.parametrize("integrators", [0, 1])
-@pytest.mark.parametrize("seed", range(3))
-def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_there(
-    integrators, seed
-):
-    draw = np.random.default_rng(seed)
-    denominator = [0.3, 1.0, 0.0] if integrators else [3.0, 1.0]
-    given = steps(draw, 600, 10)
-    output = sampled([1.0], denominator, given, TS)
-    output += 0.02 * np.std(output) * draw.normal(size=output.size)
-    record = SignalRecord("trial", TS * np.arange(output.size), given, output)
-    scores: list[float] = []
-    for start in ("rest", "free"):
-        structure = ContinuousStructure(order=1, integrators=integrators, start=start)
-        fit = rough_fit(structure, [record], [np.log(denominator[:1])])
-        scores += choice_by_free_run([fit], [record], []).held_out
-    assert scores[0] == pytest.approx(scores[1], abs=1.0)
-    assert scores[0] > 90.0
+def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_there():
+    for seed in range(2):
+        for integrators, denominator in ((0, [3.0, 1.0]), (1, [0.3, 1.0, 0.0])):
+            draw = np.random.default_rng(seed)
+            given = steps(draw, 600, 10)
+            output = sampled([1.0], denominator, given, TS)
+            output += 0.02 * np.std(output) * draw.normal(size=output.size)
+            record = SignalRecord("trial", TS * np.arange(output.size), given, output)
+            scores: list[float] = []
+            for start in ("rest", "free"):
+                structure = ContinuousStructure(order=1, integrators=integrators, start=start)
+                fit = rough_fit(structure, [record], [np.log(denominator[:1])])
+                scores += choice_by_free_run([fit], [record], []).held_out
+            assert scores[0] == pytest.approx(scores[1], abs=1.0)
+            assert scores[0] > 90.0
+
+
+def candidates(records, held_out=(), **second):
+    """The first order, and what is asked for beside it."""
+    fits = {
+        "plain": fit_continuous(records, order=1, held_out=held_out),
+        "second": fit_continuous(records, **{"order": 2, **second}, held_out=held_out),
+    }
+    return [Candidate(name=name, fit=fit, independence=None) for name, fit in fits.items()]
+
+
+def lagged(constants, *seeds, n=600):
+    noise = {"gain": 1.0, "noise": 0.05, "phi": 0.8, "hold": 20}
+    return [record(seed, constants=constants, n=n, **noise) for seed in seeds]
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize(("constants", "expected"), [((0.5,), "plain"), ((0.15, 0.5), "second")])
+def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
+    records, held = lagged(constants, 1, 2), lagged(constants, 3, 4) if hold else []
+    given = candidates(records, held)
+    found = recommend(given, records, held)
+    assert found.name == expected, found.reason
+    assert ("held-out" in found.reason) is hold or "only model" in found.reason
+    assert min(found.aicc.values()) == 0.0
+    # Noise correlated by 0.8 from sample to sample: (1 - 0.8) / (1 + 0.8) of them count.
+    if expected == "second" and not hold:
+        assert found.effective_samples == pytest.approx(1200 * 0.2 / 1.8, rel=0.35)
+    if expected == "plain":  # none can be trusted
+        assert given[1].fit.status is not FitStatus.CONVERGED
+        alone = recommend(given[1:], records, held)
+        assert alone.name == ""
+        assert given[1].fit.sentence in alone.reason
+
+
+def test_a_parameter_that_is_not_there_is_seldom_accepted():
+    accepted = []
+    for seed in range(8):
+        records, held = lagged((0.5,), seed, n=250), lagged((0.5,), 100 + seed, n=250)
+        given = candidates(records, held, order=1, dead_time=True)
+        accepted.append(recommend(given, records, held).name == "second")
+    assert sum(accepted) <= 1
+
+
+def test_slow_errors_at_two_rates_are_no_more_often_taken_for_a_difference():
+    p_values = []
+    for seed in range(200):
+        draw = np.random.default_rng(seed)
+        # Of one correlation time: sampled fifty times as slowly it is white.
+        first, second = ([coloured(draw, 600, 0.9), draw.normal(size=600)] for _ in range(2))
+        p_values.append(p_value_of_improvement(first, second, [0.01, 0.5]))
+    assert np.mean(np.array(p_values) < 0.05) == pytest.approx(0.05, abs=0.04)
+    small = [coloured(np.random.default_rng(0), 800, 0.9)]
+    assert p_value_of_improvement([1.5 * small[0]], small, [0.01]) < 0.01
+    assert p_value_of_improvement(small, [1.5 * small[0]], [0.01]) > 0.99
+    assert p_value_of_improvement(small, small, [0.01]) == 1.0

@@ -1,17 +1,20 @@
-"""ARX and output error of any orders: planted models, bias, several trials, intervals."""
+"""ARX and output error: planted models, the paper's equation (29), bias, held gain, poles."""
 
 from __future__ import annotations
+
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.linear.arx import UnderdeterminedError
+from pamsim.linear.arx import PoleStatus, UnderdeterminedError, fit_arx, time_constants_from_arx
 from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
 from pamsim.linear.discrete_structure import DiscreteStructure, regression
 from pamsim.linear.identified_model import FitStatus
 from pamsim.linear.signal_record import SignalRecord
-from tests.unit.linear.planted import record, refuses, steps
+from tests.unit.linear.planted import arx, record, refuses, steps
 
 TS = 0.02
 
@@ -26,7 +29,6 @@ def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
     return SignalRecord(f"d{seed}", TS * np.arange(n), u, y, ("Pa",), "rad")
 
 
-@pytest.mark.parametrize("fit", ["arx", "oe"])
 @pytest.mark.parametrize(
     ("a", "b", "nk"),
     [
@@ -36,21 +38,21 @@ def discrete(seed, a, b, nk, *, noise=0.0, through_a=False, offset=1.5, n=500):
         ((-2.55, 2.2, -0.64), (0.01, 0.02), 2),
     ],
 )
-def test_planted_models_of_any_order_are_recovered(fit, a, b, nk) -> None:
+def test_planted_models_of_any_order_are_recovered(a, b, nk):
     given = [discrete(1, a, b, nk), discrete(2, a, b, nk, offset=-9.0)]
-    if fit == "arx":
-        model = fit_arx_records(given, na=len(a), nb=len(b), nk=nk)
-    else:
-        model = fit_oe(given, nb=len(b), nf=len(a), nk=nk)
-    assert model.status is FitStatus.CONVERGED
-    assert model.coordinates == pytest.approx([*a, *b], abs=1e-6)
-    assert model.denominator == pytest.approx([1.0, *a], abs=1e-6)
-    assert model.numerator == pytest.approx(b, abs=1e-6)
-    assert model.fit_percent == pytest.approx(100.0, abs=1e-3)
-    assert [t.offset for t in model.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
+    for model in (
+        fit_arx_records(given, na=len(a), nb=len(b), nk=nk),
+        fit_oe(given, nb=len(b), nf=len(a), nk=nk),
+    ):
+        assert model.status is FitStatus.CONVERGED
+        assert model.coordinates == pytest.approx([*a, *b], abs=1e-6)
+        assert model.denominator == pytest.approx([1.0, *a], abs=1e-6)
+        assert model.numerator == pytest.approx(b, abs=1e-6)
+        assert model.fit_percent == pytest.approx(100.0, abs=1e-3)
+        assert [t.offset for t in model.trials] == pytest.approx([1.5, -9.0], abs=1e-4)
 
 
-def test_offsets_are_those_of_a_column_of_ones_for_each_trial() -> None:
+def test_offsets_are_those_of_a_column_of_ones_for_each_trial():
     options = {"noise": 0.01, "through_a": True}
     given = [
         discrete(3, (-1.6, 0.63), (0.02, 0.05), 1, **options),
@@ -67,7 +69,7 @@ def test_offsets_are_those_of_a_column_of_ones_for_each_trial() -> None:
     assert model.covariance == pytest.approx(covariance[:4, :4], rel=1e-6)
 
 
-def test_sensor_noise_biases_arx_and_not_output_error() -> None:
+def test_sensor_noise_biases_arx_and_not_output_error():
     given = [record(s, constants=(0.1, 0.5), noise=0.1, n=1000) for s in range(2)]
     arx = fit_arx_records(given, na=2, nb=2, nk=1)
     oe = fit_oe(given, nb=2, nf=2, nk=1)
@@ -78,7 +80,7 @@ def test_sensor_noise_biases_arx_and_not_output_error() -> None:
     assert "prefer output error" in arx.sentence
 
 
-def test_poles_have_their_continuous_equivalents() -> None:
+def test_poles_have_their_continuous_equivalents():
     fit = fit_oe([record(4, constants=(0.1, 0.5))], nb=2, nf=2, nk=1)
     assert [s.real for s in fit.continuous_poles if s] == pytest.approx([-2.0, -10.0], rel=1e-4)
     times = {e.name: e.value for e in fit.estimates if e.name.startswith("T")}
@@ -86,42 +88,130 @@ def test_poles_have_their_continuous_equivalents() -> None:
     lonely = fit_arx_records([discrete(5, (0.5,), (1.0,), 1)], na=1, nb=1, nk=1)
     assert lonely.continuous_poles == (None,)
     assert "no continuous equivalent" in lonely.sentence
+    for poles, size in (((0.9, 0.5), 0.9), ((1.2, 0.5), 0.5), ((0.5, 0.0), 0.5)):
+        structure = DiscreteStructure("arx", na=2, nb=1, nk=1, sample_time=0.01)
+        decay = structure.slowest(np.append(np.poly(poles)[1:], 1.0))  # of the stable ones
+        assert decay == pytest.approx(-0.01 / np.log(size), rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["arx", "oe", "oe coloured"])
-def test_intervals_cover(kind: str) -> None:
-    truth = {"K": 3.0, "T": -TS / np.log(0.9), "a1": -0.9, "b1": 0.3}
-    runs, hits = 30, dict.fromkeys(truth, 0)
+def test_intervals_cover(kind):
+    planted = {"K": 3.0, "T": -TS / np.log(0.9), "a1": -0.9, "b1": 0.3}
+    runs, hits = 25, dict.fromkeys(planted, 0)
     for seed in range(runs):
         options = {"noise": 0.2, "n": 300, "through_a": kind != "oe"}
-        given = discrete(100 + seed, (-0.9,), (0.3,), 1, **options)
+        given = [discrete(100 + seed, (-0.9,), (0.3,), 1, **options)]
         if kind == "arx":
-            fit = fit_arx_records([given], na=1, nb=1, nk=1)
+            fit = fit_arx_records(given, na=1, nb=1, nk=1)
         else:
-            fit = fit_oe([given], nb=1, nf=1, nk=1)
+            fit = fit_oe(given, nb=1, nf=1, nk=1)
         for item in fit.estimates:
             low, high = item.interval95
-            hits[item.name] += low < truth[item.name] < high
-    # Binomial(30, 0.95): 99.9 % of seeds give at least 24 hits.
-    assert min(hits.values()) >= 24, hits
+            hits[item.name] += low < planted[item.name] < high
+    # Binomial(25, 0.95): 99.9 % of seeds give at least 20 hits.
+    assert min(hits.values()) >= 20, hits
 
 
-def test_unexcited_directions_and_mixed_rates_are_refused() -> None:
-    u = np.append(np.zeros(5), np.ones(95))
-    flat = SignalRecord("flat", TS * np.arange(100), u, lfilter([0.0, 0.1], [1.0, -0.9], u))
+def test_a_sampled_chain_of_lags_is_recovered_with_and_without_its_gain():
+    u = np.random.default_rng(2).standard_normal(2500)
+    for constants in ((0.64595,), (0.090314, 0.57873)):  # Matiskova 2021, equation (31)
+        poles = np.exp(-0.002 / np.array(constants))
+        first = lfilter([0.0, 1.0 - poles[0]], [1.0, -poles[0]], u)
+        if len(constants) == 2:
+            t1, t2 = constants
+            slow = lfilter([0.0, 1.0 - poles[1]], [1.0, -poles[1]], u)
+            first = (t1 * first - t2 * slow) / (t1 - t2)  # by partial fractions
+        for static_gain, gain in ((None, 3.5), (1.0, 1.0), (3.5, 3.5)):
+            order = len(constants)
+            fit = fit_arx(gain * first, u, 0.002, na=order, nb=order, static_gain=static_gain)
+            chain = time_constants_from_arx(fit)
+            assert chain.status is PoleStatus.LAGS
+            assert chain.time_constants == pytest.approx(constants, rel=1e-6)
+            assert chain.gain == pytest.approx(gain, rel=1e-6)
+
+
+@pytest.mark.parametrize(("na", "nb", "delay"), [(1, 1, 1), (2, 2, 1), (3, 2, 0), (2, 3, 4)])
+def test_estimate_is_equation_29(na, nb, delay):
+    rng = np.random.default_rng(3)
+    u = rng.standard_normal(400)
+    y = lfilter([0.0, 0.4, 0.2], [1.0, -0.9, 0.3], u) + 0.05 * rng.standard_normal(400)
+    # Equation (29) term by term, written independently of `regression`.
+    start = max(na, nb + delay - 1)
+    matrix, vector = np.zeros((na + nb, na + nb)), np.zeros(na + nb)
+    for t in range(start, 400):
+        given = [u[t - delay - i] for i in range(nb)]
+        phi = np.array([-y[t - i] for i in range(1, na + 1)] + given)
+        matrix += np.outer(phi, phi)
+        vector += phi * y[t]
+    model = fit_arx(y, u, TS, na=na, nb=nb, delay=delay)
+    np.testing.assert_allclose(model.coordinates, np.linalg.inv(matrix) @ vector, atol=1e-8)
+    assert model.n == 400 - start
+
+
+def test_residual_variance_estimates_equation_error():
+    rng = np.random.default_rng(4)
+    u, noise = rng.standard_normal((2, 20000))
+    y = lfilter([0.0, 0.5], [1.0, -0.8], u) + lfilter([1.0], [1.0, -0.8], 0.3 * noise)
+    model = fit_arx(y, u, TS, na=1, nb=1)
+    assert model.residual_variance == pytest.approx(0.09, rel=0.04)
+    assert model.coordinates[0] == pytest.approx(-0.8, abs=0.01)  # equation error: no bias
+
+
+def test_held_gain_is_the_constrained_minimum():
+    rng = np.random.default_rng(5)
+    u = rng.standard_normal(300)
+    y = lfilter([0.0, 0.3], [1.0, -0.7], u) + 0.1 * rng.standard_normal(300)
+    for gain in (1.0, -3.0):
+        model = fit_arx(y, u, TS, na=1, nb=2, static_gain=gain)
+        assert model.structure.static_gain(model.coordinates) == pytest.approx(gain)
+        phi, target = regression(y, u, na=1, nb=2)
+        gradient = phi.T @ (phi @ model.coordinates - target)
+        # At the minimum the gradient is parallel to the constraint's normal.
+        normal = np.array([-gain, 1.0, 1.0]) / np.sqrt(gain**2 + 2.0)
+        np.testing.assert_allclose(gradient, normal * (gradient @ normal), atol=1e-9)
+        assert np.linalg.norm(gradient) > 1e-3
+
+
+def test_poles_that_are_no_lags_give_a_status_and_no_numbers():
+    for a, status in (
+        ((-0.9,), PoleStatus.LAGS),
+        ((0.4,), PoleStatus.NOT_POSITIVE),
+        ((0.0,), PoleStatus.NOT_POSITIVE),
+        ((-1.0,), PoleStatus.UNSTABLE),
+        ((-1.8, 0.9), PoleStatus.COMPLEX),
+        ((-0.4, -0.2), PoleStatus.NOT_POSITIVE),
+        ((-2.0, 1.2), PoleStatus.UNSTABLE),
+    ):
+        chain = time_constants_from_arx(arx(a, (0.1,), TS))
+        assert chain.status is status, a
+        assert (len(chain.time_constants) == len(a)) == (status is PoleStatus.LAGS)
+        assert (chain.gain is None) == (status is not PoleStatus.LAGS)
+        assert "pole" in chain.sentence
+
+
+def test_undetermined_and_bad_input_are_refused():
+    given = discrete(7, (-0.9,), (0.1,), 1, n=50, offset=0.0)
+    y, u = given.output, given.input
+    held = np.append(np.zeros(5), np.ones(95))
+    flat = SignalRecord("flat", TS * np.arange(100), held, lfilter([0.0, 0.1], [1.0, -0.9], held))
+    with pytest.raises(UnderdeterminedError, match="1 of 2 directions"):
+        fit_arx(y, np.ones(50), TS, na=0, nb=2)
+    with pytest.raises(UnderdeterminedError):  # first-order data, second-order model
+        fit_arx(y, u, TS, na=2, nb=2)
     with pytest.raises(UnderdeterminedError, match="not excited"):
         fit_arx_records([flat], na=2, nb=4, nk=1)
+    refuses("constant", fit_arx, np.ones(50), u, TS, na=1, nb=1)
+    refuses("index 7", fit_arx, np.where(np.arange(50) == 7, np.nan, y), u, TS, na=1, nb=1)
+    refuses("too short", fit_arx, y[:5], u[:5], TS, na=2, nb=2)
+    refuses("sample time", fit_arx, y, u, 0.0, na=1, nb=1)
+    refuses("one length", fit_arx, y, u[:-1], TS, na=1, nb=1)
+    refuses("orders", fit_arx, y, u, TS, na=1, nb=0)
+    refuses("static gain", fit_arx, y, u, TS, na=1, nb=1, static_gain=float("nan"))
+    refuses("na=3", time_constants_from_arx, arx((0.1, 0.1, 0.1), (1.0,), TS))
     refuses("sampled every", fit_oe, [record(6), record(7, interval=0.01)], nb=1, nf=1, nk=1)
     refuses("nf=0", fit_oe, [record(6)], nb=1, nf=0, nk=1)
 
 
-@pytest.mark.parametrize(
-    ("poles", "size"),
-    [((0.9, 0.5), 0.9), ((1.2, 0.5), 0.5), ((0.5, 0.0), 0.5)],
-)
-def test_the_slowest_decay_is_that_of_the_largest_stable_pole(
-    poles: tuple[float, float], size: float
-) -> None:
-    structure = DiscreteStructure("arx", na=2, nb=1, nk=1, sample_time=0.01)
-    coordinates = np.append(np.poly(poles)[1:], 1.0)
-    assert structure.slowest(coordinates) == pytest.approx(-0.01 / np.log(size), rel=1e-9)
+def test_importing_arx_does_not_import_control():
+    code = "import sys, pamsim.linear.arx; sys.exit('control' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -15,7 +15,7 @@ from tests.unit.linear.planted import record, refuses
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])
-def test_level_of_a_right_model(phi: float) -> None:
+def test_level_of_a_right_model(phi):
     chances = []
     for seed in range(25):
         given = [record(2000 + seed, noise=0.2, phi=phi, n=300)]
@@ -26,23 +26,25 @@ def test_level_of_a_right_model(phi: float) -> None:
     assert np.mean(chances) == pytest.approx(0.5, abs=0.18)
 
 
-@pytest.mark.parametrize("phi", [0.0, 0.9])
-@pytest.mark.parametrize("lack", ["lag", "dead time"])
-def test_missing_dynamics_are_seen(lack: str, phi: float) -> None:
-    options = {"constants": (0.1, 0.4)} if lack == "lag" else {"delay": 0.08}
-    given = [record(21, noise=0.2, phi=phi, **options)]
-    poor = residual_independence(fit_continuous(given, order=1), given)
-    assert not poor.independent
-    assert "missing" in poor.sentence
-    rich = fit_continuous(given, order=2 if lack == "lag" else 1, dead_time=lack == "dead time")
-    assert residual_independence(rich, given).p_value > 100.0 * poor.p_value
+def test_missing_dynamics_are_seen():
+    for lack, options in (("lag", {"constants": (0.1, 0.4)}), ("dead time", {"delay": 0.08})):
+        for phi in (0.0, 0.9):
+            given = [record(21, noise=0.2, phi=phi, **options)]
+            poor = residual_independence(fit_continuous(given, order=1), given)
+            assert not poor.independent, (lack, phi)
+            assert "missing" in poor.sentence
+            asked = {"order": 2} if lack == "lag" else {"order": 1, "dead_time": True}
+            fit = fit_continuous(given, **asked)
+            rich = residual_independence(fit, given)
+            assert rich.p_value > 100.0 * poor.p_value
+            if phi == 0.0 and lack == "dead time":  # lags reach past it and the slowest decay
+                decay = fit.structure.slowest(fit.coordinates)
+                assert rich.longest_lag < 0.25 * given[0].duration
+                assert rich.longest_lag - fit.dead_time == pytest.approx(3.0 * decay, rel=1e-9)
 
 
-def test_discrete_models_are_tested_too() -> None:
-    given = [
-        record(22, constants=(0.1, 0.4), noise=0.1),
-        record(23, constants=(0.1, 0.4), noise=0.1),
-    ]
+def test_discrete_models_are_tested_too():
+    given = [record(seed, constants=(0.1, 0.4), noise=0.1) for seed in (22, 23)]
     # Right models fall below 5 % now and then; below 0.1 % is significant for one seed.
     assert residual_independence(fit_oe(given, nb=2, nf=2, nk=1), given).p_value > 1e-3
     assert not residual_independence(fit_oe(given, nb=1, nf=1, nk=1), given).independent
@@ -51,23 +53,11 @@ def test_discrete_models_are_tested_too() -> None:
     json.dumps(to_dict(poor), allow_nan=False)
 
 
-def test_what_is_perfect_leaves_nothing_to_explain() -> None:
+def test_what_is_perfect_leaves_nothing_to_explain_and_only_fitted_trials_can_be_asked():
     given = [record(24)]
-    result = residual_independence(fit_continuous(given, order=1), given)
+    fit = fit_continuous(given, order=1)
+    result = residual_independence(fit, given)
     assert result.independent
     assert "to rounding" in result.sentence
-
-
-def test_only_fitted_trials_can_be_asked() -> None:
-    fit = fit_continuous([record(25, noise=0.1)], order=1)
     refuses("fitted trials", residual_independence, fit, [record(26)])
-    refuses("lags = 0", residual_independence, fit, [record(25, noise=0.1)], lags=0)
-
-
-def test_lags_reach_past_the_dead_time_and_the_slowest_decay() -> None:
-    given = [record(21, noise=0.2, delay=0.08)]
-    fit = fit_continuous(given, order=1, dead_time=True)
-    decay = fit.structure.slowest(fit.coordinates)
-    longest = residual_independence(fit, given).longest_lag
-    assert longest < 0.25 * given[0].duration
-    assert longest - fit.dead_time == pytest.approx(3.0 * decay, rel=1e-9)
+    refuses("lags = 0", residual_independence, fit, given, lags=0)

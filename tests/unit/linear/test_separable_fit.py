@@ -12,40 +12,31 @@ from pamsim.linear.noise_weighted_fit import noise_weighted_fit
 from pamsim.linear.separable_fit import Separable, minimise
 from tests.unit.linear.planted import record
 
-NOISES = [TrialNoise((ArNoise(own, 1.0), ArNoise(own, 4.0))) for own in ((), (-0.8, 0.2))]
 
-
-@pytest.mark.parametrize("noise", NOISES)
-def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(noise: TrialNoise) -> None:
+@pytest.mark.parametrize("colour", [(), (-0.8, 0.2)])
+def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(colour):
+    noise = TrialNoise((ArNoise(colour, 1.0), ArNoise(colour, 4.0)))
     records = [record(1, noise=0.1), record(2, noise=0.1)]
-    structure = ContinuousStructure(2, 1, dead_time=True, real_lags=False, start="free")
-    problem = structure.problem(records)
+    problem = ContinuousStructure(2, 1, True, False, "free").problem(records)
     x = np.array([0.5, 0.2, 0.031])
     part = problem.linear_part(x, noise)
     slope = problem.jacobian(x, part)
 
-    def cost(at: np.ndarray) -> float:
+    def cost(at):
         residual = problem.linear_part(at, noise).residual
         return float(residual @ residual)
 
-    steps = 1e-5 * np.eye(3)
-    gradient = [(cost(x + step) - cost(x - step)) / 2e-5 for step in steps]
+    gradient = [(cost(x + step) - cost(x - step)) / 2e-5 for step in 1e-5 * np.eye(3)]
     np.testing.assert_allclose(2.0 * slope.T @ part.residual, gradient, rtol=1e-4)
     # A change of theta or of a trial's own coefficients cannot undo any part of it.
     first = part.blocks[0].shape[0]
-    own = [(part.blocks[0], slice(0, first)), (part.blocks[1], slice(first, None))]
-    for block, rows in own:
+    for block, rows in zip(part.blocks, (slice(0, first), slice(first, None)), strict=True):
         columns = block[:, : part.own[0].size]
         assert np.max(np.abs(columns.T @ slope[rows])) <= 1e-8 * np.linalg.norm(columns)
     shared = np.concatenate([block[:, part.own[0].size : -1] for block in part.blocks])
     assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
-
-
-@pytest.mark.parametrize("noise", NOISES)
-def test_without_a_coordinate_there_is_no_slope(noise: TrialNoise) -> None:
-    structure = ContinuousStructure(0, 0, integrators=1)
-    problem = structure.problem([record(1), record(2)])
-    part = problem.linear_part(np.empty(0), noise)
+    problem = ContinuousStructure(0, 0, integrators=1).problem(records)
+    part = problem.linear_part(np.empty(0), noise)  # without a coordinate there is no slope
     assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
 
 

@@ -1,4 +1,4 @@
-"""python-control transfer functions of fitted models agree with what was fitted."""
+"""python-control of fitted models, Bode and step data with bands, and plants drawn from a fit."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
 from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.continuous_structure import ContinuousStructure
 from pamsim.linear.discrete_fit import fit_oe
 from pamsim.linear.first_second_order import first_order_step, second_order_step
+from pamsim.linear.response_bands import frequency_response, step_response_band
 from pamsim.linear.step_identification import fit_step
 from pamsim.linear.transfer_function import (
     continuous,
@@ -25,58 +24,54 @@ from pamsim.linear.transfer_function import (
 from tests.unit.linear.planted import arx, record, refuses, simulated
 
 TIME = np.linspace(0.0, 5.0, 501)
+W = np.geomspace(0.1, 50.0, 20)
+SAMPLES = 0.02 * np.arange(100)
 
 
-@pytest.mark.parametrize(("t1", "t2"), [(0.090314, 0.57873), (0.5, 0.5), (0.01, 2.0)])
-def test_second_order_closed_form_is_the_step_of_control(t1: float, t2: float) -> None:
-    fit = replace(
-        fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2),
-        coordinates=np.array([np.log(t1), np.log(t2), 3.0]),
-    )
-    expected = second_order_step(TIME, t1, t2, 3.0)
-    np.testing.assert_allclose(step_response(continuous(fit), TIME), expected, atol=1e-9)
+@pytest.fixture(scope="module")
+def two():
+    """Two lags, by a continuous fit and by output error."""
+    given = [record(60, constants=(0.1, 0.5), noise=0.05)]
+    return fit_continuous(given, order=2), fit_oe(given, nb=2, nf=2, nk=1)
 
 
-def test_first_order_closed_form_is_the_step_of_control() -> None:
-    fit = fit_step(TIME, first_order_step(TIME, 0.64595), order=1)
-    response = step_response(continuous(fit), TIME)
-    np.testing.assert_allclose(response, first_order_step(TIME, 0.64595), atol=1e-9)
+def test_bode_and_step_data_are_those_of_python_control(two):
+    for fit, system, at in zip(
+        two, (continuous(two[0]), discrete(two[1])), (1j * W, np.exp(1j * W * 0.02)), strict=True
+    ):
+        bode, step = frequency_response(fit, W), step_response_band(fit, SAMPLES)
+        value = system(at)
+        np.testing.assert_allclose(bode.magnitude, np.abs(value), rtol=1e-9)
+        np.testing.assert_allclose(bode.phase, np.unwrap(np.angle(value)), atol=1e-9)
+        for form in (system, state_space(fit)):
+            np.testing.assert_allclose(step.output, step_response(form, SAMPLES), atol=1e-8)
+        assert step.band[1, 0] - step.band[0, 0] == pytest.approx(0.0, abs=1e-12)  # at the start
+    fit, system = two[0], continuous(two[0])
+    assert sorted(p.real for p in fit.poles) == pytest.approx(sorted(system.poles().real))
+    assert system.dcgain() == pytest.approx(fit.gain)
 
 
-@pytest.mark.parametrize("delay", [0, 1, 3])
-def test_discrete_step_is_the_simulated_arx(delay: int) -> None:
+def test_closed_forms_are_steps_of_control():
+    fit = fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2)
+    for t1, t2 in ((0.090314, 0.57873), (0.5, 0.5), (0.01, 2.0)):
+        placed = replace(fit, coordinates=np.array([np.log(t1), np.log(t2), 3.0]))
+        expected = second_order_step(TIME, t1, t2, 3.0)
+        np.testing.assert_allclose(step_response(continuous(placed), TIME), expected, atol=1e-9)
+
+
+def test_discrete_step_is_the_simulated_arx():
     interval = 1.0 / 300.0  # its times, written with six decimals, are not its multiples
-    model = arx((-1.2, 0.5), (0.3, -0.1), interval, delay)
-    transfer = discrete(model)
-    assert transfer.dt == interval
-    np.testing.assert_allclose(
-        step_response(transfer, np.round(np.arange(501) * interval, 6)),
-        simulated(model, np.ones(501)),
-        atol=1e-9,
-    )
-
-
-def test_arx_of_a_sampled_lag_becomes_that_lag() -> None:
+    for delay in (0, 1, 3):
+        model = arx((-1.2, 0.5), (0.3, -0.1), interval, delay)
+        transfer = discrete(model)
+        assert transfer.dt == interval
+        found = step_response(transfer, np.round(np.arange(501) * interval, 6))
+        np.testing.assert_allclose(found, simulated(model, np.ones(501)), atol=1e-9)
     pole = np.exp(-0.01 / 0.4)
     model = arx((-pole,), (2.0 * (1.0 - pole),), 0.01)
     expected = first_order_step(TIME, 0.4, 2.0)
-    np.testing.assert_allclose(step_response(continuous(model), TIME), expected, atol=1e-9)
-    np.testing.assert_allclose(step_response(discrete(model), TIME), expected, atol=1e-9)
-
-
-def test_dead_time_needs_a_pade_order() -> None:
-    late = second_order_step(TIME - 0.2, 0.1, 0.6)
-    fit = replace(
-        fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2),
-        structure=ContinuousStructure(2, dead_time=True),
-        coordinates=np.array([np.log(0.1), np.log(0.6), 0.2, 1.0]),
-    )
-    refuses("pade_order", continuous, fit)
-    response = step_response(continuous(fit, pade_order=5), TIME)
-    np.testing.assert_allclose(response, late, atol=2e-3)
-
-
-def test_refusals() -> None:
+    for system in (continuous(model), discrete(model)):
+        np.testing.assert_allclose(step_response(system, TIME), expected, atol=1e-9)
     ringing = arx((-1.8, 0.9), (0.1,), 0.01)
     refuses("oscillates", continuous, ringing)
     refuses("sampled at", step_response, discrete(ringing), 2.0 * TIME)
@@ -84,33 +79,57 @@ def test_refusals() -> None:
     refuses("not uniform", step_response, discrete(ringing), TIME**2)
 
 
-def test_a_held_input_sees_the_plant_with_its_dead_time() -> None:
-    trial = record(1, constants=(0.1,), delay=0.05)
-    fit = fit_continuous([trial], order=1, dead_time=True)
-    times = np.arange(trial.time.size) * trial.sample_time
+def test_dead_time_turns_the_phase_and_needs_pade_in_a_transfer_function():
+    given = record(61, delay=0.06)
+    fit = fit_continuous([given], order=1, dead_time=True)
+    bode = frequency_response(fit, W)
+    np.testing.assert_allclose(bode.phase, -np.arctan(0.3 * W) - 0.06 * W, atol=1e-4)
+    refuses("pade_order", continuous, fit)
+    near = continuous(fit, pade_order=4)(1j * W[:15])
+    np.testing.assert_allclose(np.abs(near), bode.magnitude[:15], rtol=1e-6)
+    turned = np.unwrap(np.angle(near))
+    np.testing.assert_allclose(turned, bode.phase[:15], atol=1e-3)
+    # A held input sees the dead time itself.
+    times = np.arange(given.time.size) * given.sample_time
     for delay in (0.0, 0.004, 0.06, 0.07, 0.1234):
         late = replace(fit, coordinates=np.array([fit.coordinates[0], delay, 2.0]))
-        plant = with_held_input(late, trial.sample_time)
-        output = control.forced_response(plant, times, trial.input).outputs
-        expected = 2.0 * fit.structure.responses(late.coordinates, trial)[:, 0]
+        plant = with_held_input(late, given.sample_time)
+        output = control.forced_response(plant, times, given.input).outputs
+        expected = 2.0 * fit.structure.responses(late.coordinates, given)[:, 0]
         np.testing.assert_allclose(output, expected, atol=1e-9)
     refuses("period = 0 s must be above 0", with_held_input, fit, 0.0)
 
 
-def test_state_space_answers_as_the_transfer_function() -> None:
-    trial = record(2, constants=(0.1, 0.5), noise=0.02)
-    for fit, form in (
-        (fit_continuous([trial], order=2), continuous),
-        (fit_oe([trial], nb=2, nf=2, nk=1), discrete),
-    ):
-        times = np.arange(100) * trial.sample_time
-        np.testing.assert_allclose(
-            step_response(state_space(fit), times), step_response(form(fit), times), atol=1e-9
-        )
+def test_bands_cover_the_planted_response():
+    runs, hits, w = 25, np.zeros(3), np.array([0.5, 10.0])
+    exact, planted = 2.0 / (1.0 + 0.3j * w), float(first_order_step(0.4, 0.3, 2.0))
+    for seed in range(runs):
+        fit = fit_continuous([record(3000 + seed, noise=0.2, n=300)], order=1)
+        bode = frequency_response(fit, w)
+        magnitude = (bode.magnitude_band[0] < abs(exact)) & (abs(exact) < bode.magnitude_band[1])
+        phase = (bode.phase_band[0] < np.angle(exact)) & (np.angle(exact) < bode.phase_band[1])
+        step = step_response_band(fit, np.array([0.0, 0.4]))
+        hits += [magnitude.all(), phase[1], step.band[0, 1] < planted < step.band[1, 1]]
+    # Binomial(25, 0.95): at least 19; both magnitudes together reach at least 0.90.
+    assert np.all(hits >= [17, 19, 19])
+    fit = fit_continuous([record(64, n=30, hold=4, noise=0.05, interval=0.1)], order=1)
+    step = step_response_band(fit, np.linspace(0.0, 50.0, 3))
+    assert tuple(step.band[:, -1]) == pytest.approx(fit["K"].interval95)
 
 
-def test_drawn_plants_have_the_covariance_of_the_fit() -> None:
-    fit = fit_continuous([record(3, constants=(0.1, 0.5), noise=0.05)], order=2)
+def test_a_fit_without_covariance_has_no_bands_and_bad_axes_are_refused(two):
+    fit = fit_continuous([record(63)], order=3, zeros=1)
+    assert fit.covariance is None
+    assert frequency_response(fit, W).phase_band is None
+    assert step_response_band(fit, SAMPLES).band is None
+    refuses("half the sampling rate", frequency_response, two[1], [1.0, 200.0])
+    refuses("rise", frequency_response, two[1], [1.0, 1.0])
+    refuses("own sample times", step_response_band, two[1], [0.0, 0.1])
+    refuses("start at 0", step_response_band, two[1], [0.1, 0.2])
+
+
+def test_drawn_plants_have_the_covariance_of_the_fit(two):
+    fit = two[0]
     plants = sampled_plants(fit, 600, np.random.default_rng(1))
     poles = np.sort([-plant.poles().real for plant in plants], axis=1)[:, ::-1]
     gains = [float(plant.dcgain()) for plant in plants]
@@ -118,20 +137,18 @@ def test_drawn_plants_have_the_covariance_of_the_fit() -> None:
     order = [*np.argsort(fit.coordinates[:2]), 2]
     expected = fit.covariance[np.ix_(order, order)]
     error = np.sqrt(np.diag(expected))
+    each = np.outer(error, error)
     # Of 600 draws: 1/sqrt(600) = 4 % of an error, four times.
-    np.testing.assert_allclose(
-        found / np.outer(error, error), expected / np.outer(error, error), atol=0.16
-    )
-    np.testing.assert_allclose(
-        np.mean(np.log(poles), axis=0), -fit.coordinates[order[:2]], atol=0.16 * error[:2].max()
-    )
+    np.testing.assert_allclose(found / each, expected / each, atol=0.16)
+    mean = np.mean(np.log(poles), axis=0)
+    np.testing.assert_allclose(mean, -fit.coordinates[order[:2]], atol=0.16 * error[:2].max())
 
 
-def test_drawn_plants_differ_by_as_much_as_the_prediction_errs() -> None:
+def test_drawn_plants_differ_by_as_much_as_the_prediction_errs():
     """Closed loops of the planted lag, against those predicted from noisy records of it."""
     times, errors = 0.02 * np.arange(1, 30), []
 
-    def closed(gain: float, lag: float) -> np.ndarray:
+    def closed(gain, lag):
         around = 1.0 + 3.0 * gain  # a controller of gain 3
         return first_order_step(times, lag / around, 3.0 * gain / around)
 
@@ -143,20 +160,19 @@ def test_drawn_plants_differ_by_as_much_as_the_prediction_errs() -> None:
     assert 0.7 < np.sqrt(np.mean(np.square(errors))) < 1.4
 
 
-def test_drawn_plants_are_as_stable_as_the_fit() -> None:
+def test_drawn_plants_are_as_stable_as_the_fit_and_never_early():
     fit = fit_oe([record(4, constants=(0.3, 1.0), noise=0.02)], nb=2, nf=2, nk=1)
     wide = replace(fit, covariance=1e4 * fit.covariance)
     plants = sampled_plants(wide, 20, np.random.default_rng(2))
     assert all(np.all(np.abs(plant.poles()) <= 1.0) for plant in plants)
-    with pytest.raises(InputError, match="draws are as stable"):
-        sampled_plants(replace(fit, covariance=1e10 * fit.covariance), 20, np.random.default_rng(2))
-    with pytest.raises(InputError, match="no covariance"):
-        sampled_plants(replace(fit, covariance=None), 1, np.random.default_rng(2))
-
-
-def test_a_drawn_dead_time_is_never_below_0() -> None:
-    fit = fit_continuous([record(5, delay=0.02, noise=0.3)], order=1, dead_time=True)
-    wide = replace(fit, covariance=np.diag([0.0, 0.1, 0.0]) ** 2)
+    for covariance, words in (
+        (1e10 * fit.covariance, "draws are as stable"),
+        (None, "no covariance"),
+    ):
+        other = replace(fit, covariance=covariance)
+        refuses(words, sampled_plants, other, 20, np.random.default_rng(2))
+    late = fit_continuous([record(5, delay=0.02, noise=0.3)], order=1, dead_time=True)
+    wide = replace(late, covariance=np.diag([0.0, 0.1, 0.0]) ** 2)
     plants = sampled_plants(wide, 30, np.random.default_rng(3), period=0.02)
     states = [plant.nstates for plant in plants]
     assert min(states) == 1  # without a dead time

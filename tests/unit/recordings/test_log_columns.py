@@ -1,4 +1,4 @@
-"""A lab's own log: separators, decimal commas, arrays, and what its columns mean."""
+"""A lab's own log: what its columns are stated to mean, or are taken for by their names."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import InputError
 from pamsim.physics.air import ATMOSPHERE
+from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
 from pamsim.recordings.log_columns import in_own_format
+from pamsim.recordings.signals import SignalNames
 from pamsim.recordings.table_reader import read_columns
-from tests.unit.core.refusals import cases
+from tests.unit.core.refusals import all_refused, refused
 
-NUMBERS = np.column_stack([np.arange(9) * 0.5, np.linspace(-1.25, 2.0, 9)])
 INDEX = """schema = "pamsim-recording/2"
 rig = "mas20_arm"
 
@@ -34,65 +34,11 @@ LOG = "t;Winkel;P a;P b;soll;soll2;Notiz\n" + "".join(
 )
 
 
-@pytest.mark.parametrize(
-    ("separator", "comma"),
-    [(",", False), *((mark, comma) for mark in ";\t " for comma in (False, True))],
-)
-def test_any_separator_and_either_decimal_mark_mean_the_same(tmp_path, separator, comma):
-    lines = [separator.join(map(repr, row)) for row in NUMBERS.tolist()]
-    if comma:
-        lines = [line.replace(".", ",") for line in lines]
-    path = tmp_path / "log.csv"
-    path.write_text("\ufeff# made by a logger\n" + separator.join(("a", "b")) + "\n\n")
-    path.write_text(path.read_text() + "\n".join(lines), encoding="utf-8")
-    found = read_columns(path)
-    np.testing.assert_array_equal(np.column_stack([found.values["a"], found.values["b"]]), NUMBERS)
-
-
-def test_what_a_logger_writes_above_the_header_is_left_out_and_units_below_it_are_read(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("Logger 3.1, arm 2\nby hand\nt,p a,remark\n[s],(bar),-\n0,1,x\n1,2,y\n")
-    found = read_columns(path)
-    assert (found.header, found.lines, list(found.cells)) == (3, [5, 6], ["t", "p a", "remark"])
-    assert found.units == {"t": "s", "p a": "bar"}
-    assert found.numbers("p a").tolist() == [1.0, 2.0]
-
-    path.write_text("t,p\n0,1,5\n1,2,5\n2,3,5\n")
-    with pytest.raises(InputError, match="line 2 has 3 cells, the header 2"):
-        read_columns(path)
-
-
-def test_arrays_are_columns_and_what_is_no_list_of_numbers_is_left_out(tmp_path):
-    path = tmp_path / "log.npz"
-    arrays = {"a": NUMBERS[:, 0], "b": NUMBERS[:, 1], "note": np.array(["x"]), "gain": np.eye(3)}
-    np.savez(path, **arrays)
-    found = read_columns(path)
-    assert set(found.cells) == {"a", "b"}
-    np.testing.assert_array_equal(found.values["b"], NUMBERS[:, 1])
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (b"PK\x03\x04 no archive", "cannot be read as .npz"),
-        ({"a": np.arange(3.0), "b": np.arange(4.0)}, "a has 3 numbers, another array 4"),
-        ({"code": np.array([{"a": 1}], dtype=object)}, "cannot be read as .npz"),
-    ],
-)
-def test_files_of_arrays_that_cannot_be_read_say_so(tmp_path, content, message):
-    path = tmp_path / "log.npz"
-    if isinstance(content, dict):
-        np.savez(path, **content)
-    else:
-        path.write_bytes(content)
-    with pytest.raises(InputError, match=message):
-        read_columns(path)
-
-
 def test_a_log_is_read_as_it_lies(tmp_path):
     (tmp_path / "recording.toml").write_text(INDEX, encoding="utf-8")
     (tmp_path / "log.txt").write_text(LOG, encoding="utf-8")
-    (trial,) = pamsim.read_recordings(tmp_path).trials
+    read = pamsim.read_recordings(tmp_path)
+    (trial,) = read.trials
     k = np.arange(9)
     np.testing.assert_allclose(trial.time, 0.02 * k, atol=1e-12)
     np.testing.assert_allclose(trial.measured["angle"], 0.5 - (0.1 * k + 0.05), atol=1e-9)
@@ -102,7 +48,7 @@ def test_a_log_is_read_as_it_lies(tmp_path):
     np.testing.assert_allclose(trial.measured["pressure_2"], (1.0 + 0.1 * k) * 1e5, rtol=1e-9)
     np.testing.assert_allclose(trial.command, np.tile([2e5, 150500.0], (9, 1)), rtol=1e-9)
     assert trial.load == 0.0
-    assert any("Notiz" in note for note in pamsim.read_recordings(tmp_path).notes)
+    assert any("Notiz" in note for note in read.notes)
 
 
 @pytest.fixture
@@ -113,101 +59,165 @@ def log(tmp_path):
     return read_columns(path)
 
 
+CLOCK = {"time": {"column": "t", "unit": "s"}}
+ANGLE = {"column": "a", "unit": "deg"}
+
+
 def test_named_quantities_become_the_columns_of_their_joints_and_muscles(log):
-    table = {
-        "time": {"column": "t", "unit": "s"},
+    table = CLOCK | {
         "knee.angle": {"column": "a", "unit": "turn"},
         "slider.position": {"column": "b", "unit": "inch", "offset": 2},
         "flexor.valve": {"column": "c", "unit": "percent"},
         "flexor.force": {"column": "d", "unit": "kN", "sign": -1},
     }
     found = in_own_format(log, table, "[columns]").values
-    expected = {
-        "time_s": 1.0,
-        "knee_deg": 360.0,
-        "slider_mm": 3 * 25.4,
-        "flexor_valve": 0.01,
-        "flexor_n": -1000.0,
-    }
+    expected = {"time_s": 1.0, "knee_deg": 360.0, "slider_mm": 3 * 25.4}
+    expected |= {"flexor_valve": 0.01, "flexor_n": -1000.0}
     assert {name: values[0] for name, values in found.items()} == pytest.approx(expected)
     assert found["slider_mm"][1] == pytest.approx(4 * 25.4)
-
-
-CLOCK = {"time": {"column": "t", "unit": "s"}}
-WRONG = {
-    "no clock": ({"angle": {"column": "a", "unit": "deg"}}, "no clock"),
-    "unknown quantity": (CLOCK | {"knee.speed": {"column": "a", "unit": "deg"}}, "JOINT.angle"),
-    "unknown key": (CLOCK | {"angle": {"column": "a", "units": "deg"}}, "unknown key units"),
-    "no unit": (CLOCK | {"angle": {"column": "a"}}, 'needs unit = "..."'),
-    "wrong unit": (CLOCK | {"angle": {"column": "a", "unit": "bar"}}, "bar"),
-    "sign": (CLOCK | {"angle": {"column": "a", "unit": "deg", "sign": 2}}, "write sign = 1 or -1"),
-    "nan": (CLOCK | {"angle": {"column": "a", "unit": "deg", "offset": float("nan")}}, "finite"),
-    "absolute": (
-        CLOCK | {"angle": {"column": "a", "unit": "deg", "absolute": True}},
-        "only pressures",
-    ),
-    "no table": (3, "no clock; write time = "),
-    "no column": (
-        CLOCK | {"angle": {"column": "beta", "unit": "deg"}},
-        r"no column 'beta' for angle \(there are: t, a, b, c, d\)",
-    ),
-}
-
-
-@pytest.mark.parametrize(("table", "message"), cases(WRONG))
-def test_what_cannot_be_meant_is_refused_by_name(log, table, message):
-    with pytest.raises(InputError, match=message):
-        in_own_format(log, table, "recording.toml: [columns]")
-
-
-def wrapping(folder, wraps, first=0.0):
-    """Three rounds of a clock that begins again after 1 s, at set points of a few kPa."""
-    rows = [f"{(first + 0.1 * k) % 1.0:.3f},0.1,5,6" for k in range(30)]
-    (folder / "log.csv").write_text("t,a,p,q\n" + "\n".join(rows) + "\n", encoding="utf-8")
-    index = INDEX.replace("log.txt", "log.csv").replace('unit = "ms" }', f'unit = "s"{wraps} }}')
-    lines = [line for line in index.splitlines() if not line.startswith("pressure_1 =")]
-    text = "\n".join(line for line in lines if not line.startswith("pressure_2 ="))
-    for old, new in (("Winkel", "a"), ('"soll"', '"p"'), ('"soll2"', '"q"'), ("mbar", "kPa")):
-        text = text.replace(old, new)
-    (folder / "recording.toml").write_text(text + "\n", encoding="utf-8")
-    return folder
+    wrong = {
+        "no clock": ({"angle": ANGLE}, "no clock"),
+        "no table": (3, "no clock; write time = "),
+        "unknown quantity": (CLOCK | {"knee.speed": ANGLE}, "JOINT.angle"),
+    }
+    for name, changed, words in (
+        ("unknown key", {"units": "deg"}, "unknown key units"),
+        ("wrong unit", {"unit": "bar"}, "bar"),
+        ("sign", {"sign": 2}, "write sign = 1 or -1"),
+        ("nan", {"offset": float("nan")}, "finite"),
+        ("absolute", {"absolute": True}, "only pressures"),
+        ("column", {"column": "beta"}, "no column 'beta' for angle (there are: t, a, b, c, d)"),
+    ):
+        wrong[name] = (CLOCK | {"angle": ANGLE | changed}, words)
+    wrong["no unit"] = (CLOCK | {"angle": {"column": "a"}}, 'needs unit = "..."')
+    all_refused(wrong, lambda stated: in_own_format(log, stated, "recording.toml: [columns]"))
 
 
 def test_a_clock_that_begins_again_runs_on(tmp_path):
-    (trial,) = pamsim.read_recordings(wrapping(tmp_path, ", wraps = 1", first=0.03)).trials
+    """Three rounds of a clock that begins again after 1 s, at set points of a few kPa."""
+
+    def read(wraps, first=0.0):
+        rows = [f"{(first + 0.1 * k) % 1.0:.3f},0.1,5,6" for k in range(30)]
+        (tmp_path / "log.csv").write_text("\n".join(["t,Winkel,soll,soll2", *rows]))
+        index = INDEX.replace("log.txt", "log.csv").replace('"ms" }', f'"s"{wraps} }}')
+        lines = [s for s in index.splitlines() if not s.startswith(("pressure_1", "pressure_2"))]
+        text = "\n".join(lines).replace("mbar", "kPa")
+        (tmp_path / "recording.toml").write_text(text, encoding="utf-8")
+        return pamsim.read_recordings(tmp_path).trials[0]
+
+    trial = read(", wraps = 1", first=0.03)
     np.testing.assert_allclose(trial.time, 0.1 * np.arange(30), atol=1e-9)
     assert trial.command[0].tolist() == [5000.0, 6000.0]  # low, but in a unit that is stated
+    late = "line 7: t: the clock is at 0.5 s, but should begin again after 0.5 s"
+    bad = {
+        "none": ("", "does not come after"),
+        "too early": (", wraps = 0.5", late),
+        "a word": (", wraps = true", "wraps = True; write wraps = a time in"),
+        "negative": (", wraps = -1", "wraps = -1; write wraps = a time in"),
+    }
+    all_refused(bad, read)
 
 
-@pytest.mark.parametrize(
-    ("wraps", "message"),
-    [
-        ("", "does not come after"),
-        (", wraps = 0.5", "line 7: t: the clock is at 0.5 s, but should begin again after 0.5 s"),
-        (", wraps = true", "wraps = True; write wraps = a time in"),
-        (", wraps = -1", "wraps = -1; write wraps = a time in"),
-    ],
+JOINT = SignalNames(joints={"elbow": "angle"}, muscles=("flexor", "extensor"))
+NUMBERED = SignalNames(joints={"shaft": "angle"}, muscles=("muscle_1", "muscle_2"))
+LEG = SignalNames(
+    joints={"hip": "angle", "knee": "angle"},
+    muscles=("hip_flexor", "hip_extensor", "knee_extensor", "knee_flexor"),
 )
-def test_a_clock_that_does_not_is_refused(tmp_path, wraps, message):
-    with pytest.raises(InputError, match=message):
-        pamsim.read_recordings(wrapping(tmp_path, wraps))
+BENCH = SignalNames(joints={"rail": "position"}, muscles=("lifter",))
 
 
-@pytest.mark.parametrize(
-    ("cells", "grouped"),
-    [
-        (["0", "999", "1,234", "-12,345", "1,234,567"], True),
-        (["0,000", "999", "1,234"], False),  # three decimals
-        (["1,234", "2,345", "3,456"], False),  # either; decimals are usual
-        (["1,23", "12", "1,234"], False),
-        (["1234", "12", "1,234"], False),
-    ],
-)
-def test_separators_of_thousands_are_refused_and_decimal_commas_are_not(tmp_path, cells, grouped):
-    (tmp_path / "log.csv").write_text("t;y\n" + "\n".join(f"{k};{c}" for k, c in enumerate(cells)))
-    if grouped:
-        with pytest.raises(InputError, match=r"line 4: y = 1,234 looks like 1234 with a separator"):
-            read_columns(tmp_path / "log.csv")
-    else:
-        read = read_columns(tmp_path / "log.csv").numbers("y")
-        assert read.tolist() == [float(cell.replace(",", ".")) for cell in cells]
+@pytest.fixture
+def guess(tmp_path):
+    def run(names, columns, stated=(), supply=6e5):
+        """Column -> what it is taken for, from column -> its values."""
+        path = tmp_path / "log.csv"
+        rows = zip(*columns.values(), strict=True)
+        lines = [";".join(columns), *(";".join(map(str, row)) for row in rows)]
+        path.write_text("\n".join(lines))
+        found, unused = guess_columns(read_columns(path), names, supply=supply, stated=stated)
+        return {one.column: one for one in found}, unused
+
+    return run
+
+
+SURE = [
+    (JOINT, "time [s]", (0, 0.01), ("time", "s", False)),
+    (JOINT, "t_ms", (0, 10), ("time", "ms", False)),
+    (JOINT, "P flexor [bar]", (0.0, 4.0), ("flexor.pressure", "bar", False)),
+    (JOINT, "p_extensor_psia", (14.0, 60.0), ("extensor.pressure", "psi", True)),
+    (JOINT, "ExtensorPressureCmd (kPa)", (0, 400), ("extensor.pressure_set", "kPa", False)),
+    (JOINT, "flexor_pwm/%", (-20, 60), ("flexor.pulse", "percent", False)),
+    (JOINT, "phi [rad]", (0.1, 1.0), ("elbow.angle", "rad", False)),
+    (JOINT, "F flexor [N]", (10, 100), ("flexor.force", "N", False)),
+    (JOINT, "tau_Nm", (-2, 2), ("elbow.torque", "N*m", False)),
+    (LEG, "KneeAngle_deg", (1, 30), ("knee.angle", "deg", False)),
+    (LEG, "pKneeFlexor_kPa", (0, 300), ("knee_flexor.pressure", "kPa", False)),
+    (LEG, "q_hip_rad", (0, 1), ("hip.angle", "rad", False)),
+    (BENCH, "x/mm", (0, 40), ("rail.position", "mm", False)),
+    (BENCH, "F rail [N]", (0, 20), ("rail.force", "N", False)),
+    (BENCH, "valve", (-1, 1), ("lifter.valve", "1", False)),
+    (NUMBERED, "p2_kpa", (0, 300), ("muscle_2.pressure", "kPa", False)),
+]
+UNUSED = [
+    ("battery [V]", (12, 12), "unit 'V' is not known"),
+    ("u_flexor [V]", (0, 10), "would be flexor.valve, but its unit 'V'"),
+    ("elbow_speed", (0, 1), "name not known"),
+    ("elbow_angle_speed", (0, 1), "a rate"),
+    ("angle_ref_deg", (0, 10), "a reference for elbow"),
+    ("pressure [bar]", (0, 1), "of no joint or muscle"),
+    ("remark", ("x", "y"), "numbers"),
+]
+
+
+def test_a_name_with_quantity_unit_and_place_is_certain_and_others_say_why_not(guess):
+    for names, column, values, expected in SURE:
+        found, unused = guess(names, {column: values, "remark": ("x", "y")})
+        one = found[column]
+        assert (one.quantity, one.unit, one.absolute) == expected
+        assert (one.warnings, set(unused)) == ((), {"remark"})
+    for column, values, why in UNUSED:
+        found, unused = guess(JOINT, {"time_s": (0, 0.01), column: values})
+        assert set(found) == {"time_s"}
+        assert why in unused[column]
+    known = {"barg": ("bar", False), "PSIA": ("psi", True), "0.1*bar": ("0.1*bar", False)}
+    assert {text: unit_of(text) for text in known} == known
+
+
+def test_the_unit_of_pressures_follows_from_the_supply(guess):
+    """All columns together: a muscle that is hardly filled is in the unit of the other."""
+    for top, unit in ((300, "kPa"), (3.0, "bar"), (45.0, "psi"), (3e5, "Pa"), (3000, "mbar")):
+        found, _ = guess(JOINT, {"p_flexor": (0.0, top), "p_extensor": (0.0, top / 50)})
+        assert [one.unit for one in found.values()] == [unit, unit]
+        assert all("unit" in one.warnings[0] for one in found.values())
+    found, _ = guess(JOINT, {"p_flexor_kpa": (101.0, 400.0)})  # never below the atmosphere
+    assert "absolute, or never vented" in found["p_flexor_kpa"].warnings[0]
+
+
+def test_abbreviations_numbers_and_letters_are_not_certain(guess):
+    for columns, warnings in (
+        (("p_flex_bar", "p2_bar"), ("fits best", "number 2 in the rig's order is extensor")),
+        (("p_a_bar", "p_b_bar"), ("", "")),
+    ):
+        found, _ = guess(JOINT, dict.fromkeys(columns, (0, 3)))
+        quantities = [one.quantity for one in found.values()]
+        assert quantities == ["flexor.pressure", "extensor.pressure"]
+        for column, words in zip(columns, warnings, strict=True):
+            assert words in " ".join(found[column].warnings)
+            assert found[column].warnings
+
+
+def test_what_is_stated_is_taken_and_a_second_column_for_one_quantity_is_not(guess):
+    found, unused = guess(JOINT, {"phi_deg": (0, 9), "theta_deg": (0, 9)})
+    assert set(found) == {"phi_deg"}
+    assert unused == {"theta_deg": "would be elbow.angle, which 'phi_deg' is"}
+    stated = [
+        Guess(quantity="elbow.angle", column="theta_deg", unit="rad", sign=-1),
+        Guess(quantity="flexor.pressure", column="ch7", unit=""),
+    ]
+    found, unused = guess(JOINT, {"phi_deg": (0, 9), "theta_deg": (0, 9), "ch7": (0, 4)}, stated)
+    assert (found["theta_deg"].unit, found["theta_deg"].sign) == ("rad", -1)
+    assert found["ch7"].unit == "bar"  # only the missing unit is guessed
+    assert set(unused) == {"phi_deg"}
+    with refused("no column 'ch8' for"):
+        guess(JOINT, {"a": (1, 2)}, [Guess(quantity="time", column="ch8", unit="s")])

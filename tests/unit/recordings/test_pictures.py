@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pamsim.core.errors import InputError
 from pamsim.recordings.pictures import check_film, write_film
+from tests.unit.core.refusals import refused
 
 
 def frames(count, width=64, height=48):
@@ -70,38 +70,30 @@ def test_an_interrupt_leaves_what_was_there_before(tmp_path, name):
     assert path.read_bytes() == b"an older film"
 
 
-@pytest.mark.parametrize("reads", ["cat >/dev/null", ":"])
-@pytest.mark.parametrize(
-    ("says", "message"),
-    [
-        ("Error writing trailer: No space left on device", "film.mp4: No space left on device"),
-        ("Unknown encoder", "film.mp4: ffmpeg failed: Unknown encoder"),
-    ],
-)
-def test_a_film_that_ffmpeg_could_not_write_is_one_line_and_not_there(
-    tmp_path, monkeypatch, reads, says, message
-):
+def test_a_film_that_ffmpeg_could_not_write_is_one_line_and_not_there(tmp_path, monkeypatch):
     """Told at the end, or while it is handed frames."""
-    ffmpeg = tmp_path / "ffmpeg"
-    ffmpeg.write_text(f"#!/bin/sh\n{reads}\necho '{says}' >&2\nexit 228\n")
-    ffmpeg.chmod(0o755)
+    ffmpeg, many = tmp_path / "ffmpeg", frames(8, 400, 300)
+    ffmpeg.touch(0o755)
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(ffmpeg))
-    many = frames(8, 400, 300)
-    with pytest.raises(InputError, match=rf"\A[^\n]*{message}\Z"):
-        write_film(tmp_path / "film.mp4", many, fps=5.0, palette_from=many[:1])
-    assert [each.name for each in tmp_path.iterdir()] == ["ffmpeg"]
+    for reads in ("cat >/dev/null", ":"):
+        for says, words in (
+            ("Error writing trailer: No space left on device", "film.mp4: No space left on device"),
+            ("Unknown encoder", "film.mp4: ffmpeg failed: Unknown encoder"),
+        ):
+            ffmpeg.write_text(f"#!/bin/sh\n{reads}\necho '{says}' >&2\nexit 228\n")
+            with refused(words):
+                write_film(tmp_path / "film.mp4", many, fps=5.0, palette_from=many[:1])
+            assert [each.name for each in tmp_path.iterdir()] == ["ffmpeg"]
 
 
 def test_what_cannot_be_written_is_said_before_a_frame_is_drawn(tmp_path, monkeypatch):
-    for path, fps, message in (
-        (tmp_path / "film.avi", 25.0, "unknown film format; use .gif or .mp4"),
-        (tmp_path / "film.gif", 60.0, "at most 50 frames"),
-    ):
-        with pytest.raises(InputError, match=message):
-            check_film(path, fps)
+    with refused("unknown film format; use .gif or .mp4"):
+        check_film(tmp_path / "film.avi", 25.0)
+    with refused("at most 50 frames"):
+        check_film(tmp_path / "film.gif", 60.0)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    with pytest.raises(InputError, match=r'pip install "pamsim\[video\]"'):
+    with refused('pip install "pamsim[video]"'):
         check_film(tmp_path / "film.mp4", 60.0)
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="cannot write"):
+    with refused("cannot write"):
         write_film(tmp_path / "file" / "film.gif", frames(2), fps=5.0, palette_from=frames(1))

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-import shutil
-
 import numpy as np
 import pytest
 
 import pamsim
-from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.recordings.rig_file import find_rig, read_rig
 from pamsim.recordings.rig_writer import write_rig
+from tests.unit.core.refusals import all_refused
+
+SOURCE = read_rig("mas20_arm")
+DEAD = "chamber.dead_volume"
 
 
 def number(value, unit, **more):
     return Sourced(value=value, unit=unit, source="identified by a test", where="test", **more)
+
+
+def volume(value):
+    return number(value, "m^3")
 
 
 def same_rig(one, other):
@@ -29,205 +34,145 @@ def same_rig(one, other):
     )
 
 
-@pytest.fixture(scope="module")
-def source():
-    return read_rig("mas20_arm")
+@pytest.fixture
+def written(tmp_path):
+    """The rig that is loaded from what is written, and the text of its parameters."""
+
+    def write(numbers, source=SOURCE, name="new", **options):
+        path = write_rig(source, tmp_path / name, numbers, **options)
+        return pamsim.load_rig(tmp_path / name), path.read_text(encoding="utf-8")
+
+    return write
 
 
-def test_a_rig_written_without_changes_is_the_same_rig(source, tmp_path):
-    path = write_rig(source, tmp_path / "copy", {})
-    assert path.read_text(encoding="utf-8") == (source.folder / "params.toml").read_text("utf-8")
-    assert same_rig(pamsim.load_rig(tmp_path / "copy"), pamsim.load_rig("mas20_arm"))
+def test_a_rig_written_without_changes_is_the_same_rig(written, tmp_path):
+    rig, text = written({})
+    assert text == (SOURCE.folder / "params.toml").read_text("utf-8")
+    assert same_rig(rig, pamsim.load_rig("mas20_arm"))
+    # What is stated of the old numbers does not come along.
+    kept = {p.name for p in (tmp_path / "new").iterdir()}
+    assert kept == {p.name for p in SOURCE.folder.iterdir()} - {"README.md", "calibration.json"}
 
 
-def test_another_hysteresis_operator_is_written_with_its_usual_numbers(source, tmp_path):
+def test_a_rig_that_shares_its_mjcf_takes_it_along_and_leaves_other_rigs(written, tmp_path):
+    for name, own in (("one", find_rig("muscle_bench") / "sarosi"), ("bench", "muscle_bench")):
+        assert same_rig(written({}, read_rig(own), name)[0], pamsim.load_rig(own))
+        assert {path.name for path in (tmp_path / name).iterdir()} >= {"muscle_bench.xml"}
+        assert not any(path.is_dir() for path in (tmp_path / name).iterdir())
+
+
+def test_another_hysteresis_operator_is_written_with_its_usual_numbers(written):
     numbers = {
         "hysteresis.force_per_pressure": number(7e-5, "N/Pa"),
         "hysteresis.maxwell_slip.full_slip": number(0.02, "1"),
         "hysteresis.maxwell_slip.decay": number(1.1, "1"),
     }
-    write_rig(source, tmp_path / "slip", numbers)
+    found, text = written(numbers)
     values = {name: entry.value for name, entry in numbers.items()}
     expected = pamsim.load_rig("mas20_arm").with_parameters(values)
-    found = pamsim.load_rig(tmp_path / "slip")
     assert found.muscles["muscle_2"].hysteresis.law == "maxwell_slip"
     np.testing.assert_allclose(found.model.actuator_user, expected.model.actuator_user, rtol=1e-9)
-    again = write_rig(read_rig(tmp_path / "slip"), tmp_path / "again", numbers)
-    assert again.read_text("utf-8") == (tmp_path / "slip" / "params.toml").read_text("utf-8")
+    assert written(numbers, found.file, "again")[1] == text
 
 
-def test_values_arrive_to_the_printed_digits_in_the_unit_of_the_file(source, tmp_path):
+def test_values_arrive_to_the_printed_digits_in_the_unit_of_the_file(written):
     wanted = {
-        "valve.conductance_fill": 6.123456789e-9,
-        "chamber.dead_volume": 1.23456789e-5,
-        "body.rig.tilt": -0.0512345678,
-        "tendon.chain_1.coef": 0.0123456789,
-        "passive.slack_contraction": -0.0123456789,
+        "valve.conductance_fill": (6.123456789e-9, "m^3/(s*Pa)"),
+        DEAD: (1.23456789e-5, "m^3"),
+        "body.rig.tilt": (-0.0512345678, "rad"),
+        "tendon.chain_1.coef": (0.0123456789, "m"),
+        "passive.slack_contraction": (-0.0123456789, "1"),
     }
-    units = ("m^3/(s*Pa)", "m^3", "rad", "m", "1")
-    write_rig(
-        source,
-        tmp_path / "new",
-        {
-            name: number(value, unit)
-            for (name, value), unit in zip(wanted.items(), units, strict=True)
-        },
-    )
-    written = read_rig(tmp_path / "new")
-    assert written.muscle["valve"]["conductance_fill"].unit == "dm^3/(s*bar)"
-    assert written.muscle["chamber"]["dead_volume"].value == pytest.approx(12.3456789, rel=1e-9)
-    expected = pamsim.load_rig("mas20_arm").with_parameters(wanted)
-    found = pamsim.load_rig(tmp_path / "new")
-    np.testing.assert_allclose(found.model.actuator_user, expected.model.actuator_user, rtol=1e-9)
-    np.testing.assert_allclose(found.model.body_quat, expected.model.body_quat, rtol=1e-9)
-    np.testing.assert_allclose(found.model.wrap_prm, expected.model.wrap_prm, rtol=1e-9)
+    found, _ = written({name: number(*one) for name, one in wanted.items()})
+    assert found.file.muscle["valve"]["conductance_fill"].unit == "dm^3/(s*bar)"
+    assert found.file.muscle["chamber"]["dead_volume"].value == pytest.approx(12.3456789, rel=1e-9)
+    values = {name: value for name, (value, _) in wanted.items()}
+    expected = pamsim.load_rig("mas20_arm").with_parameters(values)
+    for part in ("actuator_user", "body_quat", "wrap_prm"):
+        one, other = (getattr(rig.model, part) for rig in (found, expected))
+        np.testing.assert_allclose(one, other, rtol=1e-9)
 
 
-def test_what_is_known_of_a_value_goes_with_it(source, tmp_path):
-    before = source.native["joint.shaft.damping"]
+def test_what_is_known_of_a_value_goes_with_it_and_not_with_the_next(written):
+    before = SOURCE.native["joint.shaft.damping"]
     assert before.interval95 is not None
-    write_rig(
-        source,
-        tmp_path / "new",
+    assert before.note
+    known = {"interval95": (-0.06, -0.04), "bounds": (-0.1, 0.1), "note": "as measured"}
+    rig, _ = written(
         {
             "joint.shaft.damping": number(0.7, "N*m*s/rad"),
-            "body.rig.tilt": number(
-                -0.05, "rad", interval95=(-0.06, -0.04), bounds=(-0.1, 0.1), note="as measured"
-            ),
-        },
+            "body.rig.tilt": number(-0.05, "rad", **known),
+        }
     )
-    native = read_rig(tmp_path / "new").native
-    assert native["joint.shaft.damping"].interval95 is None  # the old one was of the old value
-    assert before.note
-    assert not native["joint.shaft.damping"].note  # it was about the old value
-    tilt = native["body.rig.tilt"]
-    assert tilt.source == "identified by a test"
-    assert tilt.note == "as measured"
+    damping, tilt = (rig.file.native[name] for name in ("joint.shaft.damping", "body.rig.tilt"))
+    assert (damping.interval95, damping.note) == (None, "")
+    assert (tilt.source, tilt.note) == ("identified by a test", "as measured")
     assert tilt.interval95 == pytest.approx(np.degrees((-0.06, -0.04)), rel=1e-4)
     assert tilt.bounds == pytest.approx(np.degrees((-0.1, 0.1)), rel=1e-4)
 
 
-def test_everything_else_in_the_file_stays_as_written(source, tmp_path):
-    path = write_rig(
-        source, tmp_path / "new", {"chamber.dead_volume": number(2e-5, "m^3")}, heading="why\nwhen"
-    )
-    old = (source.folder / "params.toml").read_text(encoding="utf-8").splitlines()
-    new = path.read_text(encoding="utf-8").splitlines()
+def test_everything_else_in_the_file_stays_as_written(written, tmp_path):
+    _, text = written({DEAD: volume(2e-5)}, heading="why\nwhen")
+    old = (SOURCE.folder / "params.toml").read_text(encoding="utf-8").splitlines()
+    new = text.splitlines()
     assert new[:2] == ["# why", "# when"]
     changed = [(a, b) for a, b in zip(old, new[2:], strict=True) if a != b]
     assert [a.split(" ")[0] for a, _ in changed] == ["dead_volume"]
-
-
-def test_a_comment_behind_an_entry_stays(source, tmp_path):
-    shutil.copytree(source.folder, tmp_path / "rig")
-    path = tmp_path / "rig" / "params.toml"
-    text = path.read_text(encoding="utf-8")
-    line = next(line for line in text.splitlines() if line.startswith("dead_volume"))
+    line = changed[0][1]
+    assert line.startswith('dead_volume = { value = 20.0, unit = "cm^3"')
+    path = tmp_path / "new" / "params.toml"
     path.write_text(text.replace(line, f"{line}  # measured twice"), encoding="utf-8")
-    new = write_rig(
-        read_rig(tmp_path / "rig"), tmp_path / "new", {"chamber.dead_volume": number(2e-5, "m^3")}
-    )
-    assert 'dead_volume = { value = 20.0, unit = "cm^3"' in new.read_text(encoding="utf-8")
-    assert "}  # measured twice" in new.read_text(encoding="utf-8")
+    again, text = written({DEAD: volume(3e-5)}, read_rig(tmp_path / "new"), "again")
+    assert "}  # measured twice" in text
+    assert again.muscles["muscle_1"].chamber.dead_volume == pytest.approx(3e-5)
 
 
-def test_parameters_missing_in_the_file_are_added(source, tmp_path):
-    assert "threshold" not in source.muscle
-    write_rig(
-        source,
-        tmp_path / "new",
+def test_parameters_missing_in_the_file_are_added(written, tmp_path):
+    assert "threshold" not in SOURCE.muscle
+    rig, text = written(
         {
             "threshold.pressure": number(12.0, "kPa"),
             "valve.regulator_dead_band": number(500.0, "Pa"),
             "joint.shaft.frictionloss": number(0.1, "N*m"),
-        },
+            "sensor.angle_bias": number(-0.5, "deg"),
+        }
     )
-    rig = pamsim.load_rig(tmp_path / "new")
     assert [m.threshold.pressure for m in rig.muscles.values()] == [12e3, 12e3]
+    assert rig.file.muscle["threshold"]["pressure"].unit == "kPa"
     assert rig.muscles["muscle_1"].valve.regulator_dead_band == 500.0
     assert rig.model.joint("shaft").frictionloss[0] == 0.1
-    assert rig.file.muscle["threshold"]["pressure"].unit == "kPa"
-
-
-def test_what_sensors_err_by_goes_where_sensors_are_described(source, tmp_path):
-    path = write_rig(
-        source,
-        tmp_path / "new",
-        {"sensor.angle_bias": number(-0.5, "deg"), "sensor.pressure_lag": number(0.02, "s")},
-    )
-    rig = pamsim.load_rig(tmp_path / "new")
     assert rig.sensor.angle_bias == pytest.approx(np.radians(-0.5))
-    assert rig.sensor.pressure_lag == 0.02
     assert rig.sensor.converter_bits == 14.0
-    shutil.copytree(source.folder, tmp_path / "bare")
-    bare = tmp_path / "bare" / "params.toml"
-    bare.write_text(path.read_text(encoding="utf-8").split("[sensor]")[0], encoding="utf-8")
-    write_rig(
-        read_rig(tmp_path / "bare"),
-        tmp_path / "again",
-        {"sensor.pressure_scale": number(1.02, "1")},
-    )
-    assert pamsim.load_rig(tmp_path / "again").sensor.pressure_scale == 1.02
+    # And where the rig has no table of sensors yet.
+    path = tmp_path / "new" / "params.toml"
+    path.write_text(text.split("[sensor]")[0], encoding="utf-8")
+    numbers = {"sensor.pressure_scale": number(1.02, "1")}
+    assert written(numbers, read_rig(tmp_path / "new"), "again")[0].sensor.pressure_scale == 1.02
 
 
-def test_one_muscle_may_differ_and_the_actuators_keep_their_order(source, tmp_path):
-    write_rig(
-        source,
-        tmp_path / "new",
-        {
-            "muscle_1:chamber.dead_volume": number(3e-5, "m^3"),
-            "chamber.dead_volume": number(2e-5, "m^3"),
-        },
-    )
-    rig = pamsim.load_rig(tmp_path / "new")
-    assert list(rig.muscles) == ["muscle_1", "muscle_2"]
-    assert rig.file.tendons == source.tendons
-    volumes = [m.chamber.dead_volume for m in rig.muscles.values()]
-    assert volumes == pytest.approx([3e-5, 2e-5])
-    comment = "# Both muscles are equal"
-    assert comment in (tmp_path / "new" / "params.toml").read_text(encoding="utf-8")
-
-    write_rig(rig.file, tmp_path / "again", {"muscle_1:chamber.dead_volume": number(4e-5, "m^3")})
-    again = pamsim.load_rig(tmp_path / "again")
-    volumes = [m.chamber.dead_volume for m in again.muscles.values()]
-    assert volumes == pytest.approx([4e-5, 2e-5])
+def test_one_muscle_may_differ_until_a_shared_value_replaces_its_own(written):
+    rig = pamsim.load_rig("mas20_arm")
+    for numbers, expected in (
+        ({f"muscle_1:{DEAD}": volume(3e-5), DEAD: volume(2e-5)}, [3e-5, 2e-5]),
+        ({f"muscle_1:{DEAD}": volume(4e-5)}, [4e-5, 2e-5]),
+        ({f"muscle_2:{DEAD}": volume(5e-5)}, [4e-5, 5e-5]),
+        ({DEAD: volume(6e-5)}, [6e-5, 6e-5]),
+    ):
+        rig, text = written(numbers, rig.file, f"step_{expected[0]}_{expected[1]}")
+        volumes = [m.chamber.dead_volume for m in rig.muscles.values()]
+        assert volumes == pytest.approx(expected)
+        assert rig.file.tendons == SOURCE.tendons  # in their order
+        assert "# Both muscles are equal" in text
 
 
-def test_a_shared_value_replaces_what_one_muscle_had_of_its_own(source, tmp_path):
-    write_rig(source, tmp_path / "one", {"muscle_2:chamber.dead_volume": number(3e-5, "m^3")})
-    write_rig(
-        read_rig(tmp_path / "one"), tmp_path / "two", {"chamber.dead_volume": number(2e-5, "m^3")}
-    )
-    rig = pamsim.load_rig(tmp_path / "two")
-    volumes = [m.chamber.dead_volume for m in rig.muscles.values()]
-    assert volumes == pytest.approx([2e-5, 2e-5])
-
-
-def test_the_folder_comes_along_but_not_what_is_said_of_the_old_numbers(source, tmp_path):
-    write_rig(source, tmp_path / "new", {})
-    kept = {p.name for p in (tmp_path / "new").iterdir()}
-    assert kept == {p.name for p in source.folder.iterdir()} - {"README.md", "calibration.json"}
-    assert read_rig(tmp_path / "new").scene is not None
-
-
-def test_bad_requests_are_refused_in_one_line(source, tmp_path):
-    with pytest.raises(InputError, match=r"did you mean 'muscle_1'"):
-        write_rig(source, tmp_path / "new", {"muscle1:chamber.dead_volume": number(1.0, "m^3")})
-    with pytest.raises(InputError, match="dead_volume: unit 'kg' does not measure"):
-        write_rig(source, tmp_path / "new", {"chamber.dead_volume": number(1.0, "kg")})
-    for inside in (find_rig("mas20_arm"), find_rig("mas20_arm") / "new"):
-        with pytest.raises(InputError, match="the folder it is made from, or inside it"):
-            write_rig(source, inside, {})
+def test_bad_requests_are_refused_in_one_line(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="cannot write"):
-        write_rig(source, tmp_path / "file", {})
-
-
-def test_a_rig_that_shares_its_mjcf_takes_it_along_and_leaves_other_rigs(tmp_path):
-    for name in ("sarosi", "."):
-        folder = tmp_path / (name if name != "." else "bench")
-        own = find_rig("muscle_bench") / name
-        write_rig(read_rig(own), folder, {})
-        assert same_rig(pamsim.load_rig(folder), pamsim.load_rig(own))
-        assert {path.name for path in folder.iterdir()} >= {"muscle_bench.xml", "scene.xml"}
-        assert not any(path.is_dir() for path in folder.iterdir())
+    new, own = tmp_path / "new", find_rig("mas20_arm")
+    bad = {
+        "muscle": (new, {f"muscle1:{DEAD}": volume(1.0)}, "did you mean 'muscle_1'"),
+        "unit": (new, {DEAD: number(1.0, "kg")}, "dead_volume: unit 'kg' does not measure"),
+        "over itself": (own, {}, "the folder it is made from, or inside it"),
+        "inside itself": (own / "new", {}, "the folder it is made from, or inside it"),
+        "a file": (tmp_path / "file", {}, "cannot write"),
+    }
+    all_refused(bad, lambda folder, numbers: write_rig(SOURCE, folder, numbers))

@@ -7,22 +7,22 @@ import pytest
 
 import pamsim
 from pamsim.comparison.experiments import at_times, experiment_of
-from pamsim.core.errors import InputError
 from pamsim.core.toml_tables import check_table
 from pamsim.recordings import segments
 from pamsim.recordings.trial import Trial
+from tests.unit.core.refusals import all_refused
 
 TIME = np.arange(1001) / 100.0
-PERIOD = 2.0
 
 
-def cut(trial, entry, where):
-    stated = check_table(entry, segments.ENTRIES, where)
-    return segments.trials_of(trial, stated, where)
+def cut(trial, entry):
+    stated = check_table(entry, segments.ENTRIES, "here")
+    return segments.trials_of(trial, stated, "here")
 
 
 def log(**changes):
-    wave = 5e4 * np.sign(np.sin(2.0 * np.pi * TIME / PERIOD))
+    """A square wave of 2 s on the set points; the angle counts the samples."""
+    wave = 5e4 * np.sign(np.sin(np.pi * TIME))
     given = {
         "name": "log",
         "protocol": "square",
@@ -35,78 +35,32 @@ def log(**changes):
     return Trial(**(given | changes))
 
 
+def ends(trial):
+    return trial.measured["angle"][[0, -1]].tolist()
+
+
 def test_periods_are_repeats_of_each_other_and_begin_after_the_lead_in():
-    trials = cut(log(), {"period": "2 s", "lead_in": "1 s"}, "log")
+    trials = cut(log(), {"period": "2 s", "lead_in": "1 s"})
     assert [trial.name for trial in trials] == ["log_1", "log_2", "log_3", "log_4"]
     assert {trial.protocol for trial in trials} == {"square"}
     for k, trial in enumerate(trials):
         assert trial.time[0] == 0.0
-        assert trial.measured["angle"][[0, -1]].tolist() == [100 + 200 * k, 299 + 200 * k]
+        assert ends(trial) == [100 + 200 * k, 299 + 200 * k]
         assert trial.lead_in.duration == pytest.approx(1.0)
         assert trial.lead_in.time.size == 100
         assert trial.lead_in.start_pressure[0] == pytest.approx(2e5 + 2.0 * k)
         assert np.isnan(trial.lead_in.start_pressure[1])
 
 
-def test_segments_are_where_they_are_said_to_be():
-    first, second = cut(log(), {"segments": [[0, 1.5], [6.0, 10.0]], "lead_in": 2}, "log")
+def test_segments_are_where_they_are_stated_to_be():
+    first, second = cut(log(), {"segments": [[0, 1.5], [6.0, 10.0]], "lead_in": 2})
     assert first.lead_in is None  # the log begins there
-    assert first.measured["angle"][[0, -1]].tolist() == [0, 149]
-    assert second.measured["angle"][[0, -1]].tolist() == [600, 999]
+    assert (ends(first), ends(second)) == ([0, 149], [600, 999])
     assert second.lead_in.duration == pytest.approx(2.0)
-
-
-def test_a_log_without_them_is_one_trial_and_may_have_a_lead_in():
     whole = log()
-    assert cut(whole, {}, "log") == (whole,)
-    (rest,) = cut(whole, {"lead_in": "3 s"}, "log")
-    assert rest.name == "log"
-    assert rest.measured["angle"][[0, -1]].tolist() == [300, 1000]
-
-
-@pytest.mark.parametrize(
-    ("entry", "message"),
-    [
-        ({"period": "2 s", "segments": [[0, 1]]}, "not both"),
-        ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
-        ({"period": "0 s"}, "no period"),
-        ({"lead_in": "-1 s"}, "0 s or more"),
-        ({"segments": [[5, 4]]}, "the later time comes last"),
-        ({"segments": [[5]]}, "pairs of times"),
-        ({"segments": [[8, 12]]}, "ends at 10 s"),
-        ({"segments": [[5, 5.02]]}, "has 2 rows"),
-    ],
-)
-def test_what_is_not_in_the_log_is_refused(entry, message):
-    with pytest.raises(InputError, match=message):
-        cut(log(), entry, "recording.toml: trial 1")
-
-
-@pytest.fixture(scope="module")
-def recorded():
-    """A rig with creep, its own log, and the trial that the log is."""
-    rig = pamsim.load_rig("mas20_arm").with_parameters({"creep.stiffness": 600.0})
-    start = np.array([3.5e5, 2.5e5])
-    whole = experiment_of(log(measured={"pressure_1": np.full(1001, 3.5e5)}))
-    run = pamsim.simulate(rig, whole).completed()
-    measured = run.signals()
-    assert measured["pressure_1"][0] == pytest.approx(start[0], rel=1e-6)
-    return rig, log(measured=measured)
-
-
-def missed(rig, trial):
-    found = at_times(pamsim.simulate(rig, experiment_of(trial)), trial)["angle"]
-    return float(np.abs(found - trial.measured["angle"]).max())
-
-
-def test_a_lead_in_back_to_rest_repeats_the_log_and_a_longer_one_comes_nearer(recorded):
-    rig, whole = recorded
-    errors = []
-    for lead in (0.5, 1.0, 4.0):
-        (trial,) = cut(whole, {"segments": [[4.0, 8.0]], "lead_in": lead}, "log")
-        errors.append(missed(rig, trial))
-    assert errors[0] > errors[1] > 1e-4
-    assert errors[2] < 1e-6
+    assert cut(whole, {}) == (whole,)
+    (rest,) = cut(whole, {"lead_in": "3 s"})
+    assert (rest.name, ends(rest)) == ("log", [300, 1000])
 
 
 def test_segments_at_other_levels_are_inputs_of_their_own():
@@ -116,45 +70,56 @@ def test_segments_at_other_levels_are_inputs_of_their_own():
     command = np.column_stack([level, level])
     spans = {"segments": [[0, 2], [2, 4], [4, 6], [6, 8]], "lead_in": 0}
     for protocol, wanted in (("hold", "hold_{}"), ("hold_check", "hold_{}_check")):
-        trials = cut(log(command=command, protocol=protocol), spans, "log")
+        trials = cut(log(command=command, protocol=protocol), spans)
         assert [t.protocol for t in trials] == [wanted.format(k) for k in (1, 2, 1, 2)]
     measured = log(command=command + np.arange(1001)[:, None], drive="measured")
-    assert {t.protocol for t in cut(measured, spans, "log")} == {"square"}
+    assert {t.protocol for t in cut(measured, spans)} == {"square"}
 
 
-def uneven(drive: str = "pressure_set") -> Trial:
-    draw = np.random.default_rng(2)
-    time = np.cumsum(draw.uniform(0.008, 0.012, 400))
+def test_a_lead_in_back_to_rest_repeats_the_log_and_a_longer_one_comes_nearer():
+    """Of a rig with creep."""
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"creep.stiffness": 600.0})
+    whole = experiment_of(log(measured={"pressure_1": np.full(1001, 3.5e5)}))
+    recorded = log(measured=pamsim.simulate(rig, whole).completed().signals())
+    errors = []
+    for lead in (0.5, 1.0, 4.0):
+        (trial,) = cut(recorded, {"segments": [[4.0, 8.0]], "lead_in": lead})
+        found = at_times(pamsim.simulate(rig, experiment_of(trial)), trial)["angle"]
+        errors.append(np.abs(found - trial.measured["angle"]).max())
+    assert errors[0] > errors[1] > 1e-4
+    assert errors[2] < 1e-6
+
+
+def uneven(drive="pressure_set"):
+    time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 400))
     time -= time[0]
-    return Trial(
-        name="log",
-        protocol="log",
-        drive=drive,
-        load=0.0,
-        time=time,
-        command=np.where(time < 1.234, 1e4, 3e4)[:, None],
-        measured={"angle": 0.3 * time},
-    )
-
-
-def on_even_clock(rate, drive="pressure_set"):
-    (trial,) = cut(uneven(drive), {"rate": rate}, "here")
-    return trial
+    command = np.where(time < 1.234, 1e4, 3e4)[:, None]
+    return log(drive=drive, time=time, command=command, measured={"angle": 0.3 * time})
 
 
 def test_on_an_even_clock_measurements_are_interpolated_and_a_step_stays_one():
-    log, even = uneven(), on_even_clock("50 Hz")
+    whole, (even,) = uneven(), cut(uneven(), {"rate": "50 Hz"})
     np.testing.assert_allclose(np.diff(even.time), 0.02)
-    assert log.time[-1] - 0.02 < even.time[-1] <= log.time[-1]
+    assert whole.time[-1] - 0.02 < even.time[-1] <= whole.time[-1]
     np.testing.assert_allclose(even.measured["angle"], 0.3 * even.time, atol=1e-12)
     assert set(even.command.ravel()) == {1e4, 3e4}
     step = even.time[np.flatnonzero(np.diff(even.command[:, 0]))[0] + 1]
     assert abs(step - 1.234) < 0.02
-    driven = on_even_clock("90 Hz", "measured")
+    (driven,) = cut(uneven("measured"), {"rate": "90 Hz"})
     assert len(set(driven.command.ravel())) > 2
 
 
-def test_a_rate_that_means_nothing_or_more_than_there_is_is_refused():
+def test_what_is_not_in_the_log_is_refused():
+    bad = {
+        "both": ({"period": "2 s", "segments": [[0, 1]]}, "not both"),
+        "long": ({"period": "20 s"}, "no period of 20 s fits into 10 s"),
+        "no length": ({"period": "0 s"}, "no period"),
+        "negative": ({"lead_in": "-1 s"}, "0 s or more"),
+        "backwards": ({"segments": [[5, 4]]}, "the later time comes last"),
+        "no pair": ({"segments": [[5]]}, "pairs of times"),
+        "beyond": ({"segments": [[8, 12]]}, "ends at 10 s"),
+        "few rows": ({"segments": [[5, 5.02]]}, "has 2 rows"),
+    }
     for rate in (50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz"):
-        with pytest.raises(InputError, match="here"):
-            on_even_clock(rate)
+        bad[f"rate {rate}"] = ({"rate": rate}, "here")
+    all_refused(bad, lambda entry: cut(log(), entry))
