@@ -109,7 +109,7 @@ def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, broken
     rig = broken_rig("value = 0.3247,", "value = 0,")
     toml = rig / "params.toml"
     toml.write_text(toml.read_text().replace("[native]", f"[native]\n{light}"))
-    args = "--pressure 487,0 --timestep-ms 5 --sample-hz 20 --load 0".split()
+    args = ["--pressure", "487,0", "--timestep-ms", "5", "--sample-hz", "20", "--load", "0"]
     code, _, err = run("step", "--rig", rig, *args, "--out", tmp_path / "kept")
     assert (code, "simulation broke down" in err) == (2, True), err
     assert (tmp_path / "kept" / "step.csv").read_text().startswith("time_s,")
@@ -117,7 +117,7 @@ def test_a_diverging_simulation_says_when_and_keeps_what_it_has(tmp_path, broken
 
 def test_step_writes_recording_figure_and_json(tmp_path, run):
     target, folder = tmp_path / "r.json", tmp_path / "d"
-    args = "--pressure 4.87bar,0 --load 1200g --duration 3 --sensors".split()
+    args = ["--pressure", "4.87bar,0", "--load", "1200g", "--duration", "3", "--sensors"]
     code, out, _ = run("step", *args, "--out", folder, "--json", target)
     assert (code, "deg" in out) == (0, True)
     result = json.loads(target.read_text())

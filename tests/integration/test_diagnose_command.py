@@ -108,7 +108,7 @@ def test_what_links_have_left_costs_the_name_only_if_the_whole_chain_has_it_too(
             }
 
         monkeypatch.setattr(HeldOut, "remainders", left)
-        found = pamsim.diagnose(tmp_path / "data", **TRIED)
+        found = pamsim.diagnose(tmp_path / "data", **TRIED | {"effects": ("air_leak",)})
         (leak,) = found.effects
         assert (leak.level, leak.exact) == (level, level == "form")
         assert bool(found.remainder) == (level == "family")

@@ -82,7 +82,7 @@ def test_printed_arctangent_comes_back_from_a_length_loop(tmp_path, run):
     )  # fmt: skip
     assert (code, "falling branch" in out) == (0, True)
     k0, k1, k2, k3 = printed["up"]
-    (found,) = json.loads((tmp_path / "r.json").read_text())["fits"]
+    found, _ = json.loads((tmp_path / "r.json").read_text())["fits"]
     values = [c["value"] for c in found["coefficients"]]
     assert values == pytest.approx([k0 / 100, k1 / 1000, k2, k3 / 100], rel=1e-4)
     entries = section(tmp_path / "o", "hysteresis")
@@ -111,7 +111,7 @@ def maxwell_loops(noise, rng):
 
 
 def test_the_element_of_nguyen_2024_comes_back_and_its_intervals_cover():
-    rng, repeats = np.random.default_rng(11), 30
+    rng, repeats = np.random.default_rng(11), 20
     planted = np.array([MAXWELL[0], *np.log10(MAXWELL[1:])])
     exact = fit_maxwell(maxwell_loops(0.0, rng), held={})[0].fit.values
     np.testing.assert_allclose(exact, planted, atol=0.004)  # 1 % of time constant and stiffness
@@ -120,8 +120,8 @@ def test_the_element_of_nguyen_2024_comes_back_and_its_intervals_cover():
         found = fit_maxwell(maxwell_loops(0.02, rng), held={})[0].fit
         low, high = np.transpose([c.interval95 for c in found.coefficients])
         hits += (low <= planted) & (planted <= high)
-    # Binomial(30, 0.95): 99.9 % of all seeds give 24 to 30 hits.
-    assert np.all(hits >= 24), hits
+    # Binomial(20, 0.95): 99.7 % of all seeds give 16 to 20 hits.
+    assert np.all(hits >= 16), hits
 
 
 def test_a_planted_maxwell_element_comes_back_through_the_command(tmp_path, run):
@@ -144,9 +144,10 @@ def test_a_planted_maxwell_element_comes_back_through_the_command(tmp_path, run)
 
 def test_what_is_fitted_parses_back_and_runs_in_a_rig(tmp_path, run):
     """The section replaces the one of the shipped rig, word for word."""
-    for model in ("six_parameter", "mooney_rivlin"):
+    for model, held_out in (("six_parameter", "length"), ("mooney_rivlin", "none")):
         out, file = tmp_path / model, tmp_path / f"{model}.json"
-        code, text, _ = run("fit", DMSP_20, "--model", model, "--out", out, "--json", file)
+        asked = ("--model", model, "--hold-out", held_out, "--out", out, "--json", file)
+        code, text, _ = run("fit", DMSP_20, *asked)
         assert (code, "66 points of zero force dropped" in text) == (0, True)
         assert (out / "fit.png").stat().st_size > 20_000
         (found,) = json.loads(file.read_text())["fits"]

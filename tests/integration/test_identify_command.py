@@ -29,9 +29,7 @@ def run(monkeypatch, capsys, tmp_path):
 
     def run(*words):
         file = tmp_path / "result.json"
-        code, out, err = command(
-            monkeypatch, capsys, "identify", *words, "--json", file, "--force"
-        )
+        code, out, err = command(monkeypatch, capsys, "identify", *words, "--json", file, "--force")
         return code, out, err, json.loads(file.read_text()) if file.exists() else None
 
     return run
