@@ -15,7 +15,7 @@ from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.twins.hide import hide
 from tests.typed_command import run as command
 
-SETTINGS = {"protocols": ("triangle", "bursts"), "duration": 1.5, "repeats": 3, "seed": 3}
+SETTINGS = {"protocols": ("triangle", "bursts"), "duration": 2.0, "repeats": 3, "seed": 3}
 ONE = ["viscous_friction"]
 
 
