@@ -1,4 +1,4 @@
-"""Muscles in the engine: the same numbers on every path, compiled and in Python."""
+"""Muscles in the engine: the same numbers on every path, and no number where there is none."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pamsim.engine import muscle_step
 from pamsim.engine.state import charge
 from pamsim.physics.record import slot
 
-STEP = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.6, load=1.2)
+BACKENDS = ("compiled", "python")
 
 
 @pytest.fixture(scope="module")
@@ -28,10 +28,10 @@ def rig():
     return pamsim.load_rig("mas20_arm")
 
 
-def charged(rig, load=0.0, command="valve", pressures=(3e5, 2e5)):
+def charged(rig, load=0.0, command="valve"):
     model = rig.model_for(load=load, command=command)
     data = mujoco.MjData(model)
-    pamsim.reset(model, data, pressures)
+    pamsim.reset(model, data, (3e5, 2e5))
     return model, data
 
 
@@ -48,29 +48,22 @@ def drive(model, data, steps, seed=0):
 
 @pytest.mark.parametrize("command", ["valve", "pulse", "pressure_set"])
 def test_compiled_and_python_steps_agree(rig, command):
-    start, end = (3e5, 3e5), (4.5e5, 1e5)
-    if command == "pressure_set":
-        step = pamsim.pressure_step(start, end, duration=0.5, load=2.14)
-        experiment = replace(step, settle=0.3)  # Python is slow
-    else:
-        experiment = pamsim.Experiment(
-            drive=command,
-            command_time=np.array([0.0, 0.2, 0.35]),
-            command_value=np.array([[0.6, -1.0], [0.0, 0.3], [-0.5, 0.0]]),
-            start_pressure=np.array(start),
-            duration=0.5,
-            settle=0.3,
-        )
-    fast = pamsim.simulate(rig, experiment).completed()
-    slow = pamsim.simulate(rig, experiment, backend="python").completed()
+    opened = np.array([[0.6, -1.0], [0.0, 0.3], [-0.5, 0.0]])
+    experiment = pamsim.Experiment(
+        drive=command,
+        command_time=np.array([0.0, 0.08, 0.14]),
+        command_value=1e5 * (3.0 + opened) if command == "pressure_set" else opened,
+        start_pressure=np.array([3e5, 3e5]),
+        duration=0.2,
+        settle=0.1,  # Python is slow
+        load=2.14,
+    )
+    fast, slow = (pamsim.simulate(rig, experiment, backend=b).completed() for b in BACKENDS)
+    assert np.ptp(fast.angle) > 1e-3
     for name in ("angle", "velocity", "pressure", "tension"):
         np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-12)
     if sys.platform == "linux":  # there both call one mathematics library
         assert np.array_equal(fast.final_state, slow.final_state)
-
-
-def unrelated(*_):
-    return 1e3
 
 
 def stepped(model, data):
@@ -95,7 +88,7 @@ def rolled_out(model, data):
     mujoco.mj_getState(model, data, start, kind)
     controls = np.tile(data.ctrl, (40, 1))
     states, _ = rollout.rollout(model, mujoco.MjData(model), start, controls)
-    mujoco.mj_setState(model, data, states.reshape(40, -1)[-1], kind)
+    mujoco.mj_setState(model, data, np.reshape(states, (40, -1))[-1], kind)
 
 
 def in_another_thread(model, data):
@@ -103,60 +96,50 @@ def in_another_thread(model, data):
         pool.submit(stepped, model, data).result()
 
 
-def on_a_copy(model, data):
-    twin = copy.deepcopy(model)
+def on(twin, model, data):
     other = mujoco.MjData(twin)
     pamsim.restore_state(twin, other, pamsim.save_state(model, data))
     stepped(twin, other)
     pamsim.restore_state(model, data, pamsim.save_state(twin, other))
+
+
+def on_a_copy(model, data):
+    on(copy.deepcopy(model), model, data)
 
 
 def on_a_saved_model(model, data):
     buffer = np.zeros(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
-    twin = mujoco.MjModel.from_binary_path("saved.mjb", {"saved.mjb": buffer.tobytes()})
-    other = mujoco.MjData(twin)
-    pamsim.restore_state(twin, other, pamsim.save_state(model, data))
-    stepped(twin, other)
-    pamsim.restore_state(model, data, pamsim.save_state(twin, other))
+    saved = {"saved.mjb": buffer.tobytes()}
+    on(mujoco.MjModel.from_binary_path("saved.mjb", saved), model, data)
 
 
 def under_callbacks_of_another_library(model, data):
-    names = ("act_dyn", "act_gain", "act_bias")
-    for name in names:
-        getattr(mujoco, f"set_mjcb_{name}")(unrelated)
+    setters = [getattr(mujoco, f"set_mjcb_act_{name}") for name in ("dyn", "gain", "bias")]
+    for setter in setters:
+        setter(lambda *_: 1e3)
     try:
         stepped(model, data)
     finally:
-        for name in names:
-            getattr(mujoco, f"set_mjcb_{name}")(None)
+        for setter in setters:
+            setter(None)
 
 
-@pytest.mark.parametrize(
-    "advance",
-    [
-        stepped,
-        stepped_in_halves,
-        forward_and_euler,
-        rolled_out,
-        in_another_thread,
-        on_a_copy,
-        on_a_saved_model,
-        under_callbacks_of_another_library,
-    ],
-    ids=lambda function: function.__name__,
-)
-def test_every_path_of_the_engine_gives_the_same_numbers(rig, advance):
-    model, data = charged(rig, load=1.2)
-    data.ctrl[:] = (0.5, -0.5)
-    advance(model, data)
+def test_every_path_of_the_engine_gives_the_same_numbers(rig):
     other, expected = charged(rig, load=1.2)
     expected.ctrl[:] = (0.5, -0.5)
     with pamsim.live(other):
         stepped(other, expected)
     assert abs(expected.qpos[0]) > 1e-4
-    assert data.qpos.tolist() == expected.qpos.tolist()
-    assert data.act.tolist() == expected.act.tolist()
+    for advance in (
+        stepped, stepped_in_halves, forward_and_euler, rolled_out, in_another_thread, on_a_copy,
+        on_a_saved_model, under_callbacks_of_another_library,
+    ):  # fmt: skip
+        model, data = charged(rig, load=1.2)
+        data.ctrl[:] = (0.5, -0.5)
+        advance(model, data)
+        assert data.qpos.tolist() == expected.qpos.tolist(), advance.__name__
+        assert data.act.tolist() == expected.act.tolist(), advance.__name__
 
 
 def test_runs_in_many_threads_equal_those_one_after_the_other(rig):
@@ -173,18 +156,16 @@ def test_runs_in_many_threads_equal_those_one_after_the_other(rig):
     assert together == alone * 4
 
 
-def test_a_process_without_pamsim_refuses_the_model(rig, tmp_path):
+@pytest.fixture(scope="module")
+def written(rig, tmp_path_factory):
+    """A model written as MJCF, which keeps six digits of each parameter."""
     spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
-    pamsim.attach(
-        spec, tendon=next(iter(rig.file.tendons.values())), muscle=rig.muscles["muscle_1"]
-    )
-    path = tmp_path / "model.xml"
-    spec.compile()
+    tendon = next(iter(rig.file.tendons.values()))
+    pamsim.attach(spec, tendon=tendon, muscle=rig.muscles["muscle_1"], name="puller")
+    pamsim.compile_model(spec)
+    path = tmp_path_factory.mktemp("mjcf") / "model.xml"
     path.write_text(spec.to_xml(), encoding="utf-8")
-    script = f"import mujoco; mujoco.MjModel.from_xml_path({str(path)!r})"
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
-    assert done.returncode == 1
-    assert "pamsim.muscle" in done.stderr
+    return str(path)
 
 
 OTHER_CALLBACK = """
@@ -197,29 +178,26 @@ print(data.actuator_force)
 """
 
 
-def test_under_a_callback_set_before_the_first_step_forces_are_no_number_and_never_zero():
-    done = subprocess.run([sys.executable, "-c", OTHER_CALLBACK], capture_output=True, text=True)
-    assert done.stdout.strip() == "[nan nan]"
-    assert "pamsim: the muscles cannot be evaluated" in done.stderr
-    assert "Traceback" not in done.stderr
+def test_where_muscles_cannot_be_evaluated_a_process_gets_no_number_and_never_zero(written):
+    alone = f"import mujoco; mujoco.MjModel.from_xml_path({written!r})"
+    for script, code, out, err in (
+        (alone, 1, "", "pamsim.muscle"),
+        (OTHER_CALLBACK, 0, "[nan nan]\n", "pamsim: the muscles cannot be evaluated"),
+    ):
+        done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+        assert (done.returncode, done.stdout) == (code, out)
+        assert err in done.stderr
+        assert code or "Traceback" not in done.stderr
 
 
-def test_a_model_that_was_written_as_mjcf_is_refused_and_never_without_force(rig, tmp_path):
-    """MJCF keeps six digits of each parameter, so the muscle would be another one."""
-    spec = mujoco.MjSpec.from_file(str(rig.file.mjcf))
-    tendon = next(iter(rig.file.tendons.values()))
-    pamsim.attach(spec, tendon=tendon, muscle=rig.muscles["muscle_1"], name="puller")
-    pamsim.compile_model(spec)
-    path = tmp_path / "model.xml"
-    path.write_text(spec.to_xml(), encoding="utf-8")
+def test_a_model_that_was_written_as_mjcf_is_refused_and_never_without_force(written):
     with pamsim.checks(False):  # the engine makes a step to try it, to where nothing is a number
-        model = mujoco.MjModel.from_xml_path(str(path))
+        model = mujoco.MjModel.from_xml_path(written)
     data = mujoco.MjData(model)
     for refused in (
         lambda: pamsim.reset(model, data, 2e5),
         lambda: pamsim.pressures(model, data),
-        lambda: pamsim.live(model).__enter__(),
-        lambda: pamsim.live(model, backend="python").__enter__(),
+        *(lambda b=b: pamsim.live(model, backend=b).__enter__() for b in BACKENDS),
     ):
         with pytest.raises(EngineError, match=r"'puller' .* six digits: load the rig with"):
             refused()
@@ -235,22 +213,21 @@ def test_muscles_of_a_group_that_is_switched_off_neither_pull_nor_change(rig):
     data.ctrl[:] = (0.5, 0.5)
     model.actuator_group[0] = 3
     model.opt.disableactuator = 1 << 3
-    first = slice(0, model.actuator_actnum[0])
-    for backend in ("compiled", "python"):
+    for backend in BACKENDS:
         before = data.act.copy()
         with pamsim.live(model, backend=backend):
             mujoco.mj_step(model, data, 3)
         assert data.actuator_force[0] == 0.0
         assert data.actuator_force[1] < 0.0
-        assert data.act[first].tolist() == before[first].tolist()
-        assert data.act[first.stop :].tolist() != before[first.stop :].tolist()
+        changed, size = data.act != before, model.actuator_actnum[0]
+        assert (changed[:size].any(), changed[size:].any()) == (False, True)
 
 
 @pytest.mark.parametrize("command", ["valve", "pressure_set"])
 def test_after_a_reset_of_the_engine_alone_the_chambers_are_at_the_atmosphere(rig, command):
     model, data = charged(rig, command=command)
     ends = []
-    for backend in ("compiled", "python"):
+    for backend in BACKENDS:
         mujoco.mj_resetData(model, data)
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(pamsim.pressures(model, data), 0.0, atol=1e-6)
@@ -259,10 +236,9 @@ def test_after_a_reset_of_the_engine_alone_the_chambers_are_at_the_atmosphere(ri
                 mujoco.mj_step(model, data)
                 assert np.isfinite(data.actuator_force).all()
         ends.append(pamsim.save_state(model, data))
-    pressure = pamsim.pressures(model, data)
-    assert np.all(data.act[model.actuator_actadr + model.actuator_actnum - 1] > 0.0)
     # The arm has moved a little, and shut valves keep the air in.
-    assert np.abs(pressure).max() < 5e3
+    assert np.all(data.act[model.actuator_actadr + model.actuator_actnum - 1] > 0.0)
+    assert np.abs(pamsim.pressures(model, data)).max() < 5e3
     assert np.array_equal(*ends) or sys.platform != "linux"
     np.testing.assert_allclose(*ends, rtol=1e-9, atol=1e-12)
 
@@ -278,7 +254,7 @@ def test_charging_forgets_the_hysteresis_of_before(rig):
     np.testing.assert_allclose(pamsim.pressures(model, data), 1e5)
 
 
-def test_save_restore_continue_is_bit_equal(rig):
+def test_a_run_that_was_saved_continues_bit_equal(rig):
     model, data = charged(rig, load=2.14)
     with pamsim.live(model):
         drive(model, data, 400)
@@ -286,13 +262,10 @@ def test_save_restore_continue_is_bit_equal(rig):
         straight = drive(model, data, 600, seed=1)
         other = mujoco.MjData(model)
         pamsim.restore_state(model, other, saved)
-        resumed = drive(model, other, 600, seed=1)
-    assert np.array_equal(straight, resumed)
-
-
-def test_simulate_continues_bit_equal(rig):
-    whole = pamsim.simulate(rig, STEP).completed()
-    first = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.3, load=1.2)
+        assert np.array_equal(straight, drive(model, other, 600, seed=1))
+    step = pamsim.pressure_step((487e3, 487e3), (487e3, 0.0), duration=0.2, load=1.2)
+    whole = pamsim.simulate(rig, step).completed()
+    first = replace(step, duration=0.1)
     part = pamsim.simulate(rig, first).completed()
     rest = pamsim.simulate(rig, first, from_state=part.final_state).completed()
     for name in ("angle", "velocity", "pressure", "tension"):
@@ -318,9 +291,8 @@ def test_two_rigs_stepped_alternately_equal_two_run_apart(rig):
                 for _ in range(20):
                     mujoco.mj_step(model, data)
                 path.append(pamsim.save_state(model, data))
-    assert not np.array_equal(apart[0], apart[1])
-    assert np.array_equal(apart[0], np.array(together[0]))
-    assert np.array_equal(apart[1], np.array(together[1]))
+    assert not np.array_equal(*apart)
+    assert np.array_equal(apart, together)
 
 
 OTHER = """
@@ -344,25 +316,21 @@ def test_another_model_in_the_same_process_is_unaffected(rig):
 
     alone = run()
     ours, data = charged(rig)
-    for backend in ("compiled", "python"):
+    for backend in BACKENDS:
         with pamsim.live(ours, backend=backend):
             mujoco.mj_step(ours, data, 5)
             assert np.array_equal(run(), alone), backend
     assert np.array_equal(run(), alone)
 
 
-def test_the_engine_s_timers_run_beside_our_models(rig):
+def test_the_engine_s_timers_run_beside_our_models_and_a_clock_of_somebody_else_stays(rig):
     model, data = charged(rig)
-    step = mujoco.mjtTimer.mjTIMER_STEP
     with pamsim.live(model):
         mujoco.mj_step(model, data, 20)
         assert mujoco.get_mjcb_time() is None
-    assert data.timer[step].number == 20
-    assert data.timer[step].duration > 0.0
-
-
-def test_a_clock_of_somebody_else_is_left_alone(rig):
-    model, _ = charged(rig)
+    timer = data.timer[mujoco.mjtTimer.mjTIMER_STEP]
+    assert timer.number == 20
+    assert timer.duration > 0.0
 
     def clock():
         return 1.0
@@ -383,17 +351,19 @@ def test_an_error_of_the_kernel_in_python_reaches_the_caller(rig, monkeypatch):
         raise ZeroDivisionError("on purpose")
 
     monkeypatch.setattr(muscle_step, "state_rates", broken)
-    with (
-        pytest.raises(ZeroDivisionError, match="on purpose"),
-        pamsim.live(model, backend="python"),
-    ):
+    with pytest.raises(ZeroDivisionError), pamsim.live(model, backend="python"):
         mujoco.mj_step(model, data)
     with pamsim.live(model, backend="compiled"):
         mujoco.mj_step(model, data)
 
 
-def test_runge_kutta_is_refused_and_gives_no_number(rig):
+def test_runge_kutta_an_unknown_backend_and_a_model_without_muscles_are_refused(rig):
     model, data = charged(rig)
+    with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
+        pass
+    other = mujoco.MjModel.from_xml_string(OTHER)
+    with pytest.raises(InputError, match="no pamsim muscle"), pamsim.live(other):
+        pass
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     with pytest.raises(EngineError, match="RK4"), pamsim.live(model):
         pass
@@ -402,54 +372,43 @@ def test_runge_kutta_is_refused_and_gives_no_number(rig):
 
 
 @pytest.mark.usefixtures("unchecked")
-@pytest.mark.parametrize("backend", ["compiled", "python"])
-def test_a_step_that_evaluates_muscles_between_time_points_leaves_no_air(rig, backend):
+def test_a_step_that_evaluates_muscles_between_time_points_leaves_no_air(rig):
     """`mj_RungeKutta` may be called whatever the model's integrator is."""
-    model, data = charged(rig)
-    ends = model.actuator_actadr + model.actuator_actnum - 1
-    with pamsim.live(model, backend=backend):
-        mujoco.mj_step(model, data)
-        assert np.isfinite(data.act).all()
-        mujoco.mj_forward(model, data)
-        mujoco.mj_RungeKutta(model, data, 4)
-    assert np.isnan(data.act[ends]).all()
+    for backend in BACKENDS:
+        model, data = charged(rig)
+        with pamsim.live(model, backend=backend):
+            mujoco.mj_step(model, data)
+            assert np.isfinite(data.act).all()
+            mujoco.mj_forward(model, data)
+            mujoco.mj_RungeKutta(model, data, 4)
+        assert np.isnan(data.act[model.actuator_actadr + model.actuator_actnum - 1]).all()
 
 
-def test_unknown_backend_and_a_model_without_muscles_are_refused(rig):
-    model, _ = charged(rig)
-    with pytest.raises(InputError, match="'compiled'"), pamsim.live(model, backend="compield"):
-        pass
-    other = mujoco.MjModel.from_xml_string(OTHER)
-    with pytest.raises(InputError, match="no pamsim muscle"), pamsim.live(other):
-        pass
-
-
-@pytest.mark.parametrize("integrator", ["mjINT_EULER", "mjINT_IMPLICIT", "mjINT_IMPLICITFAST"])
-def test_every_allowed_integrator_gives_the_same_motion(rig, integrator):
-    model, data = charged(rig)
-    reference, at_rest = charged(rig)
-    with pamsim.live(model, reference):
-        model.opt.integrator = getattr(mujoco.mjtIntegrator, integrator)
-        path = drive(model, data, 400)
-        expected = drive(reference, at_rest, 400)
-    np.testing.assert_allclose(path[:, 1], expected[:, 1], atol=2e-4)
+def test_every_allowed_integrator_gives_the_same_motion(rig):
+    paths = []
+    for integrator in ("mjINT_EULER", "mjINT_IMPLICIT", "mjINT_IMPLICITFAST"):
+        model, data = charged(rig)
+        with pamsim.live(model):
+            model.opt.integrator = getattr(mujoco.mjtIntegrator, integrator)
+            paths.append(drive(model, data, 400)[:, 1])
+    np.testing.assert_allclose(paths[1:], [paths[0]] * 2, atol=2e-4)
 
 
 def test_batch_gives_every_simulation_its_own_parameters(rig):
-    scales = (0.5, 1.0, 1.5)
+    scales, pressures = (0.5, 1.0, 1.5), (4e5, 1e5)
     index = slot("force.scale", rig.muscles["muscle_1"])
     model, data = charged(rig, command="pressure_set")
     one_by_one = []
     for scale in scales:
         single, own = charged(rig.with_parameters({"force.scale": scale}), command="pressure_set")
-        own.ctrl[:] = (4e5, 1e5)
+        own.ctrl[:] = pressures
         with pamsim.live(single):
             mujoco.mj_step(single, own, 500)
         one_by_one.append(pamsim.save_state(single, own))
     with pamsim.live(model):
         many = Batch(model, len(scales), nthread=2, persistent=True)
         many.expand("actuator_user")[:, :, index] = np.array(scales)[:, None]
-        data.ctrl[:] = (4e5, 1e5)
+        data.ctrl[:] = pressures
         many.state[:] = pamsim.save_state(model, data)
         many.step(nstep=500)
     assert np.array_equal(many.state, one_by_one)

@@ -1,4 +1,4 @@
-"""``pamsim diagnose``: hidden effects are named by the command, repaired, and then gone."""
+"""``pamsim diagnose``: what is hidden is named by the command, repaired, and then gone."""
 
 from __future__ import annotations
 
@@ -7,13 +7,21 @@ import json
 import pytest
 
 import pamsim
+from pamsim.comparison.links import PARTS
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.report.page import PageImage
 from pamsim.twins.hide import hide
-from tests.typed_command import run
+from tests.typed_command import run as command
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
-EFFECTS = ("--effects", "valve_delay,air_leak,viscous_friction,added_inertia")
 SHORT = {"protocols": ("bursts",), "repeats": 5, "duration": 1.5, "forces": False, "seed": 2}
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    return lambda *words: command(monkeypatch, capsys, "diagnose", *words)
 
 
 @pytest.fixture(scope="module")
@@ -26,14 +34,12 @@ def recording(tmp_path_factory):
 
 
 def test_two_causes_are_named_in_their_links_repaired_and_no_longer_missing(
-    recording, tmp_path, monkeypatch, capsys
+    recording, tmp_path, run
 ):
     folder, truth = recording
+    tried = ("--effects", "valve_delay,air_leak,viscous_friction,added_inertia")
     out = tmp_path / "out"
-    code, printed, err = run(
-        monkeypatch, capsys, "diagnose", folder, *EFFECTS, "--out", out, "--json",
-        tmp_path / "r.json",
-    )  # fmt: skip
+    code, printed, err = run(folder, *tried, "--out", out, "--json", tmp_path / "r.json")
     assert code == 0, err
     *_, sentence, verdict = printed.strip().splitlines()
     assert verdict == "verdict: named"
@@ -56,33 +62,60 @@ def test_two_causes_are_named_in_their_links_repaired_and_no_longer_missing(
     repaired = pamsim.load_rig(out / "rig")
     found = [muscle.valve.delay for muscle in repaired.muscles.values()]
     assert found == pytest.approx([delay["value_si"]] * 2)
-
-    code, printed, err = run(
-        monkeypatch, capsys, "diagnose", folder, *EFFECTS, "--rig", out / "rig"
-    )  # fmt: skip
-    assert code == 0, err
-    assert printed.strip().splitlines()[-1] == "verdict: no_gap"
+    code, printed, err = run(folder, *tried, "--rig", out / "rig")
+    assert (code, printed.strip().splitlines()[-1]) == (0, "verdict: no_gap"), err
 
 
-def test_one_log_shows_a_cause_to_the_family_and_says_how_its_noise_is_known(
-    tmp_path, monkeypatch, capsys
-):
+def test_one_log_shows_a_cause_to_the_family_and_says_how_its_noise_is_known(tmp_path, run):
     once = SHORT | {"repeats": 1, "duration": 5.0, "seed": 3}
     hide("mas20_arm", {"valve_delay": 1.0}, **once).save(tmp_path / "log")
-    code, _, err = run(
-        monkeypatch, capsys, "diagnose", tmp_path / "log", "--effects", "valve_delay,air_leak",
-        "--json", tmp_path / "r.json",
-    )  # fmt: skip
+    file = tmp_path / "r.json"
+    code, _, err = run(tmp_path / "log", "--effects", "valve_delay,air_leak", "--json", file)
     assert code == 1, err
-    result = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))
+    result = json.loads(file.read_text(encoding="utf-8"))
     (effect,) = result["effects"]
     assert (effect["name"], effect["level"]) == ("valve_delay", "family")
     known = "without repeats the noise of pressure_1, pressure_2, angle is known from sample"
     assert sum(text.startswith(known) for text in result["warnings"]) == 1
 
 
+TRIED = {"effects": ("air_leak", "coulomb_friction"), "nuisance": ("force.scale",)}
+
+
+def test_a_leak_alone_is_named_with_its_size_and_nothing_where_nothing_is_hidden(tmp_path):
+    for name, effects in (("nothing", {}), ("leak", {"air_leak": 2.0})):
+        hide("mas20_arm", effects, **SHORT | {"seed": 4}).save(tmp_path / name)
+        found = pamsim.diagnose(tmp_path / name, **TRIED)
+        assert found.verdict.value == ("named" if effects else "no_gap")
+        assert [one.name for one in found.effects] == list(effects)
+    leak = found.effects[0].sizes["chamber.leak_conductance"]
+    assert leak.value_si == pytest.approx(4e-12, rel=0.05)
+    air, arm = found.links
+    assert air.before > 1.5 > air.after
+    assert arm.before == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_links_have_left_costs_the_name_only_if_the_whole_chain_has_it_too(
+    tmp_path, monkeypatch
+):
+    hide("mas20_arm", {"air_leak": 6.0}, **SHORT | {"seed": 4}).save(tmp_path / "data")
+    for of_whole, level in ((0.0, "form"), (0.5, "family")):
+
+        def left(self, model, of_whole=of_whole):
+            return {
+                link: Remainder(excess=of_whole if link.parts == PARTS else 0.1, p_value=0.004)
+                for link in self.links
+            }
+
+        monkeypatch.setattr(HeldOut, "remainders", left)
+        found = pamsim.diagnose(tmp_path / "data", **TRIED | {"effects": ("air_leak",)})
+        (leak,) = found.effects
+        assert (leak.level, leak.exact) == (level, level == "form")
+        assert bool(found.remainder) == (level == "family")
+
+
 @pytest.mark.parametrize("verdict", list(VERDICTS))
-def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monkeypatch, capsys):
+def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monkeypatch, run):
     asked = {}
 
     def quick(sources, **options):
@@ -96,91 +129,69 @@ def test_every_verdict_is_printed_and_has_its_exit_code(verdict, tmp_path, monke
     )
     out = tmp_path / "out"
     code, printed, _ = run(
-        monkeypatch, capsys, "diagnose", "a", "b", "--effects", "air_leak", "--effects",
-        "angle_bias", "--hold-out", "x,y", "--seed", "7", "--out", out,
+        "a", "b", "--effects", "air_leak", "--effects", "angle_bias", "--hold-out", "x,y",
+        "--seed", "7", "--out", out,
     )  # fmt: skip
     assert code == (0 if verdict in ("no_gap", "named") else 1)
     assert printed.strip().splitlines()[-1] == f"verdict: {verdict}"
-    assert "warning: forces were not measured" in printed
-    assert "not tried: load_torque: no body's tilt is stated" in printed
-    assert "pressure_1 [kPa]" in printed
+    repaired = bool(VERDICTS[verdict].effects)
+    shown = [
+        "warning: forces were not measured",
+        "not tried: load_torque: no body's tilt is stated",
+        "pressure_1 [kPa]",
+        f"rig:  {out / 'rig'}" if repaired else "no effect was found",
+    ]
+    if verdict == "ambiguous":
+        shown += ["may be instead: supply_sag", "next experiment: shut_hold"]
+    for words in shown:
+        assert words in printed
     assert (asked["sources"], asked["hold_out"], asked["seed"]) == (("a", "b"), ("x", "y"), 7)
     assert asked["effects"] == ("air_leak", "angle_bias")
-    repaired = bool(VERDICTS[verdict].effects)
     assert (out / "rig" / "params.toml").is_file() is repaired
-    assert (f"rig:  {out / 'rig'}" if repaired else "no effect was found") in printed
-    if verdict == "ambiguous":
-        assert "may be instead: supply_sag" in printed
-        assert "next experiment: shut_hold" in printed
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
+def test_a_length_pressure_loop_is_diagnosed(run, tmp_path):
+    for name, verdict, expected in (
+        ("alraouf2025", "no_gap", 0),
+        ("alraouf2025_equations", "ambiguous", 1),
+    ):
+        out = tmp_path / name
+        code, text, err = run(name, "--out", out)
+        assert (code, err) == (expected, "")
+        result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
+        assert result["verdict"] == verdict
+        assert f"verdict: {verdict}" in text
+        assert result["sentence"] in (out / "index.html").read_text(encoding="utf-8")
+
+
+def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    own = pamsim.new_rig("own", "joint", out=tmp_path / "own")
+    leak = (recording[0], "--effects", "air_leak")
+    for args, words in (
         (["mas20", "--hold-out", "nonsense"], "--hold-out does not apply to a table of angles"),
         (["alraouf2025", "--rig", "mas20_arm"], "--rig does not apply to a length-pressure loop"),
         (["alraouf2025", "--nuisance", "x"], "--nuisance does not apply to a length-pressure loop"),
         (["alraouf2025", "--threads", "2"], "--threads does not apply to a length-pressure loop"),
         (["alraouf2025", "--effects", "creep"], "no effect 'creep' that opens a loop"),
         (["alraouf2026"], "alraouf2026"),
-    ],
-)
-def test_an_option_that_does_not_apply_is_refused(monkeypatch, capsys, tmp_path, options, words):
-    monkeypatch.chdir(tmp_path)
-    code, _, err = run(monkeypatch, capsys, "diagnose", *options)
-    assert code == 2
-    assert words in err
-    assert len(err.strip().splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("name", "verdict", "expected"),
-    [("alraouf2025", "no_gap", 0), ("alraouf2025_equations", "ambiguous", 1)],
-)
-def test_a_length_pressure_loop_is_diagnosed(
-    monkeypatch, capsys, tmp_path, name, verdict, expected
-):
-    out = tmp_path / "out"
-    code, text, err = run(monkeypatch, capsys, "diagnose", name, "--out", out)
-    assert (code, err) == (expected, "")
-    result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
-    assert result["verdict"] == verdict
-    assert f"verdict: {verdict}" in text
-    assert result["sentence"] in (out / "index.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--effects", "air_lek"], "did you mean 'air_leak'"),
-        (["--nuisance", "force.scal"], "did you mean 'force.scale'"),
-        (["--hold-out", "burst"], "did you mean 'bursts'"),
-        (["--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
-        (["--hold-out", "bursts_1"], "independent parts"),
-        (["--film"], "--film needs recordings, and --out"),
-        (["--threads", "0"], "0 threads"),
-    ],
-)
-def test_bad_input_is_one_line_and_exit_2(recording, monkeypatch, capsys, options, words):
-    code, _, err = run(
-        monkeypatch, capsys, "diagnose", recording[0], "--effects", "air_leak", *options
-    )
-    assert code == 2
-    assert words in err
-    assert len(err.strip().splitlines()) == 1
-
-
-def test_places_that_cannot_take_the_result_are_refused_before_the_work(
-    tmp_path, monkeypatch, capsys
-):
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    own = pamsim.new_rig("own", "joint", out=tmp_path / "own")
-    for rig, out, words in (
-        ("mas20_arm", tmp_path / "file", "is a file"),
-        (own, own, "the folder of the rig it is made from"),
+        ([tmp_path / "none.csv"], "cannot read"),
+        ([leak[0], "mas20"], "recordings alone, or one table"),
+        ([leak[0], "--effects", "air_lek"], "did you mean 'air_leak'"),
+        ([*leak, "--nuisance", "force.scal"], "did you mean 'force.scale'"),
+        ([*leak, "--hold-out", "burst"], "did you mean 'bursts'"),
+        ([*leak, "--rig", "mas30_arm"], "did you mean 'mas20_arm'"),
+        ([*leak, "--hold-out", "bursts_1"], "independent parts"),
+        ([*leak, "--film"], "--film needs recordings, and --out"),
+        ([*leak, "--threads", "0"], "0 threads"),
+        # Places that cannot take the result, before the work.
+        (["none", "--out", tmp_path / "file", "--force"], "is a file"),
+        (["none", "--rig", own, "--out", own, "--force"], "the folder of the rig it is made from"),
     ):
-        args = ("--rig", rig, "--out", out, "--force")
-        code, _, err = run(monkeypatch, capsys, "diagnose", "none", *args)
-        assert (code, words in err) == (2, True)
-    code, _, err = run(monkeypatch, capsys, "diagnose", tmp_path / "none.csv")
-    assert (code, "cannot read" in err) == (2, True)
+        code, _, err = run(*args)
+        assert code == 2, args
+        assert words in err
+        assert len(err.strip().splitlines()) == 1
+    with pytest.raises(InputError, match="`hold_out` does not apply"):
+        pamsim.diagnose("mas20", hold_out=["angle"])

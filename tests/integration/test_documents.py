@@ -1,46 +1,43 @@
-"""Every snippet a reader may copy from README and docs runs as it stands."""
+"""What a reader may copy from README, docs and notebooks runs, and what they link exists."""
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import gymnasium
+import matplotlib.pyplot as plt
 import pytest
 
-from pamsim.cli.main import main
+from tests.integration.page_blocks import BLOCK, DOCS, ROOT, run_line
 
-ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-IN_ONE_FOLDER = {
-    "walkthrough.md",
-    "own_physics.md",
-    "sweep.md",
-    "gpu.md",
-}  # tested block by block, in files of their own
-FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
+READMES = list(ROOT.glob("models/*/README.md"))
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
+# Tested block by block: the first below, the others in files of their own.
+IN_ONE_FOLDER = {"walkthrough.md", "own_physics.md", "sweep.md", "gpu.md"}
 
 pytestmark = pytest.mark.usefixtures("catalogs_as_before")
 
 
 def snippets(language):
     for page in (page for page in PAGES if page.name not in IN_ONE_FOLDER):
-        for number, (kind, text) in enumerate(FENCE.findall(page.read_text(encoding="utf-8"))):
+        for number, (kind, text) in enumerate(BLOCK.findall(page.read_text(encoding="utf-8"))):
             if kind == language:
                 yield pytest.param(text, id=f"{page.name}-{number}")
 
 
 def run(command, folder):
-    environment = {
-        **os.environ,
-        "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
-    }
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120
-    )
+        command, cwd=folder, env=os.environ | {"PATH": path}, capture_output=True, text=True,
+        timeout=120,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "Warning" not in done.stderr, done.stderr
     return done.stdout
@@ -60,45 +57,101 @@ def test_python_snippets_run(text, tmp_path, monkeypatch, capsys):
     assert "Warning" not in printed.err
 
 
-def test_ten_recipes_take_at_most_fifteen_lines_each():
-    recipes = FENCE.findall((ROOT / "docs" / "recipes.md").read_text(encoding="utf-8"))
-    assert len(recipes) == 10
-    assert all(sum(map(bool, text.splitlines())) <= 15 for _, text in recipes)
-
-
 def test_the_first_python_snippet_needs_nothing_that_is_already_there(tmp_path):
     first = next(snippets("python")).values[0]
     assert run([sys.executable, "-W", "error", "-c", first], tmp_path).strip()
 
 
 @pytest.mark.parametrize("text", list(snippets("sh")))
-def test_shell_snippets_run(text, tmp_path, monkeypatch, capsys):
+def test_shell_snippets_run(text, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    lines = [line.split("#")[0].strip() for line in text.splitlines() if line.strip()]
-    for line in lines:
+    for line in (line.split("#")[0].strip() for line in text.splitlines() if line.strip()):
         command, *words = line.split()
         if command == "make":  # its own target; running the suite in the suite never ends
             assert f"\n{words[0]}:" in (ROOT / "Makefile").read_text(encoding="utf-8")
-        elif command == "pamsim":  # here: a process for every line takes half the time of them all
-            monkeypatch.setattr("sys.argv", [command, *words])
-            with pytest.raises(SystemExit) as ended:
-                main()
-            assert ended.value.code == 0, capsys.readouterr().err
+        elif command == "pamsim":
+            run_line(line, monkeypatch)
         else:
             run([command, *words], tmp_path)
 
 
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_with_the_small_settings_that_it_states(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    plt.switch_backend("agg")
+    text = path.read_text(encoding="utf-8")
+    small, count = re.subn(r"= .+  # in a test: (.+)", r"= \1", text)
+    assert count
+    exec(compile(small, path.name, "exec"), {"__name__": "__main__"})
+    assert plt.get_fignums()
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory):
+    """Folder of the whole walkthrough, and the words of the page."""
+    folder = tmp_path_factory.mktemp("walkthrough")
+    text = (DOCS / "walkthrough.md").read_text(encoding="utf-8")
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.chdir(folder)
+        for language, block in BLOCK.findall(text):
+            stated = re.match(r"(?:<!-- |# )(\S+)", block)  # the file that it shows
+            match language:
+                case "xml":
+                    Path(stated[1]).write_text(block, encoding="utf-8")
+                case "python":
+                    exec(compile(block, "walkthrough", "exec"), {"__name__": "__main__"})
+                case "sh":
+                    for line in block.splitlines():
+                        run_line(line, monkeypatch)
+                case "toml":
+                    shown = tomllib.loads(block)
+                    written = tomllib.loads(Path(stated[1]).read_text())
+                    assert shown == {**written, "trial": written["trial"][:1]}
+                case _:
+                    pytest.fail(f"a block of {language}, which nothing runs")
+    return folder, " ".join(text.split())
+
+
+def test_the_walkthrough_runs_and_its_numbers_come_out(walked):
+    folder, words = walked
+    checked, calibrated, diagnosed = (
+        json.loads((folder / name).read_text())
+        for name in ("page/check.json", "calibrated/calibration.json", "diagnosed/diagnosis.json")
+    )
+    assert checked["suspicions"] == []
+    (seen,) = (one for one in checked["effects"] if one["name"] == "coulomb_friction")
+    assert {"air_leak", "valve_flow"} <= set(checked["unseen"])
+    (scale,), (angle,) = calibrated["parameters"], calibrated["misfit"]
+    held_out = f"from {angle['held_out_before']:.1f} to {angle['held_out_after']:.1f} deg"
+    (effect,) = diagnosed["effects"]
+    assert diagnosed["verdict"] == "named"
+    friction = effect["sizes"]["joint.elbow.frictionloss"]
+    low, high = friction["interval95"]
+    assert low < 0.1 < high  # as planted on the page
+    for sentence in (
+        f"misses the angle by {checked['channels']['angle']['missed']:.1f} deg",
+        f"from {seen['shows_from']:.3f} N·m",
+        f"It finds {scale['value']:.3f} and lowers the error {held_out}",
+        f"`{effect['name']}`, {friction['value']:.3f} [{low:.3f}, {high:.3f}] N·m",
+    ):
+        assert sentence in words, sentence
+
+
+def prose(page):
+    return BLOCK.sub("", page.read_text(encoding="utf-8"))
+
+
 def anchors(page):
     """Of its headings, as repository hosts and the site make them."""
-    prose = FENCE.sub("", page.read_text(encoding="utf-8"))
-    headings = re.findall(r"^#+ (.+)$", prose, re.MULTILINE)
+    headings = re.findall(r"^#+ (.+)$", prose(page), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading).lower().replace(" ", "-") for heading in headings}
 
 
 def test_links_lead_to_files_and_headings_that_exist():
     count = 0
-    for page in (*PAGES, ROOT / "CHANGELOG.md", *sorted(ROOT.glob("models/*/README.md"))):
-        for link in re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", page.read_text(encoding="utf-8"))):
+    for page in (*PAGES, ROOT / "CHANGELOG.md", *READMES):
+        for link in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
             target, _, anchor = link.partition("#")
             if "://" in target:
                 continue
@@ -122,10 +175,13 @@ def test_files_of_the_table_which_file_to_open_exist():
     assert count > 30
 
 
-def test_the_index_lists_every_page():
-    index = ROOT / "docs" / "index.md"
+def test_the_index_lists_every_page_and_recipes_are_short():
+    index = DOCS / "index.md"
     listed = re.findall(r"^- \*\*\[.+?\]\((\S+?)\)\*\*", index.read_text("utf-8"), re.MULTILINE)
-    pages = {*PAGES, ROOT / "CHANGELOG.md", *ROOT.glob("models/*/README.md")} - {index}
-    pages |= set((ROOT / "docs" / "notebooks").glob("*.py"))
+    pages = {*PAGES, ROOT / "CHANGELOG.md", *READMES, *NOTEBOOKS} - {index}
     assert len(set(listed)) == len(listed)
-    assert {(index.parent / page).resolve() for page in listed} == pages
+    assert {(DOCS / page).resolve() for page in listed} == pages
+    assert len(NOTEBOOKS) == 4
+    recipes = BLOCK.findall((DOCS / "recipes.md").read_text(encoding="utf-8"))
+    assert len(recipes) == 10
+    assert all(sum(map(bool, text.splitlines())) <= 15 for _, text in recipes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import EngineError
+from pamsim.core.parameters import specs
 from pamsim.physics.chosen_law import OF_LAW, OF_OPERATOR, law_functions, operator_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
@@ -36,56 +38,56 @@ FORCES = {
 SPRING = {"passive.stiffness": 9000.0, "passive.softening": 33.0, "braid.extensibility": 0.0}
 """Weak enough when contracted to leave every law a pull: most hold the rubber's part themselves.
 Pressure does not lengthen the braid: a pleated one cannot."""
-SHORT = 0.225  # m: 10 % contraction at E, inside the range of every law
+RANGE = {"low_contraction": -0.06, "high_contraction": 0.06}
 OPERATOR_FIELDS = {
     "bouc_wen": {"yield_contraction": 0.005},
     "maxwell_slip": {"elements": 6, "full_slip": 0.02},
     "prandtl_ishlinskii": {"elements": 6, "span": 0.06, "linear_share": 0.3},
-    "preisach": {"levels": 8, "low_contraction": -0.06, "high_contraction": 0.06},
-    "pleated_factor": {"levels": 8, "low_contraction": -0.06, "high_contraction": 0.06},
-    "arctangent": {"turning_points": 6, "low_contraction": -0.06, "high_contraction": 0.06},
+    "preisach": {"levels": 8, **RANGE},
+    "pleated_factor": {"levels": 8, **RANGE},
+    "arctangent": {"turning_points": 6, **RANGE},
     "fractional_maxwell": {"order": 0.27, "time_constant": 0.3, "span": 0.06},
 }
-STEP = pamsim.pressure_step((3e5, 3e5), (3e5, 1.8e5), duration=0.6, load=1.2, sample_rate=100.0)
+CHAIN = """[muscle.chain]
+compliance = { value = 2, unit = "mm/kN", source = "assumed" }
+relaxation_time = { value = 10, unit = "ms", source = "assumed" }
+
+"""
 
 
-def section(group, law, values, groups):
-    from pamsim.core.parameters import specs
+def step(rig, duration, start=(3e5, 3e5), end=(3e5, 1.8e5), load=1.2, settle=0.05):
+    made = pamsim.pressure_step(start, end, duration=duration, sample_rate=100.0, load=load)
+    made = replace(made, settle=settle)
+    return lambda **how: pamsim.simulate(rig, made, **how).completed()
 
-    units = {name: spec.unit for name, spec in specs(groups[law])}
+
+def section(group, law, values, catalog):
+    units = {name: spec.unit for name, spec in specs(catalog[law].group)}
     lines = [f"[muscle.{group}]", f'law = "{law}"']
     for name, value in values.items():
         number, _, unit = str(value).partition(" ")
-        lines.append(
-            f'{name} = {{ value = {number}, unit = "{unit or units[name]}", source = "assumed" }}'
-        )
+        unit = unit or units[name]
+        lines.append(f'{name} = {{ value = {number}, unit = "{unit}", source = "assumed" }}')
     return "\n".join(lines) + "\n\n"
 
 
-def rig_with(tmp_path, group, text, length=None):
+def rig_with(tmp_path, group, text, length=250):
     """The shipped rig with one section of its params.toml replaced, or put in if it has none."""
-    source = shipped_rigs() / "mas20_arm"
-    for path in source.glob("*.xml"):
-        (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
-    toml = (source / "params.toml").read_text(encoding="utf-8")
+    folder = shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "arm")
+    file = folder / "params.toml"
+    toml = file.read_text(encoding="utf-8")
     if text is not None:
         toml, count = re.subn(rf"\[muscle\.{group}\]\n(.+\n)+\n", lambda _: text, toml)
-        if count == 0:
-            toml = toml.replace("[native]", text + "[native]")
+        toml = toml if count else toml.replace("[native]", text + "[native]")
         assert toml.count(text) == 1
-    if length is not None:
-        toml, count = re.subn(
-            r"length_at_zero = \{ value = 250", f"length_at_zero = {{ value = {1e3 * length}", toml
-        )
-        assert count == 1
-    (tmp_path / "params.toml").write_text(toml, encoding="utf-8")
-    return pamsim.load_rig(tmp_path)
+    stated = "length_at_zero = { value = 250"
+    assert stated in toml
+    file.write_text(toml.replace(stated, stated.replace("250", str(length))), encoding="utf-8")
+    return pamsim.load_rig(folder)
 
 
-def both_backends(rig, experiment=STEP):
-    brief = replace(experiment, settle=0.1, duration=0.3)  # Python is slow
-    fast = pamsim.simulate(rig, brief).completed()
-    slow = pamsim.simulate(rig, brief, backend="python").completed()
+def the_same_in_both_backends(run):
+    fast, slow = run(), run(backend="python")
     for name in ("positions", "pressure", "tension"):
         np.testing.assert_allclose(getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-9)
     if sys.platform == "linux":  # there both call one mathematics library
@@ -93,64 +95,58 @@ def both_backends(rig, experiment=STEP):
     return fast
 
 
-def both_move(rig):
-    run = both_backends(rig)
+def moves_the_same_in_both(rig):
+    run = the_same_in_both_backends(step(rig, 0.15))  # Python is slow
     assert np.ptp(run.angle) > 1e-3
     assert np.all(run.tension >= 0.0)
 
 
+def moved_by(rig, without, low, high):
+    one, other = (step(each, 0.6, settle=4.0)().angle for each in (rig, without))
+    assert low < np.abs(one - other).max() < high
+
+
 @pytest.mark.parametrize("law", [name for name, law in FORCE_LAWS.items() if not law.pushes])
 def test_every_force_law_drives_the_arm(tmp_path, law):
-    groups = {name: entry.group for name, entry in FORCE_LAWS.items()}
-    text = None if FORCES[law] is None else section("force", law, FORCES[law], groups)
-    rig = rig_with(tmp_path, "force", text, length=SHORT).with_parameters(SPRING)
+    text = None if FORCES[law] is None else section("force", law, FORCES[law], FORCE_LAWS)
+    # At 225 mm, 10 % contracted, it is inside the range of every law.
+    rig = rig_with(tmp_path, "force", text, length=225).with_parameters(SPRING)
     muscle = rig.muscles["muscle_1"]
     assert type(muscle.force).law == law
     if law not in ("single_pressure_exponential", "elastic_energy"):
-        both_move(rig)
+        moves_the_same_in_both(rig)
     else:  # neither is a tension that follows the pressure: they run, and that is all they promise
-        both_backends(rig)
-    row = pack(muscle).tolist()
-    coefficients = [getattr(muscle.force, name) for name in vars(muscle.force)]
-    for pressure in (1e5, 3.3e5):
-        for kappa in (0.08, 0.13):
-            ours = static_muscle.active_force(row, pressure, kappa)
-            theirs = FORCE_LAWS[law].force(pressure, kappa, coefficients, muscle.braid)
-            assert ours == pytest.approx(theirs, rel=1e-12)
+        the_same_in_both_backends(step(rig, 0.1))
+    row, coefficients = pack(muscle).tolist(), list(vars(muscle.force).values())
+    for pressure, kappa in ((1e5, 0.08), (1e5, 0.13), (3.3e5, 0.08), (3.3e5, 0.13)):
+        ours = static_muscle.active_force(row, pressure, kappa)
+        theirs = FORCE_LAWS[law].force(pressure, kappa, coefficients, muscle.braid)
+        assert ours == pytest.approx(theirs, rel=1e-12)
 
 
 def test_a_force_law_that_pushes_is_the_same_in_both():
     rig = pamsim.load_rig("equimus_leg")
     assert {type(muscle.force).law for muscle in rig.muscles.values()} == {"effective_area"}
-    run = both_backends(rig, pamsim.pressure_step((5e4, 5e4), (1e5, 2e4), duration=0.3))
+    run = the_same_in_both_backends(step(rig, 0.2, (5e4, 5e4), (1e5, 2e4), load=0.0))
     assert np.all(np.ptp(run.positions, axis=0) > 1e-3)
 
 
 @pytest.mark.parametrize("name", OPERATORS)
 def test_every_operator_runs_and_opens_a_loop(tmp_path, name):
-    groups = {name: entry.group for name, entry in OPERATORS.items()}
     values = {"force": "20 N", "force_per_pressure": "4 N/bar", **OPERATOR_FIELDS[name]}
-    rig = rig_with(tmp_path, "hysteresis", section("hysteresis", name, values, groups))
+    rig = rig_with(tmp_path, "hysteresis", section("hysteresis", name, values, OPERATORS))
     assert type(rig.muscles["muscle_1"].hysteresis).law == name
-    both_move(rig)
+    moves_the_same_in_both(rig)
     off = rig.with_parameters({"hysteresis.force": 0.0, "hysteresis.force_per_pressure": 0.0})
-    moved = pamsim.simulate(rig, STEP).angle - pamsim.simulate(off, STEP).angle
-    assert 1e-4 < np.abs(moved).max() < 0.2
+    moved_by(rig, off, 1e-4, 0.2)
 
 
 def test_a_chain_that_gives_runs_and_moves_the_arm(tmp_path):
-    text = """[muscle.chain]
-compliance = { value = 2, unit = "mm/kN", source = "assumed" }
-relaxation_time = { value = 10, unit = "ms", source = "assumed" }
-
-"""
-    rig = rig_with(tmp_path, "chain", text)
+    rig = rig_with(tmp_path, "chain", CHAIN)
     chain = rig.muscles["muscle_2"].chain
     assert (chain.compliance, chain.relaxation_time) == pytest.approx((2e-6, 0.01))
-    both_move(rig)
-    rigid = rig.with_parameters({"chain.compliance": 0.0})
-    moved = pamsim.simulate(rig, STEP).angle - pamsim.simulate(rigid, STEP).angle
-    assert 1e-3 < np.abs(moved).max() < 0.2
+    moves_the_same_in_both(rig)
+    moved_by(rig, rig.with_parameters({"chain.compliance": 0.0}), 1e-3, 0.2)
 
 
 def test_every_code_has_its_functions_and_no_other_has():

@@ -55,14 +55,7 @@ def refilled(j: Record, fall: float) -> float:
 
 
 def line_pressure(j: Record, muscles: Record, openings: FloatArray, inside: FloatArray) -> float:
-    """Absolute pressure [Pa] at which a supply without volume gives what its muscles draw.
-
-    Args:
-        j: numbers of the joint, which hold those of the supply.
-        muscles: (m,) numbers of the muscles.
-        openings: (m,) of their valves [-].
-        inside: (m,) absolute pressures in them [Pa].
-    """
+    """Absolute pressure [Pa] at which a supply without volume gives what its muscles draw."""
     full = muscles[0].supply + muscles[0].atmosphere
     low, high = full, full
     for i in range(len(muscles)):
@@ -83,15 +76,7 @@ def line_pressure(j: Record, muscles: Record, openings: FloatArray, inside: Floa
 
 
 def opening(m: Record, command: float, by_pressure: bool, pressure: float, time: float) -> float:
-    """Signed opening of the valves [-]: of a set point, by the regulator, or of a command.
-
-    Args:
-        m: numbers of the muscle.
-        command: gauge pressure [Pa] or opening [-].
-        by_pressure: whether it is a pressure.
-        pressure: gauge pressure in the muscle [Pa].
-        time: since the start of the trial [s].
-    """
+    """Signed opening of the valves [-]: of a set point [Pa], by the regulator, or of a command."""
     wanted = command
     if by_pressure:
         error = command - pressure
@@ -108,14 +93,7 @@ def opening(m: Record, command: float, by_pressure: bool, pressure: float, time:
 
 
 def flows(m: Record, wanted: float, inside: float, supply: float) -> tuple[float, float]:
-    """Mass flows [kg/s] into a muscle through the fill valve, and out of it.
-
-    Args:
-        m: numbers of the muscle.
-        wanted: opening [-].
-        inside: absolute pressure [Pa].
-        supply: absolute pressure of the supply [Pa].
-    """
+    """Mass flows [kg/s] into a muscle through the fill valve, and out of it, at an opening."""
     into = 0.0
     out = orifice(m, m.leak, inside, m.atmosphere)
     out += m.laminar_leak * (inside - m.atmosphere)
@@ -127,13 +105,7 @@ def flows(m: Record, wanted: float, inside: float, supply: float) -> tuple[float
 
 
 def pressure_rate(
-    m: Record,
-    inside: float,
-    space: tuple[float, float],
-    swept: float,
-    warmth: float,
-    into: float,
-    out: float,
+    m: Record, inside: float, space: tuple[float, float], swept, warmth, into, out
 ) -> tuple[float, float]:
     """Rates of absolute pressure [Pa/s] and temperature [K/s] of a muscle's air.
 
@@ -146,8 +118,7 @@ def pressure_rate(
         space: volume [m^3] and its change with pressure [m^3/Pa].
         swept: rate of the volume at a held pressure [m^3/s].
         warmth: temperature of the air [K].
-        into: flow into the muscle [kg/s].
-        out: flow out of it [kg/s].
+        into: flow into the muscle, and ``out`` of it [kg/s].
     """
     volume, by_pressure = space
     if m.heat_time == 0.0:

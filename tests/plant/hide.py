@@ -52,15 +52,7 @@ _Sized = Sequence[tuple[PlantEffect, float]]
 
 @dataclass(frozen=True, kw_only=True)
 class PlantSettings(HideSettings):
-    """How recordings of the plant are made.
-
-    Attributes:
-        formulation: one of `FORMULATIONS`.
-        step: longest step of the integrator [s].
-
-    Raises:
-        InputError: for an unknown formulation, a step that is not above 0, or no repeats.
-    """
+    """How recordings of the plant are made: also by which `FORMULATIONS`, in steps up to [s]."""
 
     formulation: str = "independent"
     step: float = STEP
@@ -77,13 +69,9 @@ class PlantSettings(HideSettings):
 
 @dataclass(frozen=True, kw_only=True)
 class PlantHidden(HiddenEffect):
-    """One effect that was hidden in the plant.
+    """One effect that was hidden in the plant, by the ``library``'s formula or another in words.
 
-    Attributes:
-        formulation: ``library``, or the formula in words.
-        resembles: effects of the library that data can hardly distinguish from it, although none
-            is its cause.
-        physical: its size in terms that no formula defines, such as a breakaway torque.
+    See `PlantEffect` for what it resembles, and for its size in physical terms.
     """
 
     formulation: str = "library"
@@ -182,17 +170,9 @@ def _measured_size(
         return rig_parameter(base, rig_name(base, name)).value
 
     known = {rig_name(base, n): v for n, v in one.in_library(amount, measured, own).items()}
-    found = PlantHidden(
-        name=one.name,
-        size=amount,
-        unit=one.unit,
-        formulation=one.formulation,
-        stands_for=one.stands_for,
-        resembles=one.resembles,
-        families=one.families,
-        physical=measured,
-    )
-    return found, known
+    same = ("name", "unit", "formulation", "stands_for", "resembles", "families")
+    stated = {field: getattr(one, field) for field in same}
+    return PlantHidden(size=amount, physical=measured, **stated), known
 
 
 def _experiment(rig: Rig, name: str, seed: int, duration: float | None) -> Experiment:
@@ -217,15 +197,8 @@ def _in_plant(
             one.change(numbers, size * one.typical)
         if one.timing is not None:
             timing = one.timing(size * one.typical, seed)
-    found = run(
-        numbers,
-        experiment,
-        rig=rig.name,
-        joint=rig.only_joint,
-        muscles=tuple(rig.muscles),
-        timing=timing,
-        step=step,
-    )
+    names = {"rig": rig.name, "joint": rig.only_joint, "muscles": tuple(rig.muscles)}
+    found = run(numbers, experiment, **names, timing=timing, step=step)
     if rig.sensor is not None:
         found = reported(found, rig.sensor)
     for one, size in effects:

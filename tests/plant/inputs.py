@@ -28,20 +28,14 @@ Drive = Callable[[FloatArray, np.random.Generator, FloatArray], FloatArray]
 """Times (n,) [s], random numbers and sides (m,) to commands (n, m): shares of supply, openings."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Input:
-    """An input of a rig with any number of muscles.
+    """An input of a rig with any number of muscles, and the load of its arm, if it takes one [kg].
 
-    Attributes:
-        name: of it.
-        shows: what it is for.
-        command: ``pressure`` or ``valve``.
-        drive: see `Drive`.
-        load: mass on the arm, where the rig can carry one [kg].
+    Its command is of pressures or of valves.
     """
 
     name: str
-    shows: str
     command: str
     drive: Drive
     load: float = 0.0
@@ -49,14 +43,7 @@ class Input:
     def experiment(
         self, numbers: Numbers, seed: int, duration: float | None = None, *, loads: bool = True
     ) -> Experiment:
-        """The experiment on a plant; the same seed gives the same one.
-
-        Args:
-            numbers: of the plant.
-            seed: random seed.
-            duration: [s]; `DURATION` if left out.
-            loads: whether the rig can carry a load.
-        """
+        """The experiment on a plant that may carry loads; the same seed gives the same one."""
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
@@ -93,6 +80,8 @@ def _held(
 
 
 def _levels(half: float, common: float) -> Drive:
+    """Steps of many sizes: random levels, held for random times."""
+
     def drive(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> FloatArray:
         middle = _MIDDLE + _held(time, rng, common, 1.0, 2.5)
         return _sides(middle, _held(time, rng, half, 0.35, 1.6), sides)
@@ -101,6 +90,7 @@ def _levels(half: float, common: float) -> Drive:
 
 
 def _chirp(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> FloatArray:
+    """A sine that becomes faster."""
     first, last = rng.uniform(0.15, 0.3), rng.uniform(1.8, 2.8)
     growth = np.log(last / first) / time[-1]
     phase = 2.0 * np.pi * first / growth * (np.exp(growth * time) - 1.0)
@@ -109,6 +99,8 @@ def _chirp(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> Flo
 
 
 def _tones(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> FloatArray:
+    """Sums of tones: three of the common pressure, seven of the difference."""
+
     def sum_of_tones(low: float, high: float, count: int, size: float) -> FloatArray:
         tones = np.geomspace(low, high, count) * rng.uniform(0.9, 1.1, count)
         waves = np.sin(2.0 * np.pi * np.outer(time, tones) + rng.uniform(0, 2 * np.pi, count))
@@ -146,46 +138,15 @@ def _pulses(time: FloatArray, rng: np.random.Generator, sides: FloatArray) -> Fl
     return out
 
 
-INPUTS: dict[str, Input] = {
+INPUTS = {
     one.name: one
     for one in (
-        Input(
-            name="levels",
-            shows="steps of many sizes: random levels, held for random times",
-            command="pressure_set",
-            drive=_levels(0.28, 0.12),
-        ),
-        Input(
-            name="ramps",
-            shows="hysteresis: ramps at random rates, reversed at every size",
-            command="pressure_set",
-            drive=_ramps,
-        ),
-        Input(
-            name="tones",
-            shows="linear dynamics: a sum of seven tones",
-            command="pressure_set",
-            drive=_tones,
-        ),
-        Input(
-            name="chirp",
-            shows="how the response changes with frequency: a sine that becomes faster",
-            command="pressure_set",
-            drive=_chirp,
-        ),
-        Input(
-            name="pulses",
-            shows="valves: openings of many sizes, with shut chambers between",
-            command="valve",
-            drive=_pulses,
-        ),
-        Input(
-            name="loaded_levels",
-            shows="load and inertia: small steps with a mass on the arm",
-            command="pressure_set",
-            drive=_levels(0.07, 0.08),
-            load=0.9,
-        ),
+        Input("levels", "pressure_set", _levels(0.28, 0.12)),
+        Input("ramps", "pressure_set", _ramps),
+        Input("tones", "pressure_set", _tones),
+        Input("chirp", "pressure_set", _chirp),
+        Input("pulses", "valve", _pulses),
+        Input("loaded_levels", "pressure_set", _levels(0.07, 0.08), load=0.9),
     )
 }
 """Name -> input."""

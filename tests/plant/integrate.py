@@ -2,7 +2,7 @@
 
 Such instants are the arrival of a command, and, with friction that sticks, those at which the joint
 comes to a stop or breaks loose. Both are located within a step, which is then taken in parts, so
-that a joint that sticks does not move at all.
+that a joint that sticks does not move at all. Arguments are those of `sampled` and `write_rates`.
 """
 
 from __future__ import annotations
@@ -31,19 +31,9 @@ _SWITCHES = 8
 
 
 def runge_kutta(
-    j: Record,
-    muscles: Record,
-    plays: FloatArray,
-    states: FloatArray,
-    time: float,
-    step: float,
-    commands: FloatArray,
-    by_pressure: bool,
-    direction: float,
-    stuck: bool,
-    work: FloatArray,
+    j, muscles, plays, states, time, step, commands, by_pressure, direction, stuck, work
 ) -> None:
-    """Write the states after a step into ``work[5]``; see `write_rates` for the arguments."""
+    """Write the states after a step into ``work[5]``."""
     count = len(states)
     for stage in range(4):
         share = 0.0 if stage == 0 else (step if stage == 3 else 0.5 * step)
@@ -51,40 +41,22 @@ def runge_kutta(
             slope = 0.0 if stage == 0 else work[stage - 1, i]
             work[4, i] = states[i] + share * slope
         write_rates(
-            j,
-            muscles,
-            plays,
-            work[4, :count],
-            time + share,
-            commands,
-            by_pressure,
-            direction,
-            stuck,
-            work[6:9, : len(muscles)],
-            work[stage, :count],
-        )
+            j, muscles, plays, work[4, :count], time + share, commands, by_pressure, direction,
+            stuck, work[6:9, : len(muscles)], work[stage, :count],
+        )  # fmt: skip
     for i in range(count):
         slope = work[0, i] + 2.0 * work[1, i] + 2.0 * work[2, i] + work[3, i]
         work[5, i] = states[i] + step / 6.0 * slope
 
 
-def load_margin(
-    j: Record,
-    muscles: Record,
-    plays: FloatArray,
-    states: FloatArray,
-    time: float,
-    tensions: FloatArray,
-) -> tuple[float, float]:
+def load_margin(j, muscles, plays, states, time, tensions) -> tuple[float, float]:
     """Torque that drives a joint at rest, and by how much it exceeds its friction [N m]."""
     all_tensions(muscles, plays, states, time, tensions)
     drive = driving_torque(j, muscles, states, tensions)
     return drive, abs(drive) - dry_level(j, 0.0, tensions.sum())
 
 
-def keep(
-    j: Record, muscles: Record, plays: FloatArray, states: FloatArray, new: FloatArray
-) -> None:
+def keep(j, muscles, plays, states, new) -> None:
     """Accept the states after a step, and bring what has a memory up to date."""
     for i in range(len(states)):
         states[i] = new[i]
@@ -99,34 +71,11 @@ def keep(
                 plays[i, k] = played(plays[i, k], kappa, reach_of(m, k))
 
 
-def advance(
-    j: Record,
-    muscles: Record,
-    plays: FloatArray,
-    states: FloatArray,
-    time: float,
-    step: float,
-    commands: FloatArray,
-    by_pressure: bool,
-    direction: float,
-    work: FloatArray,
-) -> float:
+def advance(j, muscles, plays, states, time, step, commands, by_pressure, direction, work) -> float:
     """Take a step, in parts where the joint sticks or breaks loose.
 
-    Args:
-        j: numbers of the joint.
-        muscles: (m,) numbers of the muscles.
-        plays: (m, PLAYS) positions of the play operators, updated.
-        states: of the plant, updated.
-        time: since the start of the trial [s].
-        step: [s].
-        commands: (m,) that have arrived.
-        by_pressure: whether they are set points.
-        direction: in which the joint slips, 0 if it sticks; not used without friction that sticks.
-        work: (9, n) of the integrator.
-
     Returns:
-        The direction after the step.
+        The direction in which the joint slips after it, 0 if it sticks; 0 without such friction.
     """
     new = work[5, : len(states)]
     tensions = work[6, : len(muscles)]
@@ -217,16 +166,8 @@ def sampled(
             steps = max(math.ceil((end - now) / longest - 1e-9), 1)
             step = (end - now) / steps
             for k in range(steps):
+                at = now + k * step
                 direction = advance(
-                    j,
-                    muscles,
-                    plays,
-                    states,
-                    now + k * step,
-                    step,
-                    commands,
-                    by_pressure,
-                    direction,
-                    work,
+                    j, muscles, plays, states, at, step, commands, by_pressure, direction, work
                 )
             now = end

@@ -37,14 +37,7 @@ def bristle_rate(j: Record, deflection: float, speed: float) -> float:
 
 
 def free_torque(j: Record, angle: float, speed: float, deflection: float) -> float:
-    """Torque of all but muscles and friction that sticks [N m].
-
-    Args:
-        j: numbers of the joint.
-        angle: [rad].
-        speed: [rad/s].
-        deflection: of the bristles [rad].
-    """
+    """Torque of all but muscles and friction that sticks [N m], at a deflection of bristles."""
     total = j.weight_cos * math.cos(angle) + j.weight_sin * math.sin(angle) + j.torque
     total -= j.damping * speed + j.stiffness * (angle - j.spring_at)
     if j.bristle > 0.0:

@@ -160,13 +160,7 @@ def steady_pull(m: Record, length: float, pressure: float) -> float:
 
 
 def loose_pull(m: Record, free: float, pressure: float) -> float:
-    """Force without memory and locking [N].
-
-    Args:
-        m: numbers of the muscle.
-        free: contraction against the length at which the pressurised muscle is free [-].
-        pressure: gauge [Pa].
-    """
+    """Force without memory and locking [N], at a contraction against the pressurised muscle."""
     active = pull_per_pressure(m, free) * inside_pressure(m, max(pressure, 0.0))
     active += free_pull(m, free)
     if active > 0.0:
@@ -174,25 +168,10 @@ def loose_pull(m: Record, free: float, pressure: float) -> float:
     return active + spring(m, m.passive_slack - free)
 
 
-def loop_pull(
-    m: Record,
-    plays: FloatArray,
-    loop: float,
-    duhem: float,
-    kappa: float,
-    above: float,
-    steady: float,
-) -> float:
-    """Force that hysteresis takes from the muscle's pull [N].
+def loop_pull(m: Record, plays: FloatArray, loop, duhem, kappa, above, steady) -> float:
+    """Force that hysteresis takes from a steady force [N], of its variables, at a contraction.
 
-    Args:
-        m: numbers of the muscle.
-        plays: positions of its play operators [-].
-        loop: Bouc-Wen variable.
-        duhem: Duhem variable.
-        kappa: contraction [-].
-        above: gauge pressure, not below 0 [Pa].
-        steady: force without hysteresis [N].
+    Of the gauge pressure [Pa] what lies ``above`` 0 counts.
     """
     taken = (m.loop_force + m.loop_per_pressure * above + m.loop_share * steady) * loop
     width = m.play_force + m.play_per_pressure * above
@@ -201,26 +180,8 @@ def loop_pull(
     return taken + m.duhem_per_pressure * above * duhem
 
 
-def tension(
-    m: Record,
-    plays: FloatArray,
-    states: FloatArray,
-    first: int,
-    length: float,
-    speed: float,
-    time: float,
-) -> float:
-    """Tension of a muscle [N].
-
-    Args:
-        m: numbers of the muscle.
-        plays: positions of its play operators [-].
-        states: of the plant.
-        first: place of the muscle's states.
-        length: of the muscle [m].
-        speed: at which its tendon lengthens [m/s].
-        time: since the start of the trial [s].
-    """
+def tension(m: Record, plays: FloatArray, states: FloatArray, first, length, speed, time) -> float:
+    """Tension of a muscle [N] whose states begin at ``first``, and whose tendon lengthens [m/s]."""
     pressure = states[first] - m.atmosphere
     steady = steady_pull(m, length, pressure)
     if m.ageing != 0.0 and time > 0.0:

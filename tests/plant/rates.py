@@ -49,9 +49,7 @@ def muscle_length(m: Record, states: FloatArray, first: int) -> float:
     return length + math.copysign(states[SHIFT], -m.arm * states[SHIFT])
 
 
-def all_tensions(
-    muscles: Record, plays: FloatArray, states: FloatArray, time: float, tensions: FloatArray
-) -> None:
+def all_tensions(muscles, plays, states, time, tensions) -> None:
     """Write the tensions of all muscles [N]."""
     for i in range(len(muscles)):
         first = JOINT_STATES + i * MUSCLE_STATES
@@ -60,7 +58,7 @@ def all_tensions(
         tensions[i] = tension(muscles[i], plays[i], states, first, length, speed, time)
 
 
-def driving_torque(j: Record, muscles: Record, states: FloatArray, tensions: FloatArray) -> float:
+def driving_torque(j, muscles, states, tensions) -> float:
     """Torque on the joint of all but the friction that sticks [N m]."""
     total = free_torque(j, states[ANGLE], states[SPEED], states[BRISTLE])
     for i in range(len(muscles)):
@@ -93,17 +91,7 @@ def shift_rate(j: Record, muscles: Record, shift: float, tensions: FloatArray) -
 
 
 def write_rates(
-    j: Record,
-    muscles: Record,
-    plays: FloatArray,
-    states: FloatArray,
-    time: float,
-    commands: FloatArray,
-    by_pressure: bool,
-    direction: float,
-    stuck: bool,
-    work: FloatArray,
-    rates: FloatArray,
+    j, muscles, plays, states, time, commands, by_pressure, direction, stuck, work, rates
 ) -> None:
     """Write the rates of all states.
 
@@ -166,20 +154,15 @@ def write_rates(
         if j.cross > 0.0 and i < 2:
             other = JOINT_STATES + (1 - i) * MUSCLE_STATES
             out += j.cross * (inside - states[other + PRESSURE])
-        space, per_length, softness = volume(
-            m, muscle_length(m, states, first), inside - m.atmosphere
-        )
+        length = muscle_length(m, states, first)
+        space, per_length, softness = volume(m, length, inside - m.atmosphere)
         # The energy that the loop holds grows with pressure, and takes its volume from the air.
         held = m.loop_per_pressure * m.nominal_length * m.loop_yield * states[first + LOOP]
         space -= 0.5 * held * states[first + LOOP]
+        swept = per_length * lengthening - held * rates[first + LOOP]
+        warmth = states[first + AIR_TEMPERATURE]
         rates[first + PRESSURE], rates[first + AIR_TEMPERATURE] = pressure_rate(
-            m,
-            inside,
-            (space, softness),
-            per_length * lengthening - held * rates[first + LOOP],
-            states[first + AIR_TEMPERATURE],
-            into,
-            out,
+            m, inside, (space, softness), swept, warmth, into, out
         )
     rates[RESERVOIR] = 0.0
     if j.reservoir > 0.0:
@@ -188,9 +171,7 @@ def write_rates(
         rates[RESERVOIR] = R_AIR * m.temperature / j.reservoir * (given - drawn)
 
 
-def branch_rates(
-    m: Record, states: FloatArray, rates: FloatArray, first: int, shortening: float
-) -> None:
+def branch_rates(m, states, rates, first, shortening) -> None:
     """Write the rates of the strains of the relaxing branches [1/s]."""
     at = first + STRAIN
     for k in range(BRANCHES):
@@ -204,9 +185,7 @@ def branch_rates(
         rates[at + 4] = shortening - states[at + 4] / m.creep_time_4
 
 
-def line_rates(
-    m: Record, states: FloatArray, rates: FloatArray, first: int, command: float
-) -> float:
+def line_rates(m, states, rates, first, command) -> float:
     """Write the rates of the command's line and return what arrives at the valves."""
     rates[first + LINE] = 0.0
     rates[first + SECOND_LINE] = 0.0

@@ -34,36 +34,31 @@ class Numbers:
     muscles: Record
 
     def copy(self) -> Numbers:
-        """A copy that may be changed."""
         return Numbers(joint=self.joint.copy(), muscles=self.muscles.copy())
+
+
+def _refused(where: str, why: str) -> InputError:
+    return InputError(f"{where}: the independent plant {why}")
 
 
 def read_rig(rig: Rig, load: float) -> Numbers:
     """Numbers of a rig under a load.
 
-    Args:
-        rig: with one hinge that all its moving bodies turn about, and muscles on fixed tendons.
-        load: [kg].
+    The rig has one hinge that all its moving bodies turn about, and muscles on fixed tendons.
 
     Raises:
         InputError: if the rig has another joint, tendon or law than the plant.
     """
     model = rig.model_for(load=load)
     if model.njnt != 1 or int(model.jnt_type[0]) != _HINGE:
-        raise InputError(
-            f"{rig.name}: the independent plant has one hinge; this rig has {model.njnt} joints"
-        )
+        raise _refused(rig.name, f"has one hinge; this rig has {model.njnt} joints")
     joint = np.zeros(1, dtype=JOINT).view(np.recarray)
-    inertia, weight_cos, weight_sin, joint.moment = _rigid_body(model)
+    inertia, joint.weight_cos, joint.weight_sin, joint.moment = _rigid_body(model)
     joint.inertia = inertia + float(model.dof_armature[0])
-    joint.weight_cos, joint.weight_sin = weight_cos, weight_sin
     joint.damping = float(model.dof_damping[0])
     joint.dry = float(model.dof_frictionloss[0])
     if joint.dry > 0.0 and native_value(model, f"joint.{rig.only_joint}.friction_speed") > 0.0:
-        raise InputError(
-            f"{rig.name}: the joint's friction does not stick (friction_speed); the independent"
-            " plant has tanh_friction for that"
-        )
+        raise _refused(rig.name, "has tanh_friction for friction that does not stick")
     joint.stiffness = float(model.jnt_stiffness[0])
     joint.spring_at = float(model.qpos_spring[0])
     muscles = np.zeros(len(rig.muscles), dtype=MUSCLE).view(np.recarray)
@@ -71,9 +66,7 @@ def read_rig(rig: Rig, load: float) -> Numbers:
         tendon = model.tendon(rig.file.tendons[name]).id
         first = int(model.tendon_adr[tendon])
         if model.tendon_num[tendon] != 1 or int(model.wrap_type[first]) != _ON_JOINT:
-            raise InputError(
-                f"{rig.name}: the independent plant needs {name} on a fixed tendon of the joint"
-            )
+            raise _refused(rig.name, f"needs {name} on a fixed tendon of the joint")
         row.arm = float(model.wrap_prm[first])
         _write_muscle(row, muscle, f"{rig.name}, {name}")
     for name, (group, fields) in _SHARED.items():
@@ -82,12 +75,12 @@ def read_rig(rig: Rig, load: float) -> Numbers:
             for m in rig.muscles.values()
         }
         if len(stated) != 1:
-            raise InputError(f"{rig.name}: the independent plant has one {name} for all muscles")
+            raise _refused(rig.name, f"has one {name} for all muscles")
         for field, value in zip(fields, *stated, strict=True):
             joint[field] = value
     lines = {(m.valve.supply_line, m.valve.supply_pressure) for m in rig.muscles.values()}
     if float(joint.refill[0] + joint.refill_square[0]) > 0.0 and len(lines) != 1:
-        raise InputError(f"{rig.name}: the independent plant has one supply for all muscles")
+        raise _refused(rig.name, "has one supply for all muscles")
     return Numbers(joint=joint, muscles=muscles)
 
 
@@ -96,14 +89,14 @@ def _write_muscle(row: Record, muscle: object, where: str) -> None:
     groups = {f.name: getattr(muscle, f.name) for f in dataclasses.fields(muscle)}  # pyright: ignore[reportArgumentType]
     force, loop = groups["force"], groups["hysteresis"]
     if force.law not in _FORCES:
-        raise InputError(f"{where}: the independent plant has no force law {force.law!r}")
+        raise _refused(where, f"has no force law {force.law!r}")
     row.law = float(_FORCES.index(force.law))
     for name in ("scale", "a", "b", "c", "d", "e", "f"):
         setattr(row, name, getattr(force, name, 0.0))
     row.loop_yield, row.loop_sigma, row.loop_sharpness = 1.0, 0.5, 1.0
     if loop is not None:
         if loop.law != "bouc_wen":
-            raise InputError(f"{where}: the independent plant has no hysteresis {loop.law!r}")
+            raise _refused(where, f"has no hysteresis {loop.law!r}")
         row.loop_force, row.loop_per_pressure = loop.force, loop.force_per_pressure
         row.loop_share = loop.force_share
         row.loop_yield, row.loop_sigma = loop.yield_contraction, loop.sigma
@@ -125,7 +118,7 @@ def _refuse_unknown(groups: Mapping[str, Any], where: str) -> None:
             continue
         for field in dataclasses.fields(values):
             if (group, field.name) not in known and getattr(values, field.name) != field.default:
-                raise InputError(f"{where}: the independent plant has no {group}.{field.name}")
+                raise _refused(where, f"has no {group}.{field.name}")
 
 
 _SHARED = {
@@ -148,50 +141,30 @@ _DEAD_ZONES = {("valve", "dead_zone"), ("valve", "dead_zone_asymmetry")}
 
 _FORCES = ("six_parameter", "ideal_mckibben")
 
+_GROUPS = {
+    "mounting": "length_at_zero",
+    "braid": "nominal_length diameter fibre_angle extensibility braid_rub=friction",
+    "passive": "passive_stiffness=stiffness passive_softening=softening passive_locking=locking"
+    " passive_slack=slack_contraction",
+    "threshold": "threshold=pressure",
+    "end_shape": "end_loss=loss end_onset=onset",
+    "creep": "creep_0=stiffness creep_time_0=relaxation_time",
+    "softening": "ageing=share ageing_time=time",
+    "chamber": "polytropic=polytropic_index temperature dead_volume atmosphere"
+    " leak=leak_conductance",
+    "valve": "fill_conductance=conductance_fill exhaust_conductance=conductance_exhaust"
+    " critical=critical_ratio laminar=laminar_ratio supply=supply_pressure band=regulator_band"
+    " dead_band=regulator_dead_band lag=line_lag delay",
+    "chain": "compliance compliance_time=relaxation_time teeth=ripple teeth_pitch=ripple_pitch"
+    " teeth_phase=ripple_phase",
+    "friction": "brake=stribeck_force brake_speed=stribeck_velocity rub=coulomb_force"
+    " rub_static=breakaway_force rub_share=tension_share rub_travel=presliding"
+    " rub_time=bristle_time",
+}
 _COPIED = {
-    "length_at_zero": ("mounting", "length_at_zero"),
-    "nominal_length": ("braid", "nominal_length"),
-    "diameter": ("braid", "diameter"),
-    "fibre_angle": ("braid", "fibre_angle"),
-    "extensibility": ("braid", "extensibility"),
-    "passive_stiffness": ("passive", "stiffness"),
-    "passive_softening": ("passive", "softening"),
-    "passive_slack": ("passive", "slack_contraction"),
-    "passive_locking": ("passive", "locking"),
-    "threshold": ("threshold", "pressure"),
-    "end_loss": ("end_shape", "loss"),
-    "end_onset": ("end_shape", "onset"),
-    "creep_0": ("creep", "stiffness"),
-    "creep_time_0": ("creep", "relaxation_time"),
-    "ageing": ("softening", "share"),
-    "ageing_time": ("softening", "time"),
-    "polytropic": ("chamber", "polytropic_index"),
-    "temperature": ("chamber", "temperature"),
-    "dead_volume": ("chamber", "dead_volume"),
-    "atmosphere": ("chamber", "atmosphere"),
-    "leak": ("chamber", "leak_conductance"),
-    "fill_conductance": ("valve", "conductance_fill"),
-    "exhaust_conductance": ("valve", "conductance_exhaust"),
-    "critical": ("valve", "critical_ratio"),
-    "laminar": ("valve", "laminar_ratio"),
-    "supply": ("valve", "supply_pressure"),
-    "band": ("valve", "regulator_band"),
-    "dead_band": ("valve", "regulator_dead_band"),
-    "lag": ("valve", "line_lag"),
-    "delay": ("valve", "delay"),
-    "compliance": ("chain", "compliance"),
-    "compliance_time": ("chain", "relaxation_time"),
-    "teeth": ("chain", "ripple"),
-    "teeth_pitch": ("chain", "ripple_pitch"),
-    "teeth_phase": ("chain", "ripple_phase"),
-    "braid_rub": ("braid", "friction"),
-    "brake": ("friction", "stribeck_force"),
-    "brake_speed": ("friction", "stribeck_velocity"),
-    "rub": ("friction", "coulomb_force"),
-    "rub_static": ("friction", "breakaway_force"),
-    "rub_share": ("friction", "tension_share"),
-    "rub_travel": ("friction", "presliding"),
-    "rub_time": ("friction", "bristle_time"),
+    field: (group, name or field)
+    for group, names in _GROUPS.items()
+    for field, _, name in (pair.partition("=") for pair in names.split())
 }
 """Field of the record -> group and name of the rig's parameter."""
 
@@ -207,24 +180,21 @@ def _rigid_body(model: object) -> tuple[float, float, float, float]:
     """Moment of inertia about the hinge, the two parts of gravity's torque, and mass moment."""
     m: Record = model
     place = {0: (np.zeros(3), np.eye(3))}
-    moving: dict[int, bool] = {0: False}
     carrier = int(m.jnt_bodyid[0])
+    moving: set[int] = set()
     for body in range(1, int(m.nbody)):
         parent = int(m.body_parentid[body])
         origin, turned = place[parent]
-        place[body] = (
-            origin + turned @ m.body_pos[body],
-            turned @ _rotation(m.body_quat[body]),
-        )
-        moving[body] = moving[parent] or body == carrier
+        there = _rotation(m.body_quat[body])
+        place[body] = (origin + turned @ m.body_pos[body], turned @ there)
+        if parent in moving or body == carrier:
+            moving.add(body)
     origin, turned = place[carrier]
     axis = turned @ m.jnt_axis[0]
     axis = axis / math.sqrt(float(axis @ axis))
     hinge = origin + turned @ m.jnt_pos[0]
     inertia, moment = 0.0, np.zeros(3)
-    for body, turns in moving.items():
-        if not turns:
-            continue
+    for body in moving:
         origin, turned = place[body]
         mass = float(m.body_mass[body])
         arm = origin + turned @ m.body_ipos[body] - hinge

@@ -16,7 +16,6 @@ from tests.plant.rates import on_teeth
 from tests.plant.read_rig import Numbers
 from tests.plant.records import (
     AIR_TEMPERATURE,
-    ANGLE,
     JOINT_STATES,
     LINE,
     MUSCLE_STATES,
@@ -24,7 +23,6 @@ from tests.plant.records import (
     PRESSURE,
     RESERVOIR,
     SECOND_LINE,
-    SPEED,
     STRAIN,
     Record,
     state_count,
@@ -50,13 +48,9 @@ _CREEPS = tuple(f"creep_{k}" for k in range(5))
 
 @dataclass(frozen=True, kw_only=True)
 class Timing:
-    """What makes commands arrive late in a run.
+    """What makes commands arrive late in a run: the dead time of each change of command [s].
 
-    Attributes:
-        delay: dead time of each change of command, drawn evenly between ``delay - spread`` and
-            ``delay + spread`` [s].
-        spread: [s].
-        seed: random seeds of the run's dead times.
+    It is drawn evenly between ``delay - spread`` and ``delay + spread``, with the run's seeds.
     """
 
     delay: float = 0.0
@@ -82,9 +76,7 @@ def run(
     Args:
         numbers: of the plant, for the experiment's load.
         experiment: by pressures or valves.
-        rig: name for the recording.
-        joint: its name.
-        muscles: their names.
+        rig: name for the recording, as those of ``joint`` and ``muscles``.
         timing: what delays commands in addition to the rig's own delay.
         step: longest step of the integrator [s].
 
@@ -120,8 +112,9 @@ def run(
         first = JOINT_STATES + i * MUSCLE_STATES
         states[first + LINE] = states[first + SECOND_LINE] = before[i]
         states[first + STRAIN : first + MUSCLE_STATES] = 0.0
-    samples = 1 + round(experiment.duration * experiment.sample_rate)
-    times = np.arange(samples) / experiment.sample_rate
+    rate = experiment.sample_rate
+    samples = 1 + round(experiment.duration * rate)
+    times = np.arange(samples) / rate
     rows = np.zeros((samples, 2 + 2 * count))
     changes = _arrivals(experiment, before, numbers.muscles, timing or Timing())
     integrate(
@@ -144,12 +137,7 @@ def run(
         outcome=Outcome.COMPLETED,
         message="ran to the end",
         final_state=states,
-        meta={
-            "rig": rig,
-            "experiment": experiment.name,
-            "timestep_s": step,
-            "sample_hz": experiment.sample_rate,
-        },
+        meta={"rig": rig, "experiment": experiment.name, "timestep_s": step, "sample_hz": rate},
     )
 
 
@@ -166,7 +154,6 @@ def at_zero(numbers: Numbers, start: FloatArray) -> tuple[FloatArray, FloatArray
     """States and play operators at angle 0 and the start pressures, without memory."""
     m: Record = numbers.muscles
     states = np.zeros(state_count(len(m)))
-    states[ANGLE], states[SPEED] = 0.0, 0.0
     states[RESERVOIR] = m[0].supply + m[0].atmosphere
     plays = np.zeros((len(m), PLAYS))
     for i, pressure in enumerate(start):

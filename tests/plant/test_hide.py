@@ -24,14 +24,17 @@ def rig():
 
 def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physical_terms(tmp_path):
     folder = tmp_path / "data"
-    ran = CliRunner().invoke(
-        command,
-        [
-            "air_leak+eccentric_encoder+sticking_friction", "--size", "1,1,2",
-            "--protocols", "pulses,bursts", "--repeats", "1",
-            "--duration", "400ms", "--quantised", "--out", str(folder),
-        ],
-    )  # fmt: skip
+    effects, sizes = "air_leak+eccentric_encoder+sticking_friction", ("--size", "1,1,2")
+    trials = [
+        "--protocols",
+        "pulses,bursts",
+        "--repeats",
+        "1",
+        "--duration",
+        "400ms",
+        "--quantised",
+    ]
+    ran = CliRunner().invoke(command, [effects, *sizes, *trials, "--out", str(folder)])
     assert ran.exit_code == 0, ran.output
     ground_truth = json.loads((tmp_path / "data.ground_truth.json").read_text(encoding="utf-8"))
     effects = {effect["name"]: effect for effect in ground_truth["effects"]}
@@ -55,10 +58,8 @@ def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physica
 def test_an_effect_of_the_library_keeps_its_formula_in_the_plant(rig):
     hidden = hide(rig, {"air_leak": 2.0}, formulation="plant", **QUICK)
     assert [(one.name, one.formulation) for one in hidden.effects] == [("air_leak", "library")]
-    (name,) = hidden.hidden
-    there = rig.with_parameters(hidden.hidden)
-    same = hide(there, {}, formulation="plant", **QUICK)
-    assert name == "chamber.leak_conductance"
+    assert list(hidden.hidden) == ["chamber.leak_conductance"]
+    same = hide(rig.with_parameters(hidden.hidden), {}, formulation="plant", **QUICK)
     assert np.array_equal(hidden.trials["bursts_1"].angle, same.trials["bursts_1"].angle)
 
 
@@ -71,30 +72,25 @@ def test_seeds_noise_and_inputs_are_those_of_the_library(rig):
         assert np.abs(trial.angle - there.angle).max() < np.radians(0.05)  # noise aside, the same
 
 
-@pytest.mark.parametrize(
-    ("effects", "options", "words"),
-    [
+def test_bad_input_is_said(rig):
+    for effects, options, words in (
         ({"cogging_torqe": 1.0}, {}, "did you mean 'cogging_torque'"),
         ({"added_inertia": 1.0}, {}, "has no other formula"),
         ({"laminar_leak": -1.0}, {}, "must be above 0, not -1"),
         ({}, {"protocols": ("chrp",)}, "did you mean 'chirp'"),
         ({}, {"formulation": "indepndent"}, "did you mean 'independent'"),
         ({}, {"step": 0.0}, "must be above 0"),
-    ],
-)
-def test_bad_input_is_said(rig, effects, options, words):
-    with pytest.raises(InputError, match=words):
-        hide(rig, effects, **{**QUICK, **options})
+    ):
+        with pytest.raises(InputError, match=words):
+            hide(rig, effects, **QUICK | options)
 
 
 def test_a_longer_step_moves_no_sample_by_a_hundredth_of_the_noise(rig):
-    def made(step):
-        return hide(
-            rig, {"sticking_friction": 0.5}, protocols=("levels",), repeats=1, duration=0.4,
-            variation=0.0, noise=0.0, step=step,
-        ).trials  # fmt: skip
-
-    fine, coarse = made(3.5e-4), made(1.4e-3)
+    levels = QUICK | {"protocols": ("levels",), "variation": 0.0, "noise": 0.0}
+    fine, coarse = (
+        hide(rig, {"sticking_friction": 0.5}, **levels, step=step).trials
+        for step in (3.5e-4, 1.4e-3)
+    )
     for name in fine:
         off = np.abs(coarse[name].angle - fine[name].angle) / ANGLE_NOISE
         assert 0.0 < off.max() < 0.01

@@ -33,8 +33,8 @@ def _leak(n: Numbers, size: float) -> None:
 def _leaked(there: Numbers, _: Numbers, __: float) -> Quantities:
     flow = float(there.muscles[0].laminar_leak) * PRESSURE
     return {
-        "mass_flow": Quantity(value=flow, unit="kg/s"),
-        "at_pressure": Quantity(value=PRESSURE, unit="Pa"),
+        "mass_flow": Quantity(flow, "kg/s"),
+        "at_pressure": Quantity(PRESSURE, "Pa"),
     }
 
 
@@ -50,8 +50,8 @@ def _choked(size: float, _: Quantities, own: Own) -> dict[str, float]:
 
 def _widths(_: Numbers, __: Numbers, size: float) -> Quantities:
     return {
-        "opening_lost_filling": Quantity(value=1.4 * size, unit="1"),
-        "opening_lost_venting": Quantity(value=0.6 * size, unit="1"),
+        "opening_lost_filling": Quantity(1.4 * size, "1"),
+        "opening_lost_venting": Quantity(0.6 * size, "1"),
     }
 
 
@@ -84,11 +84,7 @@ EFFECTS = (
         unit="Pa*s/kg",
         typical=2e8,
         change=on_joint(
-            lambda s: {
-                "reservoir": 1e-4,
-                "refill": 0.1 * s,
-                "refill_square": 0.9 * s / _FLOW,
-            }
+            lambda s: {"refill": 0.1 * s, "refill_square": 0.9 * s / _FLOW}, reservoir=1e-4
         ),
         stated="pressure_drop_per_flow_at_0.2_g/s",
         equals="valve.supply_resistance",
@@ -99,7 +95,7 @@ EFFECTS = (
         stands_for=("thermal_relaxation",),
         unit="s",
         typical=0.15,
-        change=on_muscles(lambda s: {"heat_time": s}),
+        change=on_muscles("heat_time"),
         stated="temperature_time_constant",
     ),
     PlantEffect(
@@ -158,7 +154,7 @@ EFFECTS = (
         family="valve",
         unit="1",
         typical=0.3,
-        change=on_muscles(lambda s: {"stuck_fills": 1.0, "stuck_from": 1.5, "stuck_at": s}, _LAST),
+        change=on_muscles("stuck_at", _LAST, stuck_fills=1.0, stuck_from=1.5),
         stated="largest_opening",
     ),
     PlantEffect(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from pamsim.effects.effect import JOINT, TILTED
 from tests.plant.hidden.hidden_effect import Own, PlantEffect, Quantities, Quantity, on_joint
@@ -41,8 +42,8 @@ def _sliding(_: float, found: Quantities, own: Own) -> dict[str, float]:
 def _at_half(n: Numbers, _: Numbers, __: float) -> Quantities:
     drag = float(n.joint[0].drag) * _DRAG_SPEED ** float(n.joint[0].drag_power)
     return {
-        "torque_at_speed": Quantity(value=drag, unit="N*m"),
-        "at_speed": Quantity(value=_DRAG_SPEED, unit="rad/s"),
+        "torque_at_speed": Quantity(drag, "N*m"),
+        "at_speed": Quantity(_DRAG_SPEED, "rad/s"),
     }
 
 
@@ -54,63 +55,52 @@ def _tilted(n: Numbers, size: float) -> None:
 
 def _weight(there: Numbers, without: Numbers, _: float) -> Quantities:
     change = float(there.joint[0].weight_cos - without.joint[0].weight_cos)
-    return {"torque_at_zero": Quantity(value=change, unit="N*m")}
+    return {"torque_at_zero": Quantity(change, "N*m")}
 
 
 def _cables(n: Numbers, size: float) -> None:
     n.joint.stiffness += size
 
 
+_friction = partial(
+    PlantEffect,
+    stands_for=("stribeck_friction", "coulomb_friction"),
+    unit="N*m",
+    typical=0.3,
+    measure=joint_friction,
+    library=_sliding,
+)
+
 EFFECTS = (
-    PlantEffect(
+    _friction(
         name="dahl_friction",
         formulation="Dahl friction at the joint with exponent 1.5: it gives about 1.5 mrad before"
         " it slides",
         stands_for=("coulomb_friction",),
-        unit="N*m",
-        typical=0.3,
-        change=on_joint(lambda s: {"bristle": s, "bristle_slip": 1.5e-3, "bristle_power": 1.5}),
-        measure=joint_friction,
-        library=_sliding,
+        change=on_joint("bristle", bristle_slip=1.5e-3, bristle_power=1.5),
     ),
-    PlantEffect(
+    _friction(
         name="tanh_friction",
         formulation="joint friction that is smooth in speed (tanh): it does not stick",
         stands_for=("coulomb_friction",),
-        unit="N*m",
-        typical=0.3,
-        change=on_joint(lambda s: {"smooth_dry": s, "smooth_speed": 0.02}),
-        measure=joint_friction,
-        library=_sliding,
+        change=on_joint("smooth_dry", smooth_speed=0.02),
     ),
-    PlantEffect(
+    _friction(
         name="sticking_friction",
         formulation="joint friction with a Stribeck curve that truly sticks, located by events",
-        stands_for=("stribeck_friction", "coulomb_friction"),
-        unit="N*m",
-        typical=0.3,
         change=_sticking,
-        measure=joint_friction,
-        library=_sliding,
     ),
-    PlantEffect(
+    _friction(
         name="lugre_friction",
         formulation="LuGre friction at the joint with a Stribeck curve",
-        stands_for=("stribeck_friction", "coulomb_friction"),
-        unit="N*m",
-        typical=0.3,
         change=on_joint(
             lambda s: {
                 "bristle": _SLIDING_SHARE * s,
-                "bristle_slip": 1e-3,
                 "bristle_static": (1.0 - _SLIDING_SHARE) * s,
-                "bristle_speed": 0.12,
                 "bristle_damping": 0.3 * s,
-                "bristle_power": 1.0,
-            }
+            },
+            **{"bristle_slip": 1e-3, "bristle_speed": 0.12, "bristle_power": 1.0},
         ),
-        measure=joint_friction,
-        library=_sliding,
     ),
     PlantEffect(
         name="loaded_friction",
@@ -119,7 +109,7 @@ EFFECTS = (
         resembles=("coulomb_friction", "stribeck_friction", "muscle_hysteresis"),
         unit="m",
         typical=2e-4,
-        change=on_joint(lambda s: {"carried": s}),
+        change=on_joint("carried"),
         measure=joint_friction,
     ),
     PlantEffect(
@@ -152,7 +142,7 @@ EFFECTS = (
         family="joint_friction",
         unit="N*m*s^2/rad^2",
         typical=0.15,
-        change=on_joint(lambda s: {"drag": s, "drag_power": 2.0}),
+        change=on_joint("drag", drag_power=2.0),
         measure=_at_half,
     ),
     PlantEffect(
@@ -161,7 +151,7 @@ EFFECTS = (
         stands_for=("sprocket_ripple",),
         unit="N*m",
         typical=0.15,
-        change=on_joint(lambda s: {"ripple": s, "ripple_periods": _TEETH, "ripple_phase": 0.7}),
+        change=on_joint("ripple", ripple_periods=_TEETH, ripple_phase=0.7),
         stated="torque_amplitude",
         signed=True,
     ),
@@ -170,7 +160,7 @@ EFFECTS = (
         formulation="a soft stop on one side, from 8 deg on",
         unit="N*m/rad",
         typical=4.0,
-        change=on_joint(lambda s: {"stop_at": _STOP, "stop_stiffness": s}),
+        change=on_joint("stop_stiffness", stop_at=_STOP),
         stated="stiffness",
     ),
     PlantEffect(
@@ -178,7 +168,7 @@ EFFECTS = (
         formulation="a detent that draws the joint to -4 deg from a few degrees around",
         unit="N*m",
         typical=0.3,
-        change=on_joint(lambda s: {"detent": s, **_DETENT}),
+        change=on_joint("detent", **_DETENT),
         stated="largest_torque",
     ),
     PlantEffect(

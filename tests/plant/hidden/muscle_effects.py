@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.virtual_test_conditions import PRESSURE
 from pamsim.effects.effect import SECOND_MUSCLE
@@ -42,8 +44,8 @@ def _as_half_width(_: float, found: Quantities, own: Own) -> dict[str, float]:
 def _lost_pressure(there: Numbers, _: Numbers, __: float) -> Quantities:
     lost = PRESSURE - inside_pressure(there.muscles[0], PRESSURE)
     return {
-        "pressure_lost": Quantity(value=float(lost), unit="Pa"),
-        "at_pressure": Quantity(value=PRESSURE, unit="Pa"),
+        "pressure_lost": Quantity(float(lost), "Pa"),
+        "at_pressure": Quantity(PRESSURE, "Pa"),
     }
 
 
@@ -54,40 +56,57 @@ def _unequal(n: Numbers, size: float) -> None:
     n.muscles[-1].d *= 1.0 + 3.0 * size
 
 
+_hysteresis = partial(
+    PlantEffect,
+    stands_for=("muscle_hysteresis",),
+    unit="N/Pa",
+    typical=1.5e-4,
+    measure=muscle_loop,
+    library=_as_half_width,
+)
+_creep = partial(
+    PlantEffect,
+    stands_for=("viscoelastic_creep",),
+    unit="N",
+    typical=2000.0,
+    measure=creep,
+    equals="creep.stiffness",
+)
+_beside = partial(
+    PlantEffect,
+    stands_for=("passive_stiffness",),
+    unit="N",
+    typical=2800.0,
+    measure=pull_change,
+    signed=True,
+)
+_backlash = partial(
+    PlantEffect,
+    stands_for=("chain_backlash",),
+    unit="m",
+    typical=3e-4,
+    stated="lost_travel",
+    equals="chain.backlash",
+)
+
 EFFECTS = (
-    PlantEffect(
+    _hysteresis(
         name="play_hysteresis",
         formulation="Prandtl-Ishlinskii hysteresis of six play operators up to 2 % contraction,"
         " less its chord, growing with pressure",
-        stands_for=("muscle_hysteresis",),
-        unit="N/Pa",
         typical=4e-4,
-        change=on_muscles(lambda s: {"play_per_pressure": s, "play_reach": 0.02, "play_even": 1.0}),
-        measure=muscle_loop,
-        library=_as_half_width,
+        change=on_muscles("play_per_pressure", play_reach=0.02, play_even=1.0),
     ),
-    PlantEffect(
+    _hysteresis(
         name="slip_hysteresis",
         formulation="Maxwell-slip hysteresis of six blocks, growing with pressure",
-        stands_for=("muscle_hysteresis",),
-        unit="N/Pa",
-        typical=1.5e-4,
-        change=on_muscles(lambda s: {"play_per_pressure": s, "play_reach": 7e-3, "play_even": 0.0}),
-        measure=muscle_loop,
-        library=_as_half_width,
+        change=on_muscles("play_per_pressure", play_reach=7e-3, play_even=0.0),
     ),
-    PlantEffect(
+    _hysteresis(
         name="duhem_hysteresis",
         formulation="Duhem hysteresis that turns over faster while the muscle shortens, growing"
         " with pressure",
-        stands_for=("muscle_hysteresis",),
-        unit="N/Pa",
-        typical=1.5e-4,
-        change=on_muscles(
-            lambda s: {"duhem_per_pressure": s, "duhem_travel": 4e-3, "duhem_skew": 0.4}
-        ),
-        measure=muscle_loop,
-        library=_as_half_width,
+        change=on_muscles("duhem_per_pressure", duhem_travel=4e-3, duhem_skew=0.4),
     ),
     PlantEffect(
         name="constant_hysteresis",
@@ -96,28 +115,18 @@ EFFECTS = (
         family="muscle_hysteresis",
         unit="N",
         typical=30.0,
-        change=on_muscles(lambda s: {"play_force": s, "play_reach": 7e-3, "play_even": 0.0}),
+        change=on_muscles("play_force", play_reach=7e-3, play_even=0.0),
         measure=muscle_loop,
     ),
-    PlantEffect(
+    _creep(
         name="two_branch_creep",
         formulation="two Maxwell branches that relax in 0.25 s and 2.5 s",
-        stands_for=("viscoelastic_creep",),
-        unit="N",
-        typical=2000.0,
         change=on_muscles(lambda s: _branches(_TWO_BRANCHES, s)),
-        measure=creep,
-        equals="creep.stiffness",
     ),
-    PlantEffect(
+    _creep(
         name="power_law_creep",
         formulation="creep whose force falls about as a power of time between 0.05 and 8 s",
-        stands_for=("viscoelastic_creep",),
-        unit="N",
-        typical=2000.0,
         change=on_muscles(lambda s: _branches(_MANY_BRANCHES, s)),
-        measure=creep,
-        equals="creep.stiffness",
     ),
     PlantEffect(
         name="smooth_threshold",
@@ -125,29 +134,19 @@ EFFECTS = (
         stands_for=("threshold_pressure",),
         unit="Pa",
         typical=1.5e4,
-        change=on_muscles(lambda s: {"lost_pressure": s, "lost_over": 8e4}),
+        change=on_muscles("lost_pressure", lost_over=8e4),
         measure=_lost_pressure,
         library=lambda _, found, __: {"threshold.pressure": found["pressure_lost"].value},
     ),
-    PlantEffect(
+    _beside(
         name="cubic_spring",
         formulation="a cubic spring beside each muscle",
-        stands_for=("passive_stiffness",),
-        unit="N",
-        typical=2800.0,
-        change=on_muscles(lambda s: {"cubic": s, "cubic_at": 0.02}),
-        measure=pull_change,
-        signed=True,
+        change=on_muscles("cubic", cubic_at=0.02),
     ),
-    PlantEffect(
+    _beside(
         name="stiffening_spring",
         formulation="a spring beside each muscle that stiffens exponentially to both sides",
-        stands_for=("passive_stiffness",),
-        unit="N",
-        typical=2800.0,
-        change=on_muscles(lambda s: {"sinh": s, "sinh_at": 0.015}),
-        measure=pull_change,
-        signed=True,
+        change=on_muscles("sinh", sinh_at=0.015),
     ),
     PlantEffect(
         name="cone_ends",
@@ -155,7 +154,7 @@ EFFECTS = (
         stands_for=("end_shape",),
         unit="1",
         typical=1.0,
-        change=on_muscles(lambda s: {"cone": s, "cone_onset": 0.01, "cone_bend": 4e-3}),
+        change=on_muscles("cone", cone_onset=0.01, cone_bend=4e-3),
         measure=pull_change,
     ),
     PlantEffect(
@@ -177,7 +176,7 @@ EFFECTS = (
         stands_for=("softening",),
         unit="1",
         typical=0.03,
-        change=on_muscles(lambda s: {"ageing": s, "ageing_time": 4.0}),
+        change=on_muscles("ageing", ageing_time=4.0),
         stated="share_lost_in_the_end",
         equals="softening.share",
         signed=True,
@@ -188,38 +187,19 @@ EFFECTS = (
         stands_for=("chain_compliance",),
         unit="m/N",
         typical=1e-6,
-        change=on_muscles(
-            lambda s: {"compliance": s, "compliance_time": 5e-3, "hardening": _MIDDLE_TENSION}
-        ),
+        change=on_muscles("compliance", compliance_time=5e-3, hardening=_MIDDLE_TENSION),
         stated="compliance_at_700_N",
         equals="chain.compliance",
     ),
-    PlantEffect(
+    _backlash(
         name="elastic_teeth",
         formulation="backlash between elastic teeth, with less friction on them",
-        stands_for=("chain_backlash",),
-        unit="m",
-        typical=3e-4,
-        change=on_joint(lambda s: {"backlash": s, "tooth_stiffness": 4e5, "shift_damping": 500.0}),
-        stated="lost_travel",
-        equals="chain.backlash",
+        change=on_joint("backlash", tooth_stiffness=4e5, shift_damping=500.0),
     ),
-    PlantEffect(
+    _backlash(
         name="round_teeth",
         formulation="backlash between round teeth that give as bodies of Hertz do",
-        stands_for=("chain_backlash",),
-        unit="m",
-        typical=3e-4,
-        change=on_joint(
-            lambda s: {
-                "backlash": s,
-                "tooth_stiffness": 4e5,
-                "tooth_bend": 5e-4,
-                "shift_damping": 700.0,
-            }
-        ),
-        stated="lost_travel",
-        equals="chain.backlash",
+        change=on_joint("backlash", tooth_stiffness=4e5, tooth_bend=5e-4, shift_damping=700.0),
     ),
 )
 """Hidden effects of muscles and chain."""

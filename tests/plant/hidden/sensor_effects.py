@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -93,10 +94,21 @@ def _slow_clock(run: Recording, size: float) -> Recording:
 
 def _eccentric_error(_: Numbers, __: Numbers, size: float) -> Quantities:
     return {
-        "error_at_zero": Quantity(value=size * math.sin(_PHASE), unit="rad"),
-        "error_amplitude": Quantity(value=size, unit="rad"),
+        "error_at_zero": Quantity(size * math.sin(_PHASE), "rad"),
+        "error_amplitude": Quantity(size, "rad"),
     }
 
+
+_angle_scale, _pressure_scale = (
+    partial(
+        PlantEffect,
+        stands_for=(f"{signal}_scale",),
+        unit="1",
+        library=lambda size, *_, signal=signal: {f"sensor.{signal}_scale": 1.0 + size},
+        signed=True,
+    )
+    for signal in ("angle", "pressure")
+)
 
 EFFECTS = (
     PlantEffect(
@@ -111,31 +123,23 @@ EFFECTS = (
         stated="sum_of_time_constants",
         equals="sensor.angle_lag",
     ),
-    PlantEffect(
+    _angle_scale(
         name="bent_angle_scale",
         formulation="a wrong and slightly nonlinear scale of the angle",
-        stands_for=("angle_scale",),
-        unit="1",
         typical=0.03,
         sensed=_angle_error(
             lambda run, size: size * run.angle * (1.0 + _BENT * run.angle / _ANGLE_SPAN)
         ),
         stated="relative_error",
-        library=lambda size, *_: {"sensor.angle_scale": 1.0 + size},
-        signed=True,
     ),
-    PlantEffect(
+    _angle_scale(
         name="unequal_channels",
         formulation="an encoder that reads a magnet by two channels of unequal gain",
-        stands_for=("angle_scale",),
-        unit="1",
         typical=0.03,
         sensed=lambda run, size: run.with_angle(
             np.arctan2((1.0 + size) * np.sin(run.angle), np.cos(run.angle))
         ),
         stated="relative_error",
-        library=lambda size, *_: {"sensor.angle_scale": 1.0 + size},
-        signed=True,
     ),
     PlantEffect(
         name="warming_encoder",
@@ -182,11 +186,9 @@ EFFECTS = (
         stated="sum_of_time_constants",
         equals="sensor.pressure_lag",
     ),
-    PlantEffect(
+    _pressure_scale(
         name="bent_pressure_scale",
         formulation="a scale error of the pressures that falls with pressure",
-        stands_for=("pressure_scale",),
-        unit="1",
         typical=0.02,
         sensed=_pressure_error(
             lambda run, size: (
@@ -194,14 +196,10 @@ EFFECTS = (
             )
         ),
         stated="relative_error_at_3_bar",
-        library=lambda size, *_: {"sensor.pressure_scale": 1.0 + size},
-        signed=True,
     ),
-    PlantEffect(
+    _pressure_scale(
         name="power_pressure_scale",
         formulation="an error of the pressures that grows with pressure to the power of 0.75",
-        stands_for=("pressure_scale",),
-        unit="1",
         typical=0.02,
         sensed=_pressure_error(
             lambda run, size: (
@@ -209,8 +207,6 @@ EFFECTS = (
             )
         ),
         stated="relative_error_at_3_bar",
-        library=lambda size, *_: {"sensor.pressure_scale": 1.0 + size},
-        signed=True,
     ),
     PlantEffect(
         name="drifting_pressure_zero",

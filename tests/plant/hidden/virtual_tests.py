@@ -52,10 +52,10 @@ def muscle_loop(there: Numbers, _: Numbers, __: float) -> Quantities:
     energy = float(np.trapezoid(forces[300:], path[300:]))
     falling, rising = np.array(forces[300:901]), np.array(forces[900:1501])
     return {
-        "loop_half_width": Quantity(value=0.5 * float(np.max(rising - falling[::-1])), unit="N"),
-        "energy_per_cycle": Quantity(value=energy * m.nominal_length, unit="J"),
-        "at_pressure": Quantity(value=PRESSURE, unit="Pa"),
-        "contraction_amplitude": Quantity(value=STRAIN, unit="1"),
+        "loop_half_width": Quantity(0.5 * float(np.max(rising - falling[::-1])), "N"),
+        "energy_per_cycle": Quantity(energy * m.nominal_length, "J"),
+        "at_pressure": Quantity(PRESSURE, "Pa"),
+        "contraction_amplitude": Quantity(STRAIN, "1"),
     }
 
 
@@ -81,11 +81,11 @@ def joint_friction(there: Numbers, without: Numbers, _: float) -> Quantities:
     slow, fast = _friction(there, without, SLOW), _friction(there, without, FAST)
     moved = np.diff(cycle(TURN, 1000))
     return {
-        "breakaway_torque": Quantity(value=float(np.max(np.abs(slow))), unit="N*m"),
-        "sliding_torque": Quantity(value=float(fast[999]), unit="N*m"),
-        "at_speed": Quantity(value=FAST, unit="rad/s"),
-        "energy_per_cycle": Quantity(value=float(slow[1000:] @ moved[1000:]), unit="J"),
-        "angle_amplitude": Quantity(value=TURN, unit="rad"),
+        "breakaway_torque": Quantity(float(np.max(np.abs(slow))), "N*m"),
+        "sliding_torque": Quantity(float(fast[999]), "N*m"),
+        "at_speed": Quantity(FAST, "rad/s"),
+        "energy_per_cycle": Quantity(float(slow[1000:] @ moved[1000:]), "J"),
+        "angle_amplitude": Quantity(TURN, "rad"),
     }
 
 
@@ -97,13 +97,9 @@ def creep(there: Numbers, _: Numbers, __: float) -> Quantities:
     left = sum(stiffness * np.exp(-time / tau) for stiffness, tau in branches)
     whole = float(sum(stiffness for stiffness, _ in branches))
     return {
-        "force_per_sudden_contraction": Quantity(value=whole, unit="N"),
-        "relaxed_within_4_s": Quantity(
-            value=1.0 - float(np.interp(4.0, time, left)) / whole, unit="1"
-        ),
-        "half_relaxed_after": Quantity(
-            value=float(time[int(np.argmax(left < 0.5 * whole))]), unit="s"
-        ),
+        "force_per_sudden_contraction": Quantity(whole, "N"),
+        "relaxed_within_4_s": Quantity(1.0 - float(np.interp(4.0, time, left)) / whole, "1"),
+        "half_relaxed_after": Quantity(float(time[int(np.argmax(left < 0.5 * whole))]), "s"),
     }
 
 
@@ -115,8 +111,8 @@ def pull_change(there: Numbers, without: Numbers, _: float) -> Quantities:
             steady_pull(m, m.nominal_length * (1.0 - kappa), PRESSURE)
             for m in (there.muscles[-1], without.muscles[-1])
         )
-        found[f"force_change_{name}"] = Quantity(value=one - other, unit="N")
+        found[f"force_change_{name}"] = Quantity(one - other, "N")
     one, other = there.muscles[-1], without.muscles[-1]
     ratio = pull_per_pressure(one, 0.0) / pull_per_pressure(other, 0.0)
-    found["force_per_pressure_ratio"] = Quantity(value=ratio, unit="1")
-    return {**found, "at_pressure": Quantity(value=PRESSURE, unit="Pa")}
+    found["force_per_pressure_ratio"] = Quantity(ratio, "1")
+    return {**found, "at_pressure": Quantity(PRESSURE, "Pa")}
