@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
@@ -38,11 +39,10 @@ def covered(noise, protocols, jitter=0.0):
 
 
 # Binomial(200, 0.95): 99 % of all seeds lie between 0.905 and 0.985.
-@pytest.mark.parametrize("correlation", [0.0, 0.9])
-def test_single_trials_cover_under_white_and_coloured_noise(correlation):
-    share, ratio = covered(lambda rng: 0.05 * coloured(rng, TIME.size, correlation), "ab")
+def test_single_trials_cover_under_coloured_noise():
+    share, ratio = covered(lambda rng: 0.05 * coloured(rng, TIME.size, 0.9), "ab")
     assert np.all((share >= 0.90) & (share <= 0.98)), share
-    wanted = np.sqrt((1.0 + correlation) / (1.0 - correlation))  # a slow parameter under AR(1)
+    wanted = np.sqrt(1.9 / 0.1)  # a slow parameter under AR(1)
     assert np.all((ratio > 0.7 * wanted) & (ratio < 1.3 * wanted)), ratio
 
 
@@ -92,8 +92,6 @@ def slow_drift(rng, count):
 
 
 def ringing(rng, count):
-    from scipy.signal import lfilter
-
     e = rng.standard_normal(count + 300)
     return lfilter([1.0], [1.0, -1.94 * np.cos(0.3), 0.97**2], e)[300:]
 
@@ -111,7 +109,7 @@ def test_noise_that_is_no_short_recursion_is_covered_too(noise, trials):
     assert np.all(hits / runs >= 0.89), hits / runs
 
 
-@pytest.mark.parametrize("protocols", ["aabbcc", "aaabbb", "aaabbbcccdddeee"])
+@pytest.mark.parametrize("protocols", ["aabbcc", "aaabbb"])
 def test_repeats_show_what_differs_from_trial_to_trial(protocols):
     """From three degrees of freedom on, as clusters; as single trials they do not cover."""
     places, rows = tangents(protocols)
