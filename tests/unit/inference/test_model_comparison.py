@@ -20,37 +20,6 @@ from pamsim.inference.permutation import (
     upper_p_value,
 )
 
-RUNS = 500
-BAND = np.sqrt(np.log(2 / 0.05) / (2 * RUNS))  # of a whole distribution (Massart 1990), 95 %
-
-
-def heavy(rng, shape):
-    return rng.standard_t(2, shape) ** 2
-
-
-def exchangeable(rng, draw, units, models):
-    """Losses of models that predict equally well: what a unit shares, and what each has alone."""
-    return draw(rng, (units, 1)) + draw(rng, (units, models))
-
-
-def skewed(rng, shape):
-    return np.exp(1.5 * rng.standard_normal(shape))
-
-
-@pytest.mark.parametrize(("units", "draw"), [(3, skewed), (5, heavy), (12, skewed)])
-def test_p_values_are_uniform_where_models_predict_equally_well(units, draw):
-    """On the values that so many units can give, within a 95 % band of the whole distribution."""
-    rng = np.random.default_rng(units)
-    values = np.empty(RUNS)
-    for run in range(RUNS):
-        losses = exchangeable(rng, draw, units, 2)
-        values[run] = compare_paired(losses[:, :1] - losses[:, 1:]).p_value[0]
-    step = 2.0**-units
-    possible = np.arange(step, 1.0 + step / 2, step)
-    share = np.mean(values[:, np.newaxis] <= possible + 1e-9, axis=0)
-    assert np.max(np.abs(share - possible)) < BAND
-    assert values.min() >= step - 1e-12
-
 
 def test_drawn_patterns_agree_with_normal_theory_for_many_units():
     rng = np.random.default_rng(2)
@@ -78,7 +47,7 @@ def test_exact_p_values_are_those_of_scipy():
 def test_neither_the_order_of_units_or_models_nor_a_unit_of_loss_matters():
     for units in (11, 25):
         rng = np.random.default_rng(7)
-        losses = exchangeable(rng, skewed, units, 5)
+        losses = np.exp(rng.standard_normal((units, 5)))
         first = compare_with_reference(losses[:, 0], losses[:, 1:])
         order, models = rng.permutation(units), rng.permutation(4)
         others = 8.0 * losses[np.ix_(order, 1 + models)]
@@ -120,19 +89,18 @@ def left(jacobian, values):
     return values - basis @ (basis.T @ values)
 
 
-@pytest.mark.parametrize("scatter", [1.0, 4.0])
-def test_what_near_units_miss_together_is_found_in_noise_as_often_as_the_level_says(scatter):
+def test_what_near_units_miss_together_is_found_in_noise_as_often_as_the_level_says():
     found = []
     for seed in range(200):
         rng = np.random.default_rng([seed, 1])
         inputs, jacobian = table(rng)
-        spread = np.where(inputs[:, 0] > 0.5, scatter, 1.0)
+        spread = np.where(inputs[:, 0] > 0.5, 4.0, 1.0)
         rows = left(jacobian, spread * rng.standard_normal(len(inputs)))
         found.append(missed_together(rows, jacobian, nearest_units(inputs), seed=seed))
     p_values = np.array([p_value for _, p_value in found])
     # Of 200 at a level of 5 %, more than 18 are a chance of 1 in 100.
     assert np.sum(p_values <= 0.05) <= 18
-    assert abs(np.mean([excess for excess, _ in found])) < 0.2 * scatter**2
+    assert abs(np.mean([excess for excess, _ in found])) < 0.2 * 4.0**2
 
 
 def test_what_changes_slowly_along_an_input_is_found_and_sized():

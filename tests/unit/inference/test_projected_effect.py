@@ -141,8 +141,8 @@ def has_its_level(values, units, runs):
     return np.max(np.abs(share - levels)) < np.sqrt(np.log(2 / 0.05) / (2 * runs))
 
 
-@pytest.mark.parametrize("units", [3, 5])
-def test_scores_of_an_absent_effect_have_either_sign(units):
+def test_scores_of_an_absent_effect_have_either_sign():
+    units = 5
     rng = np.random.default_rng(units)
     values = []
     for _ in range(500):
