@@ -19,7 +19,15 @@ from pamsim.physics.chosen_law import law_functions
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter
 from pamsim.physics.kernel import state_rates, tension
-from tests.unit.strict_laws import between, fibonacci, weighted
+from tests.unit.strict_laws import (
+    between,
+    early,
+    fibonacci,
+    parts,
+    passing,
+    remainder,
+    weighted,
+)
 
 
 def whole_numbers(a: float, b: float) -> float:
@@ -30,31 +38,7 @@ def whole_numbers(a: float, b: float) -> float:
         if k == 3:
             continue
         total -= k
-    return total / 4 + 7 % 3 + math.floor(a) + int(b) + abs(-3)
-
-
-def remainder(a: float, b: float) -> float:
-    return a % b + 1.0 % a
-
-
-def early(a: float, b: float) -> float:
-    k = 0
-    while k < 10:
-        if a + k > b:
-            return float(k)
-        if k == 7:
-            break
-        k += 1
-    return math.nan
-
-
-def both(a: float, b: float) -> tuple[float, int]:
-    return max(a, b, 0.5), math.floor(a)
-
-
-def parts(a: float, b: float) -> float:
-    larger, floor = both(a, b)
-    return larger + floor + both(b, a)[1]
+    return total / 4 + 7 % 3 + math.floor(a) + int(b) + abs(-3) + 1.0 % a
 
 
 def library(a: float, b: float) -> float:
@@ -86,7 +70,8 @@ def in_machine_code(function):
 def test_it_means_what_python_means():
     pairs = np.random.default_rng(0).uniform(-3.0, 3.0, (200, 2)).tolist()
     for function in (
-        whole_numbers, remainder, fibonacci, between, early, parts, library, asked_in_turn, smallest
+        whole_numbers, remainder, fibonacci, between, early, parts, passing, library, asked_in_turn,
+        smallest,
     ):  # fmt: skip
         compiled = in_machine_code(function)
         for a, b in pairs:
