@@ -25,21 +25,18 @@ def tried(rig):
     return {one.label: one for one in found}
 
 
-@pytest.mark.parametrize(
-    ("name", "places"),
-    [
+def test_an_effect_is_tried_at_each_place_that_it_can_have(tried):
+    muscles = ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]
+    for name, places in (
         ("viscous_friction", ["shoulder", "elbow"]),
-        ("added_inertia", ["shoulder", "elbow"]),
-        ("muscle_mismatch:strength", ["shoulder_flexor", "shoulder_extensor", "biceps", "triceps"]),
+        ("muscle_mismatch:strength", muscles),
         ("viscoelastic_creep:one_branch", [""]),
         ("sprocket_ripple:one_phase", [""]),
-        ("sprocket_ripple:two_phases", []),  # which of four muscles is at the chain's other end?
+        ("sprocket_ripple:two_phases", []),  # which of four is at the chain's other end?
         ("angle_bias", [""]),
-    ],
-)
-def test_an_effect_is_tried_at_each_place_that_it_can_have(tried, name, places):
-    labels = [f"{name} at {place}" if place else name for place in places]
-    assert [label for label in tried if label.partition(" at ")[0] == name] == labels
+    ):
+        labels = [f"{name} at {place}" if place else name for place in places]
+        assert [label for label in tried if label.partition(" at ")[0] == name] == labels
 
 
 def test_what_is_left_out_is_not_tried(rig):
@@ -77,25 +74,21 @@ def test_forms_of_one_place_share_its_name_and_other_places_do_not(rig, tried):
     ]
 
 
-def test_hidden_at_one_joint_it_changes_that_joint_alone(rig):
+def test_hidden_at_one_place_it_changes_that_place_alone_and_no_other_exists(rig):
     found = at_size(rig, rig_effect(rig, "coulomb_friction at elbow"), 1.0)
     assert found == {"joint.elbow.frictionloss": 0.3}
     leaking = at_size(rig, rig_effect(rig, "air_leak at biceps"), 1.0)
     assert list(leaking) == ["biceps:chamber.leak_conductance"]
-
-
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
+    for name, words in (
         ("coulomb_friction at elbw", "no such joint or muscle; did you mean 'elbow'"),
         ("air_leak at elbow", "air_leak does not act on a joint"),
         ("added_inertia at biceps", "added_inertia does not act on a muscle"),
         ("angle_bias at biceps", "angle_bias does not act on a muscle"),
-    ],
-)
-def test_a_place_that_is_not_there_is_refused(rig, name, words):
-    with pytest.raises(InputError, match=words):
-        rig_effect(rig, name)
+    ):
+        with pytest.raises(InputError, match=words):
+            rig_effect(rig, name)
+    with pytest.raises(InputError, match=r"Write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
+        pamsim.hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)
 
 
 def test_the_size_is_measured_at_the_joint_that_has_the_effect(rig):
@@ -110,7 +103,7 @@ def test_the_size_is_measured_at_the_joint_that_has_the_effect(rig):
     assert physical_size.tested_joint(rig, "chamber.leak_conductance") == "shoulder"
 
 
-def test_inertia_and_moment_arms_are_those_of_the_tested_joint(rig):
+def test_inertia_moment_arms_and_damping_are_those_of_each_joint(rig):
     shoulder, elbow = bench(rig, "shoulder"), bench(rig, "elbow")
     assert elbow.inertia == pytest.approx(0.0019 + 0.35 * 0.125**2)
     both = 0.0046 + 0.60 * 0.15**2 + 0.0019 + 0.35 * (0.30 + 0.125) ** 2
@@ -119,13 +112,5 @@ def test_inertia_and_moment_arms_are_those_of_the_tested_joint(rig):
     assert elbow.arms == pytest.approx([0.0, 0.0, -0.024, 0.024])
     with pytest.raises(InputError, match="needs a rig with one joint"):
         bench(rig)
-
-
-def test_calibrate_frees_the_damping_of_every_joint(rig):
     names = default_names(rig, moving=True)
     assert {"joint.shoulder.damping", "joint.elbow.damping"} <= set(names)
-
-
-def test_an_effect_without_its_joint_is_answered_with_how_to_name_it(rig):
-    with pytest.raises(InputError, match=r"Write 'EFFECT at shoulder' or 'EFFECT at elbow'"):
-        pamsim.hide(rig, {"viscous_friction": 1.0}, protocols=("bursts",), duration=1.0)

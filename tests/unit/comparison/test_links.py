@@ -1,9 +1,10 @@
-"""Which links the measured channels of a trial separate."""
+"""Which links the measured channels of a trial separate, and which trials are repeats."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
-import pytest
 
 from pamsim.comparison.links import (
     JOINT,
@@ -15,6 +16,7 @@ from pamsim.comparison.links import (
     link_runs,
     whole_run,
 )
+from pamsim.comparison.repeats import repeats
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial, of_rig
 
@@ -42,46 +44,34 @@ def separated(*channels, rig=ARM, **settings):
     return [(run.link.parts, run.outputs) for run in link_runs(rig, own)]
 
 
-@pytest.mark.parametrize(
-    ("channels", "links"),
-    [
-        (
-            (*PRESSURES, *FORCES, "angle"),
-            [((VALVES,), PRESSURES), ((MUSCLE,), FORCES), ((JOINT,), ("angle",))],
-        ),
-        ((*PRESSURES, "angle"), [((VALVES,), PRESSURES), ((MUSCLE, JOINT), ("angle",))]),
+def test_links_end_where_signals_are_measured():
+    air, muscle, joint = ((VALVES,), PRESSURES), ((MUSCLE,), FORCES), ((JOINT,), ("angle",))
+    arm = ((MUSCLE, JOINT), ("angle",))
+    for channels, links in (
+        ((*PRESSURES, *FORCES, "angle"), [air, muscle, joint]),
+        ((*PRESSURES, "angle"), [air, arm]),
         (("angle",), [(PARTS, ("angle",))]),
-        ((*FORCES, "angle"), [((VALVES, MUSCLE), FORCES), ((JOINT,), ("angle",))]),
+        ((*FORCES, "angle"), [((VALVES, MUSCLE), FORCES), joint]),
         ((*PRESSURES, *FORCES), [(PARTS, PRESSURES), ((MUSCLE, JOINT), FORCES)]),
         # One of two sensors separates nothing that both muscles act on.
         (("pressure_1", "angle"), [(PARTS, ("pressure_1",)), (PARTS, ("angle",))]),
-        (
-            (*PRESSURES, "force_1", "angle"),
-            [((VALVES,), PRESSURES), ((MUSCLE,), ("force_1",)), ((MUSCLE, JOINT), ("angle",))],
-        ),
-    ],
-)
-def test_links_end_where_signals_are_measured(channels, links):
-    assert separated(*channels) == links
+        ((*PRESSURES, "force_1", "angle"), [air, ((MUSCLE,), ("force_1",)), arm]),
+    ):
+        assert separated(*channels) == links
+    # Measured pressures that drive are an input alone.
+    assert separated(*PRESSURES, *FORCES, "angle", drive="measured") == [muscle, joint]
 
 
-def test_forces_leave_the_joined_link_beside_its_parts():
-    own, _ = of_rig(trial(*PRESSURES, *FORCES, "angle"), ARM.names, ARM.name)
+def test_forces_leave_the_joined_link_and_the_whole_chain_has_but_what_drives_imposed():
+    channels = (*PRESSURES, *FORCES, "angle")
+    own, _ = of_rig(trial(*channels), ARM.names, ARM.name)
     parts = [run.link.parts for run in joined_runs(ARM, own)]
     assert parts == [(VALVES,), (MUSCLE,), (JOINT,), (MUSCLE, JOINT)]
-
-
-@pytest.mark.parametrize(("drive", "parts"), [("pressure_set", PARTS), ("measured", PARTS[1:])])
-def test_in_the_whole_chain_nothing_is_imposed_but_what_drives(drive, parts):
-    own, _ = of_rig(trial(*PRESSURES, *FORCES, "angle", drive=drive), ARM.names, ARM.name)
-    (run,) = whole_run(ARM, own)
-    assert (run.link.parts, run.moved) == (parts, ())
-    assert run.outputs == (*(PRESSURES if drive == "pressure_set" else ()), *FORCES, "angle")
-
-
-def test_measured_pressures_that_drive_are_an_input_alone():
-    found = separated(*PRESSURES, *FORCES, "angle", drive="measured")
-    assert found == [((MUSCLE,), FORCES), ((JOINT,), ("angle",))]
+    for drive, parts in (("pressure_set", PARTS), ("measured", PARTS[1:])):
+        own, _ = of_rig(trial(*channels, drive=drive), ARM.names, ARM.name)
+        (run,) = whole_run(ARM, own)
+        assert (run.link.parts, run.moved) == (parts, ())
+        assert run.outputs == (*(PRESSURES if drive == "pressure_set" else ()), *FORCES, "angle")
 
 
 def test_a_joint_that_a_machine_moves_gives_what_that_takes():
@@ -112,3 +102,29 @@ def test_links_are_sorted_from_the_command_on():
     assert names == [
         "valves and air", "muscle", "whole chain", "muscle and joint", "joint and transmission"
     ]  # fmt: skip
+
+
+def test_repeats_have_one_protocol_command_load_and_clock():
+    a = trial("angle")
+    b, c = replace(a, name="b"), replace(a, name="c")
+    others = [
+        replace(a, name="ramps", protocol="ramps"),
+        replace(a, name="loaded", load=1.0),
+        replace(a, name="commanded", command=1.1 * a.command),
+        replace(a, name="slower", time=2.0 * a.time),
+    ]
+    found = [[t.name for t in group.trials] for group in repeats([a, b, *others, c])]
+    assert found == [["one", "b", "c"], ["ramps"], ["loaded"], ["commanded"], ["slower"]]
+
+
+def test_the_mean_of_repeats_is_that_of_what_was_measured_and_of_what_was_imposed():
+    """Measured pressures that drive may differ, by their noise."""
+    one = trial("angle", drive="measured")
+    other = replace(
+        one, name="b", command=3.0 * one.command, measured={"angle": 3.0 * one.measured["angle"]}
+    )
+    (group,) = repeats([one, other])
+    mean = group.mean()
+    assert mean.name == group.name == "one"
+    np.testing.assert_allclose(mean.command, 2e5)
+    np.testing.assert_allclose(mean.measured["angle"], 2e5)

@@ -40,9 +40,9 @@ def test_the_shared_part_and_the_noise_are_estimated_without_bias(rng):
 
 
 @pytest.mark.parametrize(
-    ("protocols", "repeats", "outputs"), [(1, 3, 1), (4, 2, 2), (4, 3, 8), (4, 5, 2)]
+    ("protocols", "repeats", "outputs", "keep", "varying"),
+    [(1, 3, 1, 0.0, 0.0), (1, 3, 1, 0.0, 3.0), (4, 2, 2, 0.95, 0.0), (4, 3, 4, 0.0, 3.0)],
 )
-@pytest.mark.parametrize(("keep", "varying"), [(0.0, 0.0), (0.95, 0.0), (0.0, 3.0)])
 def test_p_values_of_noise_are_not_small(rng, protocols, repeats, outputs, keep, varying):
     count = 300
     least = [

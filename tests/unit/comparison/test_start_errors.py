@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -50,34 +52,30 @@ def model(start):
     return signals, sensitivities
 
 
+BOTH = np.array([2e5, 3e5])
+
+
+def adjusted(one, read, channels):
+    """What a model that starts as read has, put right; and what it has from the true start."""
+    for muscle, start in enumerate(read, start=1):
+        one.measured[f"pressure_{muscle}"][0] = start
+    signals, sensitivities = model(read)
+    found = start_error(one, read, signals).adjusted(one, signals, sensitivities, channels)
+    return found, signals, model(BOTH)[0]
+
+
 def test_a_wrong_start_is_put_right_to_a_fraction_of_the_noise():
     one = trial(4)
-    read = np.array([2e5 + 1.6 * NOISE, 3e5 - 1.2 * NOISE])
-    for muscle, start in enumerate(read, start=1):
-        one.measured[f"pressure_{muscle}"][0] = start
-    signals, sensitivities = model(read)
-    found = start_error(one, read, signals).adjusted(
-        one, signals, sensitivities, tuple(one.measured)
-    )
-    truth, _ = model((2e5, 3e5))
+    off = np.array([1.6, -1.2]) * NOISE
+    found, signals, exact = adjusted(one, BOTH + off, tuple(one.measured))
     for name in ("pressure_1", "pressure_2", "angle"):
-        left = np.abs(found[name] - truth[name]).max()
-        assert left < 0.2 * np.abs(signals[name] - truth[name]).max()
-
-
-def test_a_start_off_by_a_drifting_sensor_is_put_right_too():
-    """From sample to sample such noise is small; its first value is off by all of it."""
-    one = trial(4, drift=0.9)
-    read = np.array([2e5 + 2.0 * NOISE, 3e5 - 2.0 * NOISE])
-    for muscle, start in enumerate(read, start=1):
-        one.measured[f"pressure_{muscle}"][0] = start
-    signals, sensitivities = model(read)
-    found = start_error(one, read, signals).adjusted(
-        one, signals, sensitivities, tuple(one.measured)
-    )
-    truth, _ = model((2e5, 3e5))
+        left = np.abs(found[name] - exact[name]).max()
+        assert left < 0.2 * np.abs(signals[name] - exact[name]).max()
+    # Of a drifting sensor, a first value is off by all of what is small from sample to sample.
+    drifts = trial(4, drift=0.9)
+    found, _, exact = adjusted(drifts, BOTH + np.array([2.0, -2.0]) * NOISE, tuple(one.measured))
     for name in ("pressure_1", "pressure_2"):
-        assert np.abs(found[name] - truth[name]).max() < 0.5 * NOISE
+        assert np.abs(found[name] - exact[name]).max() < 0.5 * NOISE
 
 
 def test_what_the_sensor_cannot_be_wrong_by_stays():
@@ -104,27 +102,21 @@ def test_channels_that_are_not_compared_have_no_say():
     assert np.array_equal(with_angle, without)
 
 
-def test_a_start_without_noise_is_taken_as_read():
+def test_a_start_without_noise_is_taken_as_read_and_rounding_is_noise():
     one = trial(noise=0.0)
-    read = np.array([2e5, 3e5])
-    known = start_error(one, read)
-    assert np.all(known.spread < 1e-3 * read)
+    assert np.all(start_error(one, BOTH).spread < 1e-3 * BOTH)
     set_point = Trial(
         name="set", protocol="p", drive="pressure_set", load=0.0, time=TIME,
         command=np.full((COUNT, 2), 1e5), measured={"angle": np.zeros(COUNT)},
     )  # fmt: skip
     assert np.array_equal(start_error(set_point, np.array([1e5, 1e5])).spread, [0.0, 0.0])
-    signals, sensitivities = model(read)
-    found = start_error(set_point, read).adjusted(set_point, signals, sensitivities, ("angle",))
+    signals, sensitivities = model(BOTH)
+    found = start_error(set_point, BOTH).adjusted(set_point, signals, sensitivities, ("angle",))
     assert all(np.array_equal(found[name], signals[name]) for name in signals)
-
-
-def test_rounding_of_a_converter_counts_as_noise():
-    one = trial(noise=0.0)
     digit = 1200.0
     rounded = {name: np.round(v / digit) * digit for name, v in one.measured.items()}
-    coarse = Trial(**{**vars(one), "measured": {**rounded, "angle": one.measured["angle"]}})
-    assert np.all(start_error(coarse, np.array([2e5, 3e5])).spread >= digit / np.sqrt(12.0))
+    coarse = replace(one, measured={**rounded, "angle": one.measured["angle"]})
+    assert np.all(start_error(coarse, BOTH).spread >= digit / np.sqrt(12.0))
 
 
 def test_repeats_share_a_start_if_their_first_samples_differ_by_noise_only():

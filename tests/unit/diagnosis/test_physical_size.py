@@ -23,8 +23,8 @@ from tests.plant.hidden import virtual_tests as plant
 from tests.plant.hidden.catalog import PLANT_EFFECTS
 from tests.plant.read_rig import read_rig
 
-ALL_FORMS = [effect for forms in FORMS.values() for effect in forms]
 DRY = "joint.shaft.frictionloss"
+LEAK = "chamber.leak_conductance"
 DAHL = {"friction.coulomb_force": 12.0, "friction.presliding": 2e-5}
 
 
@@ -47,24 +47,21 @@ def arm(rig):
     return abs(bench(rig).arms[0])
 
 
-@pytest.mark.parametrize("effect", ALL_FORMS, ids=lambda e: f"{e.name}:{e.form}".rstrip(":"))
-def test_a_size_is_nothing_without_the_effect_and_grows_with_it(rig, effect):
-    muscle = 1 if effect.name in ("muscle_mismatch", "valve_mismatch") else 0
-    absent = alone(sized(rig, effect.name, at_size(rig, effect, 0.0), muscle))
-    ratio = absent.pop("force_per_pressure_ratio", 1.0)
-    assert ratio == 1.0
-    assert list(absent.values()) == pytest.approx([0.0] * len(absent), abs=1e-12)
-    sizes = [
-        alone(sized(rig, effect.name, at_size(rig, effect, s), muscle)) for s in (0.3, 0.6, 1.0)
-    ]
-    assert all(np.isfinite(list(found.values())).all() for found in sizes)
-    main = next(iter(absent))
-    first, second, third = (abs(found[main]) for found in sizes)
-    assert 0.0 < first < second < third
-
-
-def test_every_effect_of_the_catalogue_has_a_test():
+def test_a_size_is_nothing_without_the_effect_and_grows_with_it(rig):
     assert set(TESTS) == set(EFFECTS)
+    for effect in [form for forms in FORMS.values() for form in forms]:
+        muscle = 1 if effect.name in ("muscle_mismatch", "valve_mismatch") else 0
+        absent, *sizes = (
+            alone(sized(rig, effect.name, at_size(rig, effect, s), muscle))
+            for s in (0.0, 0.3, 0.6, 1.0)
+        )
+        assert absent.pop("force_per_pressure_ratio", 1.0) == 1.0
+        none = [0.0] * len(absent)
+        assert list(absent.values()) == pytest.approx(none, abs=1e-12), effect.label
+        assert all(np.isfinite(list(found.values())).all() for found in sizes), effect.label
+        main = next(iter(absent))
+        first, second, third = (abs(found[main]) for found in sizes)
+        assert 0.0 < first < second < third, effect.label
 
 
 def test_forms_of_friction_that_are_made_equal_have_one_size(rig):
@@ -140,36 +137,26 @@ def bristles(rig, **forces):
     return change
 
 
-def dry(n):
-    n.joint.dry += 0.3
+def test_friction_has_the_plant_s_size(rig):
+    def dry(n):
+        n.joint.dry += 0.3
 
-
-def carried(rig):
-    def change(n):
+    def carried(n):
         n.joint.carried = 0.02 * arm(rig)
 
-    return change
-
-
-def test_friction_has_the_plant_s_size(rig):
+    stribeck = {
+        "friction.coulomb_force": 4.0,
+        "friction.breakaway_force": 8.0,
+        "friction.stribeck_velocity": 2e-3,
+        "friction.presliding": 2e-5,
+    }
+    share = {"friction.tension_share": 0.02, "friction.presliding": 1e-7}
+    both = bristles(rig, coulomb=4.0, breakaway=8.0, presliding=2e-5)
     for name, values, change in (
         ("coulomb_friction", {DRY: 0.3}, dry),
         ("coulomb_friction", DAHL, bristles(rig, coulomb=12.0, presliding=2e-5)),
-        (
-            "stribeck_friction",
-            {
-                "friction.coulomb_force": 4.0,
-                "friction.breakaway_force": 8.0,
-                "friction.stribeck_velocity": 2e-3,
-                "friction.presliding": 2e-5,
-            },
-            bristles(rig, coulomb=4.0, breakaway=8.0, presliding=2e-5),
-        ),
-        (
-            "load_dependent_friction",
-            {"friction.tension_share": 0.02, "friction.presliding": 1e-7},
-            carried(rig),
-        ),
+        ("stribeck_friction", stribeck, both),
+        ("load_dependent_friction", share, carried),
     ):
         there, without = in_plant(rig, change)
         same(sized(rig, name, values), plant.joint_friction(there, without, 0.0), rel=4e-3)
@@ -206,67 +193,47 @@ def test_hysteresis_has_the_plant_s_size(rig):
     same(duhem, plant.muscle_loop(*in_plant(bare, even), size), rel=1e-9)
 
 
-def test_creep_has_the_plant_s_size(rig):
-    def branch(n):
-        for k, stiffness in enumerate((1500.0, 0.0, 0.0, 0.0), start=1):
-            n.muscles[f"creep_{k}"], n.muscles[f"creep_time_{k}"] = stiffness, 2.0
+def stated_by(rig, name, size=None):
+    """What the plant's effect has in its test."""
+    effect = PLANT_EFFECTS[name]
+    size = effect.typical if size is None else size
 
-    values = {"creep.stiffness": 1500.0, "creep.relaxation_time": 2.0}
-    there, without = in_plant(rig, branch)
-    # The plant's times are a grid of 0.35 %.
-    same(sized(rig, "viscoelastic_creep", values), plant.creep(there, without, 0.0), rel=4e-3)
+    def change(n):
+        if effect.change is not None:
+            effect.change(n, size)
 
-
-@pytest.mark.parametrize(
-    ("hidden", "name", "values"),
-    [
-        (
-            "two_branch_creep",
-            "viscoelastic_creep",
-            {
-                "creep.stiffness": 1100.0,
-                "creep.relaxation_time": 0.25,
-                "creep.stiffness_2": 900.0,
-                "creep.relaxation_time_2": 2.5,
-            },
-        ),
-        (
-            "asymmetric_dead_zone",
-            "valve_dead_zone",
-            {"valve.dead_zone": 0.05, "valve.dead_zone_asymmetry": 0.4},
-        ),
-    ],
-)
-def test_an_effect_hidden_in_the_library_s_own_form_has_the_size_that_it_states(
-    rig, hidden, name, values
-):
-    effect = PLANT_EFFECTS[hidden]
-    there, without = in_plant(rig, lambda n: effect.change(n, effect.typical))
-    measured = effect.measured(there, without, effect.typical)
-    same(sized(rig, name, values), measured, rel=4e-3)
+    return effect, effect.measured(*in_plant(rig, change), size)
 
 
-def test_leaks_that_lose_as_much_at_the_test_s_pressure_have_one_size(rig):
-    orifice_ = sized(rig, "air_leak", {"chamber.leak_conductance": 2e-12})["mass_flow"]
+def test_an_effect_hidden_in_the_library_s_own_form_has_the_size_that_it_states(rig):
+    creep = {
+        "creep.stiffness": 1100.0,
+        "creep.relaxation_time": 0.25,
+        "creep.stiffness_2": 900.0,
+        "creep.relaxation_time_2": 2.5,
+    }
+    zone = {"valve.dead_zone": 0.05, "valve.dead_zone_asymmetry": 0.4}
+    for hidden, name, values in (
+        ("two_branch_creep", "viscoelastic_creep", creep),  # times on a grid of 0.35 %
+        ("asymmetric_dead_zone", "valve_dead_zone", zone),
+    ):
+        same(sized(rig, name, values), stated_by(rig, hidden)[1], rel=4e-3)
+    # Leaks that lose as much at the test's pressure have one size.
+    orifice_ = sized(rig, "air_leak", {LEAK: 2e-12})["mass_flow"]
     narrow = sized(rig, "air_leak", {"chamber.laminar_leak_conductance": 1e-12})["mass_flow"]
     equal = {"chamber.laminar_leak_conductance": 1e-12 * orifice_ / narrow}
-    effect = PLANT_EFFECTS["laminar_leak"]
-    measured = effect.measured(*in_plant(rig, lambda n: effect.change(n, 2e-12)), 2e-12)
-    same(sized(rig, "air_leak", equal), measured, rel=1e-6)
+    same(sized(rig, "air_leak", equal), stated_by(rig, "laminar_leak", 2e-12)[1], rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+def test_the_static_pull_changes_as_the_plant_s(rig):
+    for name in (
         "passive_stiffness", "end_shape", "muscle_mismatch", "braid_locking",
         "braid_extensibility", "stretch_weakening", "force_slope",
-    ],
-)  # fmt: skip
-def test_the_static_pull_changes_as_the_plant_s(rig, name):
-    values = at_size(rig, EFFECTS[name], 1.0)
-    there = read_rig(rig.with_parameters(values), 0.0)
-    measured = plant.pull_change(there, read_rig(rig, 0.0), 0.0)
-    same(sized(rig, name, values, muscle=1), measured, rel=1e-6)
+    ):  # fmt: skip
+        values = at_size(rig, EFFECTS[name], 1.0)
+        there = read_rig(rig.with_parameters(values), 0.0)
+        measured = plant.pull_change(there, read_rig(rig, 0.0), 0.0)
+        same(sized(rig, name, values, muscle=1), measured, rel=1e-6)
 
 
 def test_the_other_parts_change_as_the_plant_s(rig):
@@ -315,29 +282,23 @@ SHARED = {
     "drifting_pressure_zero": "pressure_bias",
     "unequal_muscles": "muscle_mismatch",
 }
-"""Effect of the plant -> the library's, where the ground truth states an equal parameter."""
 
 
-@pytest.mark.parametrize("name", SHARED)
-def test_the_parameter_that_the_ground_truth_states_has_the_size_that_it_states(rig, name):
-    effect = PLANT_EFFECTS[name]
-
-    def change(n):
-        if effect.change is not None:
-            effect.change(n, effect.typical)
-
-    measured = effect.measured(*in_plant(rig, change), effect.typical)
+def test_the_parameter_that_the_ground_truth_states_has_the_size_that_it_states(rig):
+    """Where it states an equal parameter of the library's effect."""
 
     def own(parameter):
         return rig_parameter(rig, rig_name(rig, parameter)).value
 
-    known = effect.in_library(effect.typical, measured, own)
-    values = {rig_name(rig, n): v for n, v in known.items()}
-    found = sized(rig, SHARED[name], values, muscle=int(name == "unequal_muscles"))
-    # The unequal muscle has another shape: only its gain is that of a scale.
-    compared = ["force_per_pressure_ratio"] if name == "unequal_muscles" else list(measured)
-    for quantity in compared:
-        assert found[quantity] == pytest.approx(measured[quantity].value), quantity
+    for name, library in SHARED.items():
+        effect, measured = stated_by(rig, name)
+        known = effect.in_library(effect.typical, measured, own)
+        values = {rig_name(rig, n): v for n, v in known.items()}
+        unequal = name == "unequal_muscles"
+        found = sized(rig, library, values, muscle=int(unequal))
+        # The unequal muscle has another shape: only its gain is that of a scale.
+        for quantity in ["force_per_pressure_ratio"] if unequal else list(measured):
+            assert found[quantity] == pytest.approx(measured[quantity].value), (name, quantity)
 
 
 # Intervals.
@@ -355,54 +316,44 @@ def fitted(rig, name, jacobian, widths):
     return Fitted(values=best, intervals=known, parameters=names, jacobian=np.array(jacobian)), one
 
 
-def test_the_interval_of_one_parameter_is_the_test_at_both_its_ends(rig):
-    model, effect = fitted(rig, "air_leak", [[1.0]], [(0.5e-12, 0.2e-12)])
-    size = physical_sizes(rig, model, effect)["mass_flow"]
-    low, high = (
-        sized(rig, "air_leak", {"chamber.leak_conductance": c})["mass_flow"]
-        for c in (1.5e-12, 2.2e-12)
-    )
-    assert size.interval95 == pytest.approx((low, high))
-    assert low < size.value < high
-    assert size.unit == "kg/s"
+def test_the_interval_of_one_parameter_is_the_test_at_both_its_ends_and_ends_at_its_range(rig):
+    """That of a table is found by leaving out rows, and may be wider than the range."""
+
+    def flow(leak):
+        return sized(rig, "air_leak", {LEAK: leak})["mass_flow"]
+
+    for below, low in ((0.5e-12, 1.5e-12), (5e-12, 0.0)):
+        model, effect = fitted(rig, "air_leak", [[1.0]], [(below, 0.2e-12)])
+        size = physical_sizes(rig, model, effect)["mass_flow"]
+        assert size.interval95 == pytest.approx((flow(low), flow(2.2e-12)))
+        assert size.interval95[0] < size.value < size.interval95[1]
+        assert size.unit == "kg/s"
 
 
-@pytest.mark.parametrize("shared", [0.0, 0.9, -0.9])
-def test_errors_of_two_parameters_add_up_as_they_are_correlated(rig, shared):
-    # Columns that overlap by c leave estimates that are correlated by -c.
-    columns = [[1.0, shared], [0.0, np.sqrt(1.0 - shared**2)]]
-    model, effect = fitted(rig, "valve_flow", columns, [(2e-10, 2e-10)] * 2)
-    fill, exhaust = (p.name for p in effect.parameters)
-    assert correlation(model, [fill, exhaust])[0, 1] == pytest.approx(-shared)
-    found = physical_sizes(rig, model, effect)
-    one = 2e-10 / rig_parameter(rig, fill).value
-    other = 2e-10 / rig_parameter(rig, exhaust).value
-    both = 0.5 * np.sqrt(one**2 + other**2 - 2.0 * shared * one * other)
-    size = found["relative_change_of_choked_flow"]
-    assert size.interval95 == pytest.approx((size.value - both, size.value + both))
-    low, high = found["relative_change_filling"].interval95
-    assert high - low == pytest.approx(2.0 * one)
+def test_errors_of_two_parameters_add_up_as_they_are_correlated(rig):
+    for shared in (0.0, 0.9, -0.9):
+        # Columns that overlap by c leave estimates that are correlated by -c.
+        columns = [[1.0, shared], [0.0, np.sqrt(1.0 - shared**2)]]
+        model, effect = fitted(rig, "valve_flow", columns, [(2e-10, 2e-10)] * 2)
+        fill, exhaust = (p.name for p in effect.parameters)
+        assert correlation(model, [fill, exhaust])[0, 1] == pytest.approx(-shared)
+        found = physical_sizes(rig, model, effect)
+        one = 2e-10 / rig_parameter(rig, fill).value
+        other = 2e-10 / rig_parameter(rig, exhaust).value
+        both = 0.5 * np.sqrt(one**2 + other**2 - 2.0 * shared * one * other)
+        size = found["relative_change_of_choked_flow"]
+        assert size.interval95 == pytest.approx((size.value - both, size.value + both))
+        low, high = found["relative_change_filling"].interval95
+        assert high - low == pytest.approx(2.0 * one)
 
 
-def test_conditions_and_unknown_sizes_have_no_interval_and_ranges_hold(rig):
+def test_conditions_unknown_sizes_and_ends_not_allowed_have_no_interval(rig):
     model, effect = fitted(rig, "coulomb_friction", [[1.0]], [(0.3, 0.1)])
     found = physical_sizes(rig, model, effect)
     assert found["at_speed"].interval95 is None
     assert found["breakaway_torque"].interval95 == pytest.approx((0.0, 0.4))
     model.intervals.clear()
     assert physical_sizes(rig, model, effect)["breakaway_torque"].interval95 is None
-
-
-def test_an_interval_beyond_the_parameter_s_range_ends_there(rig):
-    """That of a table is found by leaving out rows, and may be wider than the range."""
-    model, effect = fitted(rig, "air_leak", [[1.0]], [(5e-12, 0.2e-12)])
-    low, high = physical_sizes(rig, model, effect)["mass_flow"].interval95
-    assert (low, high) == pytest.approx(
-        (0.0, sized(rig, "air_leak", {"chamber.leak_conductance": 2.2e-12})["mass_flow"])
-    )
-
-
-def test_an_interval_to_an_end_that_is_not_allowed_gives_no_interval(rig):
     model, effect = fitted(rig, "muscle_mismatch", [[1.0]], [(2.0, 0.1)])
     assert rig_parameter(rig, effect.parameters[0].name).spec.low_open
     sizes = physical_sizes(rig, model, effect)

@@ -34,20 +34,18 @@ def repair_of(rig, effects):
     return repair(rig, values, intervals, effect_of, "bench"), values, intervals
 
 
-@pytest.mark.parametrize("effect", TRIAL_EFFECTS)
-def test_a_repaired_rig_reads_back_as_the_repaired_model(rig, effect, tmp_path):
-    one, values, _ = repair_of(rig, [effect])
-    folder = write_repaired_rig(one, tmp_path / "rig", "Missing: something.")
-    back = pamsim.load_rig(folder)
-    wanted = rig.with_parameters(values)
-    for name, value in values.items():
-        assert rig_parameter(back, name).value == pytest.approx(value, rel=1e-8)
-    assert back.model.actuator_user == pytest.approx(wanted.model.actuator_user, rel=1e-8)
-    assert astuple(back.sensor) == pytest.approx(astuple(wanted.sensor), rel=1e-8)
-    for field in ("dof_damping", "dof_frictionloss", "dof_armature", "body_quat"):
-        np.testing.assert_allclose(
-            getattr(back.model, field), getattr(wanted.model, field), rtol=1e-8
-        )
+def test_a_repaired_rig_reads_back_as_the_repaired_model(rig, tmp_path):
+    for effect in TRIAL_EFFECTS:
+        one, values, _ = repair_of(rig, [effect])
+        back = pamsim.load_rig(write_repaired_rig(one, tmp_path / effect, "Missing: something."))
+        wanted = rig.with_parameters(values)
+        for name, value in values.items():
+            assert rig_parameter(back, name).value == pytest.approx(value, rel=1e-8), effect
+        assert back.model.actuator_user == pytest.approx(wanted.model.actuator_user, rel=1e-8)
+        assert astuple(back.sensor) == pytest.approx(astuple(wanted.sensor), rel=1e-8)
+        for field in ("dof_damping", "dof_frictionloss", "dof_armature", "body_quat"):
+            own, other = getattr(back.model, field), getattr(wanted.model, field)
+            np.testing.assert_allclose(own, other, rtol=1e-8, err_msg=effect)
 
 
 def test_every_repaired_number_says_where_it_is_from_and_how_far_it_is_known(rig, tmp_path):

@@ -1,7 +1,10 @@
-"""What rows at rest are searched for on a rig, and with which signatures."""
+"""What rows at rest are searched for on a rig, and what is refitted with every effect."""
 
 from __future__ import annotations
 
+import pamsim
+from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.diagnosis.options import NUISANCE, usual_nuisance
 from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.table_at_rest import candidates_at_rest
 
@@ -26,3 +29,12 @@ def test_signatures_are_taken_where_an_effect_is_fully_there():
     shapes = [p.shape for p in end_shape.probes]
     assert len(shapes) == len(set(shapes)) == 3
     assert len({p.values["end_shape.onset"] for p in end_shape.probes}) == 3
+
+
+def test_every_template_has_its_nuisance_parameters(tmp_path):
+    for kind in ("joint", "leg", "bench", "bellows"):
+        rig = pamsim.load_rig(pamsim.new_rig("own", kind, out=tmp_path / kind))
+        names = usual_nuisance(rig)
+        left_out = {"passive.locking"} if kind == "bellows" else set()
+        assert set(NUISANCE) - set(names) == left_out
+        assert [freed.name for freed in freed_parameters(rig, names)] == list(names)

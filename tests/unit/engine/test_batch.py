@@ -1,10 +1,9 @@
-"""A batch is the same simulations, only sooner."""
+"""A batch is the same simulations, only sooner; what makes a run break off, where, and its name."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-import threading
 
 import mujoco
 import numpy as np
@@ -13,6 +12,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.sampling import Trace, first_breakdown
 from pamsim.recordings.recording import Outcome
 
 SIGNALS = ("time", "angle", "velocity", "pressure", "tension", "command", "final_state")
@@ -47,8 +47,7 @@ def assert_same(one, other):
         assert np.array_equal(getattr(one, name), getattr(other, name), equal_nan=True), name
 
 
-@pytest.mark.parametrize("threads", [1, 3])
-def test_a_batch_equals_its_simulations_to_the_last_bit(rig, threads):
+def test_a_batch_equals_its_simulations_to_the_last_bit(rig):
     heavier = rig.with_parameters(
         {"joint.shaft.damping": 0.3, "muscle_2:chamber.dead_volume": 3e-5}
     )
@@ -57,16 +56,18 @@ def test_a_batch_equals_its_simulations_to_the_last_bit(rig, threads):
         (rig, valves()),
         (rig, valves(load=2.14)),
         (rig, pressures(duration=0.5)),
-        (heavier, valves()),
         (heavier, valves(command="pulse", duration=0.4)),
         (sprocket, pressures(load=1.2)),
         (sprocket, pressures(load=1.2, settle=0.0)),
     ]
-    batch = simulate_batch(jobs, threads=threads)
-    assert len(batch) == len(jobs)
-    for job, found in zip(jobs, batch, strict=True):
-        assert_same(found, pamsim.simulate(*job))
-    assert len({found.angle[-1] for found in batch}) == len(jobs)  # no two were mixed up
+    for threads in (1, 3):
+        batch = simulate_batch(jobs, threads=threads)
+        for job, found in zip(jobs, batch, strict=True):
+            assert_same(found, pamsim.simulate(*job))
+        assert len({found.angle[-1] for found in batch}) == len(jobs)  # no two were mixed up
+    (found,) = simulate_batch([(rig, pressures())], timestep=2.5e-4)
+    assert_same(found, pamsim.simulate(rig, pressures(), timestep=2.5e-4))
+    assert found.meta["timestep_s"] == 2.5e-4
 
 
 def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
@@ -134,25 +135,6 @@ def test_a_warning_while_settling_is_not_lost(rig, monkeypatch):
     assert len(found.time) == 0
 
 
-def test_time_step_is_passed_on(rig):
-    (found,) = simulate_batch([(rig, pressures())], timestep=2.5e-4)
-    assert_same(found, pamsim.simulate(rig, pressures(), timestep=2.5e-4))
-    assert found.meta["timestep_s"] == 2.5e-4
-
-
-def test_no_more_threads_than_asked_for(rig, monkeypatch):
-    seen = set()
-    real = mujoco.mj_step
-
-    def watched(*args):
-        seen.add(threading.get_ident())
-        real(*args)
-
-    monkeypatch.setattr(mujoco, "mj_step", watched)
-    simulate_batch([(rig, valves(load=load)) for load in (0.0, 0.5, 1.0, 1.5)], threads=1)
-    assert len(seen) == 1
-
-
 def test_an_empty_batch_is_empty_and_bad_ones_are_refused(rig):
     assert simulate_batch([]) == []
     with pytest.raises(InputError, match="0 threads"):
@@ -181,9 +163,94 @@ def test_a_rig_that_still_moves_does_not_count_as_at_rest(rig):
     assert abs(long.angle[0] - short.angle[0]) > 1e-3
 
 
-def test_one_muscle_s_own_value_counts_in_either_order():
+SAMPLES = 10
+TIME = 0.5 + 0.01 * np.arange(SAMPLES)
+
+
+def trace():
+    """A run of a pendulum in which nothing is wrong, all in small numbers that can be spoilt."""
+    kinds = len(mujoco.mjtWarning.__members__) - 1
+    fields = ("position", "velocity", "act", "length", "speed", "force", "effort")
+    return Trace(
+        time=TIME.copy(),
+        **{name: np.zeros((SAMPLES, 2)) for name in fields},
+        warnings=np.zeros((SAMPLES, kinds), dtype=np.int32),
+    )
+
+
+def look(trace, first=0, last=SAMPLES):
+    return first_breakdown(trace, TIME, 1e-3, first, last)
+
+
+def test_a_state_not_finite_a_warning_or_a_time_that_stalls_stops_and_the_earlier_counts():
+    healthy = trace()
+    healthy.velocity[:] = np.nan  # follows from the position; not looked at
+    assert look(healthy) is None
+    for field in ("act", "position"):
+        lost = trace()
+        getattr(lost, field)[6:, 1] = np.nan
+        assert look(lost)[:2] == (6, Outcome.NOT_FINITE), field
+        assert look(lost, 0, 6) is None  # only the asked samples are looked at
+        assert look(lost, 8, 10)[0] == 8
+        lost.warnings[4:, mujoco.mjtWarning.mjWARN_BADQACC] = 1
+        sample, outcome, reason = look(lost)
+        assert (sample, outcome) == (4, Outcome.ENGINE_WARNING)
+        assert "BADQACC" in reason
+    stalled = trace()
+    stalled.time[3:] = stalled.time[2]
+    sample, outcome, reason = look(stalled)
+    assert (sample, outcome) == (3, Outcome.TIME_STALLED)
+    assert "0.52 s, not 0.53 s" in reason
+
+
+@pytest.mark.usefixtures("unchecked")
+@pytest.mark.parametrize("stop", [3, 64, 100])
+def test_a_run_ends_before_the_sample_that_is_not_to_be_trusted(stop):
+    """Looking only now and then must not let a bad sample into the recording."""
     rig = pamsim.load_rig("mas20_arm")
-    values = {"valve.conductance_fill": 4e-10, "muscle_2:valve.conductance_fill": 3e-10}
-    for order in (values, dict(reversed(values.items()))):
-        found = [m.valve.conductance_fill for m in rig.with_parameters(order).muscles.values()]
-        assert found == [4e-10, 3e-10]
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 1e5), duration=0.3, sample_rate=500.0)
+    step = dataclasses.replace(step, settle=0.1)
+    whole = pamsim.simulate(rig, step).completed()
+    last = (stop - 0.5) * 0.002  # in the time steps between the last good sample and the next
+
+    def spoil(model, data):
+        if data.time > last:
+            data.act[-1] = np.nan
+
+    broken = pamsim.simulate(rig, step, each_step=spoil)
+    assert broken.outcome is Outcome.NOT_FINITE
+    assert len(broken.time) == stop
+    assert f"before t = {stop * 0.002:.4g} s" in broken.message
+    for name in ("angle", "pressure", "tension"):
+        assert np.array_equal(getattr(broken, name), getattr(whole, name)[:stop])
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_an_unstable_run_is_reported_by_its_outcome_alone(tmp_path, monkeypatch, capfd):
+    """The engine's own prints would reach the user without a word on which run they are of."""
+    monkeypatch.chdir(tmp_path)
+    rig = pamsim.load_rig("muscle_bench")
+    step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
+    slow = dataclasses.replace(step, sample_rate=250.0)
+    (settled,) = simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+    (batch,) = simulate_batch([(rig, slow)], timestep=4e-3)
+    for broken in (batch, pamsim.simulate(rig, slow, timestep=4e-3)):
+        assert broken.outcome is Outcome.NOT_FINITE
+    # Only its way to rest in longer steps breaks down, which is gone again in its own.
+    assert settled.outcome is Outcome.COMPLETED
+    assert "WARNING" not in "".join(capfd.readouterr())
+    assert not list(tmp_path.iterdir())
+    assert mujoco.get_mju_user_warning() is None
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_a_handler_of_warnings_that_the_user_has_set_is_called():
+    found = []
+    mujoco.set_mju_user_warning(found.append)
+    try:
+        rig = pamsim.load_rig("muscle_bench")
+        step = pamsim.pressure_step((2e5,), (4e5,), duration=0.1)
+        simulate_batch([(rig, step)], timestep=1e-3, settle_steps=4)
+    finally:
+        mujoco.set_mju_user_warning(None)
+    assert "QACC" in found[0]

@@ -14,6 +14,7 @@ from pamsim.engine.mjcf_fields import make_friction_stick, native_value
 from pamsim.physics.record import slot
 
 LEVEL, TORQUE = 0.5, 0.45
+SPEED = 0.05
 LOOSE = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 1e-3, 0.5, 2.0]}
 STATED = 'solreffriction="0.005 1" solimpfriction="0.99 0.99 0.001 0.5 2"'
 TWO_LINKS = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
@@ -42,17 +43,9 @@ def held(model, seconds, torque=TORQUE):
     return math.degrees(data.qpos[0])
 
 
-@pytest.mark.parametrize("timestep", [2.5e-4, 5e-4, 2e-3])
-def test_a_joint_below_its_friction_stays_for_minutes(rubbing, timestep):
-    model = rubbing.model_for(timestep=timestep)
-    assert abs(held(model, 120.0 if timestep == 2e-3 else 10.0)) < 1e-6
-
-
-def test_it_would_creep_with_the_engine_s_default_settings(rubbing):
-    model = rubbing.model_for()
-    model.dof_solref[:], model.dof_solimp[:] = LOOSE["solref"], LOOSE["solimp"]
-    model.opt.noslip_iterations = 0
-    assert held(model, 2.5) > 1.0
+def test_a_joint_below_its_friction_stays_for_minutes(rubbing):
+    for timestep, seconds in ((2.5e-4, 10.0), (2e-3, 120.0)):
+        assert abs(held(rubbing.model_for(timestep=timestep), seconds)) < 1e-6
 
 
 def test_above_its_friction_a_joint_accelerates_by_what_is_left(rubbing):
@@ -116,7 +109,7 @@ def test_friction_of_one_joint_that_loads_the_next_holds_too():
     assert np.abs(np.degrees(data.qpos)).max() < 1e-5
 
 
-def test_settings_that_the_mjcf_states_are_kept():
+def test_settings_that_the_mjcf_states_and_contacts_keep_their_own():
     model = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first=STATED, touch=0))
     make_friction_stick(model)
     np.testing.assert_array_equal(model.dof_solref, [[0.005, 1.0], [0.001, 1.0]])
@@ -124,16 +117,10 @@ def test_settings_that_the_mjcf_states_are_kept():
     assert model.tendon_solref_fri[0, 0] == 0.001
     assert model.dof_solimp[1, 0] == model.tendon_solimp_fri[0, 0] == 0.9999
     assert model.opt.noslip_iterations > 0
-
-
-def test_contacts_keep_their_own_friction():
-    model = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first="", touch=1))
-    make_friction_stick(model)
-    assert model.opt.noslip_iterations == 0
-    assert model.dof_solref[0, 0] == 0.001
-
-
-SPEED = 0.05
+    touching = mujoco.MjModel.from_xml_string(TWO_LINKS.format(first="", touch=1))
+    make_friction_stick(touching)
+    assert touching.opt.noslip_iterations == 0
+    assert touching.dof_solref[0, 0] == 0.001
 
 
 @pytest.fixture(scope="module")
@@ -141,18 +128,15 @@ def smooth(rubbing):
     return rubbing.with_parameters({"joint.shaft.friction_speed": SPEED})
 
 
-@pytest.mark.parametrize("timestep", [2.5e-4, 2e-3])
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
-def test_below_its_friction_speed_a_joint_that_does_not_stick_creeps_in_proportion(
-    smooth, share, timestep
-):
-    model = smooth.model_for(timestep=timestep)
-    model.dof_damping[:] = 0.0
-    seconds = 3.0
-    crept = math.radians(held(model, seconds, torque=share * LEVEL))
-    # On the way to its speed it lags by the time constant J / c times that speed.
-    behind = SPEED / LEVEL / model.dof_invweight0[0]
-    assert crept == pytest.approx(share * SPEED * (seconds - behind), rel=2e-3)
+def test_below_its_friction_speed_a_joint_that_does_not_stick_creeps_in_proportion(smooth):
+    for share, timestep in ((0.02, 2e-3), (0.3, 2.5e-4), (0.9, 2e-3)):
+        model = smooth.model_for(timestep=timestep)
+        model.dof_damping[:] = 0.0
+        seconds = 3.0
+        crept = math.radians(held(model, seconds, torque=share * LEVEL))
+        # On the way to its speed it lags by the time constant J / c times that speed.
+        behind = SPEED / LEVEL / model.dof_invweight0[0]
+        assert crept == pytest.approx(share * SPEED * (seconds - behind), rel=2e-3), share
 
 
 def test_friction_that_does_not_stick_adds_no_inertia_and_ends_at_its_full_size(smooth, rubbing):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-import pytest
 
 import pamsim
 from pamsim.engine.mjcf import contacts, leave_out_visual_geoms, may_collide
@@ -27,21 +26,15 @@ def left(more=""):
     return [model.geom(i).name for i in range(model.ngeom)]
 
 
-def test_what_collides_or_is_named_elsewhere_stays():
+def test_what_collides_or_is_named_elsewhere_stays_and_all_where_something_may_look_at_them():
     assert left() == ["bumper"]
     pair = '<contact><pair geom1="screw" geom2="bench"/></contact>'
     assert left(pair) == ["bench", "screw", "bumper"]
-
-
-@pytest.mark.parametrize(
-    "more",
-    [
+    for watched in (
         '<option density="1.2"/>',
         '<sensor><framepos objtype="geom" objname="screw"/></sensor>',
-    ],
-)
-def test_all_stay_where_something_may_look_at_them(more):
-    assert len(left(more)) == 4
+    ):
+        assert len(left(watched)) == 4
 
 
 def test_a_run_is_the_same_with_and_without_visual_geoms():

@@ -1,6 +1,10 @@
-"""What the plugin rests on: checked struct offsets, and a kernel that is loaded once."""
+"""What the plugin rests on: checked struct offsets, a kernel loaded once, a cache that mends."""
 
 from __future__ import annotations
+
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -8,18 +12,26 @@ import pytest
 from pamsim.core.errors import EngineError
 from pamsim.engine import plugin, sampling, structs
 
+CODE = """
+from pamsim.numba_cache import numba
 
-@pytest.mark.parametrize("field", sorted(structs.callback_offsets()))
-def test_any_misplaced_field_is_noticed(monkeypatch, field):
+@numba.njit(cache=True)
+def twice(x):
+    return 2.0 * x
+
+print(twice(2.0), dict(twice.stats.cache_hits))
+"""
+
+
+def test_any_misplaced_field_is_noticed(monkeypatch):
     model, data = plugin.probe()
+    right = structs.callback_offsets()
     structs.verify_offsets(model, data)
-    wrong = {**structs.callback_offsets(), field: structs.callback_offsets()[field] + 8}
-    monkeypatch.setattr(structs, "callback_offsets", lambda: wrong)
-    with pytest.raises(EngineError, match=field):
-        structs.verify_offsets(model, data)
-
-
-def test_unknown_field_names_the_remedy():
+    for field, offset in right.items():
+        wrong = {**right, field: offset + 8}
+        monkeypatch.setattr(structs, "callback_offsets", lambda wrong=wrong: wrong)
+        with pytest.raises(EngineError, match=field):
+            structs.verify_offsets(model, data)
     with pytest.raises(EngineError, match="backend='python'"):
         structs.offset("mjData", "no_such_field")
 
@@ -53,3 +65,23 @@ def test_another_declaration_of_plugins_is_refused(monkeypatch):
     monkeypatch.setattr(plugin, "FIELDS", fewer)
     with pytest.raises(EngineError, match="declares plugins in another way"):
         plugin.check_declaration()
+
+
+def test_a_damaged_file_of_the_cache_is_made_again(tmp_path):
+    (tmp_path / "twice.py").write_text(CODE, encoding="utf-8")
+    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def found_in_cache():
+        command = [sys.executable, str(tmp_path / "twice.py")]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        result, _, hits = done.stdout.partition(" ")
+        assert result == "4.0"
+        return "1" in hits
+
+    assert not found_in_cache()
+    for end, size in (("nbi", 12), ("nbc", 200)):  # index and code
+        (file,) = tmp_path.rglob(f"*.{end}")
+        os.truncate(file, size)
+        assert not found_in_cache(), end
+    assert found_in_cache()

@@ -13,6 +13,7 @@ from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.recordings.rig_file import shipped_rig_names
 
 RIGS = shipped_rig_names()
+
 CONVERTER = ("sensor.converter_bits", "sensor.converter_span", "sensor.transducer_gain")
 """They are stated together, or none of them."""
 
@@ -61,7 +62,7 @@ def test_a_number_that_differs_from_muscle_to_muscle_is_listed_for_each():
     assert "force.a" in names
 
 
-def test_cards_of_rigs_state_what_each_is_for_and_how_it_is_driven():
+def test_cards_of_rigs_and_parameters_state_what_each_is():
     for card in rig_cards()["rigs"]:
         rig = load_rig(card["name"])
         assert card["purpose"]
@@ -70,9 +71,6 @@ def test_cards_of_rigs_state_what_each_is_for_and_how_it_is_driven():
         moves = set(card["drives"]["joints"])
         assert ("angle" in moves) == ("angle" in rig.joints.values())
         assert ("length" in moves) == ("position" in rig.joints.values())
-
-
-def test_a_card_of_a_parameter_has_value_range_and_source():
     (card,) = parameter_cards("passive.locking")["parameters"]
     stated = load_rig("mas20_arm").file.muscle["passive"]["locking"]
     assert card["source"] == stated.source == "identified"
@@ -100,26 +98,18 @@ def test_no_constant_of_the_model_is_stale_after_any_parameter(rig, tmp_path):
         assert saved(changed, tmp_path / "model.mjb") == stale, one.name
 
 
-@pytest.mark.parametrize(
-    ("text", "owner", "muscle", "parameter", "operator", "plain"),
-    [
+def test_names_are_taken_apart():
+    for text, owner, muscle, parameter, operator, plain in (
         ("passive.stiffness", "muscle", "", "passive.stiffness", "", "passive.stiffness"),
         ("m_1:force.scale", "muscle", "m_1", "force.scale", "", "m_1:force.scale"),
-        (
-            "m_1:hysteresis.maxwell_slip.full_slip",
-            "muscle",
-            "m_1",
-            "hysteresis.full_slip",
-            "maxwell_slip",
-            "m_1:hysteresis.full_slip",
-        ),
         ("sensor.filter", "sensor", "", "sensor.filter", "", "sensor.filter"),
         ("joint.shaft.damping", "native", "", "joint.shaft.damping", "", "joint.shaft.damping"),
         ("tendon.c.coef_knee", "native", "", "tendon.c.coef_knee", "", "tendon.c.coef_knee"),
         ("joint.shaft.colour", "muscle", "", "joint.shaft.colour", "", "joint.shaft.colour"),
-    ],
-)
-def test_names_are_taken_apart(text, owner, muscle, parameter, operator, plain):
-    name = ParameterName.parse(text)
-    found = (name.owner, name.muscle, name.parameter, name.operator, name.without_operator)
-    assert found == (owner, muscle, parameter, operator, plain)
+    ):
+        name = ParameterName.parse(text)
+        found = (name.owner, name.muscle, name.parameter, name.operator, name.without_operator)
+        assert found == (owner, muscle, parameter, operator, plain)
+    name = ParameterName.parse("m_1:hysteresis.maxwell_slip.full_slip")
+    assert (name.parameter, name.operator) == ("hysteresis.full_slip", "maxwell_slip")
+    assert (name.muscle, name.without_operator) == ("m_1", "m_1:hysteresis.full_slip")

@@ -153,45 +153,27 @@ def test_the_model_of_the_worlds_has_the_numbers_of_the_rig_and_no_plugin():
         engine_model(CHANGED, CHANGED.model_for(integrator="implicit"))
 
 
-@pytest.mark.parametrize(
-    ("jobs", "options", "message"),
-    [
+def test_what_does_not_run_is_refused(monkeypatch):
+    sagging = RIG.with_parameters({"valve.supply_resistance": 1e7})
+    geared = RIG.with_parameters({"tendon.chain_1.coef": 0.014})
+    late = RIG.with_parameters({"valve.delay": 0.00123})
+    for jobs, options, message in (
         ([(RIG, step())], {"precision": "float16"}, "no precision 'float16'"),
         ([(RIG, step()), (RIG, step(duration=0.7))], {}, "job 1 has another duration"),
         ([(RIG, step(end=9e6))], {}, "above its supply"),
-        (
-            [(RIG.with_parameters({"valve.supply_resistance": 1e7}), step())],
-            {"precision": "float32"},
-            "valve.supply_resistance needs more than single precision",
-        ),
-        (
-            [(RIG, step()), (RIG.with_parameters({"tendon.chain_1.coef": 0.014}), step())],
-            {},
-            "world 1 has another wrap_prm than the first",
-        ),
-        (
-            [(RIG.with_parameters({"valve.delay": 0.00123}), step())],
-            {},
-            "valve.delay that is no whole number of time steps",
-        ),
-    ],
-)
-def test_what_does_not_run_is_refused(jobs, options, message):
-    with pytest.raises(InputError, match=message):
-        simulate_worlds(jobs, device="cpu", threads=1, **options)
-
-
-def test_without_a_job_or_a_state_there_is_nothing_to_do():
+        ([(sagging, step())], {"precision": "float32"}, "needs more than single precision"),
+        ([(RIG, step()), (geared, step())], {}, "world 1 has another wrap_prm than the first"),
+        ([(late, step())], {}, "valve.delay that is no whole number of time steps"),
+    ):
+        with pytest.raises(InputError, match=message):
+            simulate_worlds(jobs, device="cpu", threads=1, **options)
     assert simulate_worlds([]) == []
-    worlds = Worlds(RIG, prepare(RIG, step()).model, 2, device="cpu")
+    model = prepare(RIG, step()).model
     with pytest.raises(InputError, match="world 0 has no state"):
-        worlds.step(np.zeros((2, 2)))
-
-
-def test_without_warp_the_message_says_what_to_install(monkeypatch):
+        Worlds(RIG, model, 2, device="cpu").step(np.zeros((2, 2)))
     monkeypatch.setitem(sys.modules, "warp", None)
     with pytest.raises(InputError, match=r"pip install 'pamsim\[gpu\]'"):
-        Worlds(RIG, prepare(RIG, step()).model, 1)
+        Worlds(RIG, model, 1)
 
 
 def test_pamsim_does_not_import_warp():

@@ -31,13 +31,12 @@ def block(size, noise=SLOW, start=0, unit="t", channel="angle", source="log"):
     return Block(unit=unit, channel=channel, rows=rows, noise=noise, source=source)
 
 
-@pytest.mark.parametrize("size", [1, 3, 5, 60])
-def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance(size):
-    """Also where there are fewer rows than the noise has orders."""
-    values = np.random.default_rng(size).standard_normal(size)
-    covariance = scipy.linalg.toeplitz(SLOW.autocovariance(size))
-    expected = values @ np.linalg.solve(covariance, values)
-    assert np.sum(block(size).white(values) ** 2) == pytest.approx(expected)
+def test_the_sum_of_whitened_squares_is_the_likelihood_of_the_covariance():
+    for size in (1, 3, 5, 60):  # also fewer rows than the noise has orders
+        values = np.random.default_rng(size).standard_normal(size)
+        covariance = scipy.linalg.toeplitz(SLOW.autocovariance(size))
+        expected = values @ np.linalg.solve(covariance, values)
+        assert np.sum(block(size).white(values) ** 2) == pytest.approx(expected), size
 
 
 def test_blocks_are_whitened_one_by_one_and_all_columns_the_same():
@@ -48,15 +47,6 @@ def test_blocks_are_whitened_one_by_one_and_all_columns_the_same():
     assert rows == pytest.approx(np.concatenate([b.white(jacobian[b.rows]) for b in blocks]))
     assert rows @ size == pytest.approx(whitened(blocks, jacobian @ size))
     assert unit_names(blocks) == ("t", "b")
-
-
-def test_noise_alone_has_a_loss_of_one():
-    rng = np.random.default_rng(5)
-    blocks = [block(500, FIRST_ORDER, 500 * k, f"t{k}") for k in range(20)]
-    residual = np.concatenate([coloured(rng, 500, 0.9) for _ in blocks])
-    losses = np.mean(whitened(blocks, residual).reshape(20, 500) ** 2, axis=1)
-    assert losses.mean() == pytest.approx(1.0, abs=4 * np.sqrt(2 / 10_000))
-    assert losses.std() == pytest.approx(np.sqrt(2 / 500), rel=0.5)
 
 
 def test_repeats_show_the_noise_whatever_the_model_misses():
@@ -77,30 +67,19 @@ def test_the_correlation_length_is_where_the_correlation_is_lost_in_its_error():
     assert correlation_length(slower, 10_000) == int(np.log(0.01) / np.log(0.99))
 
 
-@pytest.mark.parametrize(("size", "gap"), [(100, 0), (101, 7), (1000, 43), (10, 9)])
-def test_parts_are_separated_by_the_gap_and_at_least_as_long(size, gap):
-    whole = block(size, start=50)
-    for parts in {1, most_parts(size, gap) // 2 or 1, most_parts(size, gap)}:
-        pieces = cut(whole, parts, gap)
-        assert len({p.unit for p in pieces}) == parts
-        assert pieces[0].rows.start == 50
-        assert pieces[-1].rows.stop == 50 + size
-        between = [b.rows.start - a.rows.stop for a, b in pairwise(pieces)]
-        assert between == [gap] * (parts - 1)
-        assert parts == 1 or min(p.size for p in pieces) >= gap
-    with pytest.raises(InputError, match="at most"):
-        cut(whole, most_parts(size, gap) + 1, gap)
-
-
-def test_neighbouring_parts_hardly_share_their_noise():
-    """Correlation of the ends of two parts: noticeable without a gap, lost in its error with it."""
-    rng = np.random.default_rng(8)
-    gap = correlation_length(FIRST_ORDER, 1000)
-    series = np.stack([coloured(rng, 400, 0.9) for _ in range(1000)])
-    for width, shared in ((0, 0.9), (gap, 0.0)):
-        first, second = cut(block(400, FIRST_ORDER), 2, width)
-        ends = series[:, first.rows.stop - 1], series[:, second.rows.start]
-        assert np.corrcoef(*ends)[0, 1] == pytest.approx(shared, abs=0.08)
+def test_parts_are_separated_by_the_gap_and_at_least_as_long():
+    for size, gap in ((100, 0), (101, 7), (1000, 43), (10, 9)):
+        whole = block(size, start=50)
+        for parts in {1, most_parts(size, gap) // 2 or 1, most_parts(size, gap)}:
+            pieces = cut(whole, parts, gap)
+            assert len({p.unit for p in pieces}) == parts
+            assert pieces[0].rows.start == 50
+            assert pieces[-1].rows.stop == 50 + size
+            between = [b.rows.start - a.rows.stop for a, b in pairwise(pieces)]
+            assert between == [gap] * (parts - 1)
+            assert parts == 1 or min(p.size for p in pieces) >= gap
+        with pytest.raises(InputError, match="at most"):
+            cut(whole, most_parts(size, gap) + 1, gap)
 
 
 def test_fitted_rows_stay_a_gap_away_from_held_out_parts():

@@ -41,6 +41,10 @@ BENT = (free("gain"), free("rate", scale="log"))
 MEASURED = bent((2.0, 1.5)) + NOISE * np.random.default_rng(5).standard_normal(PLACES.size)
 
 
+def standard_errors(fit):
+    return np.array([p.standard_error for p in fit.parameters])
+
+
 def test_a_linear_model_gives_the_closed_form():
     """Predicted residual sum of squares: e / (1 - h), h the diagonal of the hat matrix."""
     rows, measured = line()
@@ -66,40 +70,24 @@ def test_priors_are_kept_in_every_refit():
         assert values == pytest.approx(best, abs=1e-5)
 
 
-def standard_errors(fit):
-    return np.array([p.standard_error for p in fit.parameters])
-
-
 def test_refits_of_a_bent_model_are_nearly_those_of_fits_to_the_other_rows():
     """The common Jacobian costs a few percent of a standard error, no more."""
     rig = bent_rig(MEASURED)
     fit = fit_simulator(rig, BENT)
+    rig.batches.clear()
     found = leave_one_out(rig, BENT, fit, tolerance=1e-8, most=40)
+    assert set(rig.batches) == {PLACES.size}  # all refits are simulated in one call
     for i, values in enumerate(found.values):
         others = np.delete(np.arange(PLACES.size), i)
         alone = fit_simulator(bent_rig(MEASURED[others], PLACES[others]), BENT)
         assert np.all(np.abs(values - alone.values) < 0.05 * standard_errors(fit))
         miss = bent(alone.values)[i] - MEASURED[i]
         assert found.residual[i] == pytest.approx(miss, abs=0.05 * NOISE)
-
-
-def test_a_row_left_out_is_unseen():
-    """Spoiling one row leaves what is predicted for it as it was, and changes all else."""
-    spoilt = MEASURED.copy()
-    spoilt[4] += 0.4
-    kept, moved = (left_out(bent_rig(m), BENT, tolerance=1e-9, most=60) for m in (MEASURED, spoilt))
-    fit = fit_simulator(bent_rig(MEASURED), BENT)
-    change = (moved.values - kept.values) / standard_errors(fit)
-    assert np.all(np.abs(change[4]) < 0.01)
-    assert np.all(np.max(np.abs(np.delete(change, 4, 0)), axis=1) > 0.1)
-    assert (moved.residual - kept.residual)[4] == pytest.approx(-0.4, abs=0.01 * NOISE)
-
-
-def test_unseen_rows_are_missed_by_more_than_seen_ones():
-    rig = bent_rig(MEASURED)
-    fit = fit_simulator(rig, BENT)
-    inside = np.sqrt(np.mean(fit.linearisation.residual**2))
-    assert leave_one_out(rig, BENT, fit).rms > inside
+    rig.batches.clear()
+    hurried = leave_one_out(rig, BENT, fit, most=1)
+    assert rig.batches == [PLACES.size]
+    usual = leave_one_out(rig, BENT, fit)
+    assert np.any(np.abs(hurried.values - usual.values) > 1e-3 * standard_errors(fit))
 
 
 def test_ranges_hold_in_refits_too():
@@ -115,19 +103,7 @@ def test_ranges_hold_in_refits_too():
     assert np.max(away) > 0.0099  # and rows pull against the range
 
 
-def test_all_refits_are_simulated_in_one_call():
-    rig = bent_rig(MEASURED)
-    fit = fit_simulator(rig, BENT)
-    rig.batches.clear()
-    found = leave_one_out(rig, BENT, fit)
-    assert set(rig.batches) == {PLACES.size}
-    rig.batches.clear()
-    hurried = leave_one_out(rig, BENT, fit, most=1)
-    assert rig.batches == [PLACES.size]
-    assert np.any(np.abs(hurried.values - found.values) > 1e-3 * standard_errors(fit))
-
-
-def test_what_proves_nothing_is_refused():
+def test_what_proves_nothing_or_cannot_be_simulated_is_refused():
     rows, measured = line()
     rig = line_rig(rows, measured, interval=0.01, noise_sd=NOISE)
     fit = fit_simulator(rig, three())
@@ -136,9 +112,6 @@ def test_what_proves_nothing_is_refused():
     few = line_rig(rows[:4], measured[:4], noise_sd=NOISE)
     with refused("4 rows less one", "3 parameters"):
         left_out(few, three())
-
-
-def test_a_refit_that_cannot_be_simulated_is_refused_with_its_row():
     rig = bent_rig(MEASURED)
     fit = fit_simulator(rig, BENT)
     calls = iter(range(100))
@@ -169,52 +142,23 @@ def some_forms(seed, count=12):
     return [columns[:, picked] for picked in ([0], [1], [0, 1], [2, 3], [])], measured
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_nested_errors_are_those_of_choosing_and_refitting_from_scratch(seed):
-    designs, measured = some_forms(seed)
-    errors, chosen = nested_leave_one_out([linear_form(rows, measured) for rows in designs])
-    count = measured.size
-    for i in range(count):
-        others = [j for j in range(count) if j != i]
-        inner = [sum(predicted(rows, measured, [i, j], j) ** 2 for j in others) for rows in designs]
-        best = int(np.argmin(inner))
-        assert chosen[i] == best
-        assert errors[i] == pytest.approx(predicted(designs[best], measured, [i], i), abs=1e-9)
-    assert len(set(chosen)) > 1 or seed  # in one of them at least, the choice is not the same
-
-
-def test_a_row_has_no_say_in_the_form_chosen_for_it():
-    designs, measured = some_forms(0)
-    spoilt = measured.copy()
-    spoilt[3] += 50.0
-    kept, moved = (
-        nested_leave_one_out([linear_form(rows, m) for rows in designs]) for m in (measured, spoilt)
-    )
-    assert moved[1][3] == kept[1][3]
-    assert moved[0][3] == pytest.approx(kept[0][3] - 50.0)
-    assert moved[1] != kept[1]  # all others see it
-
-
-def test_a_single_form_costs_nothing():
-    designs, measured = some_forms(1)
-    form = linear_form(designs[2], measured)
-    errors, chosen = nested_leave_one_out([form])
-    assert errors == pytest.approx(form.left_out)
-    assert chosen == [0] * measured.size
-
-
-def test_choosing_among_worthless_forms_lowers_the_plain_error_but_not_the_nested_one():
-    """No form predicts noise, so no error at new rows is below its deviation; the least of many
-    leave-one-out errors is."""
-    plain, nested = [], []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        measured = rng.standard_normal(15)
-        forms = [linear_form(rng.standard_normal((15, 1)), measured) for _ in range(20)]
-        plain.append(min(np.mean(form.left_out**2) for form in forms) / np.mean(measured**2))
-        nested.append(np.mean(nested_leave_one_out(forms)[0] ** 2) / np.mean(measured**2))
-    assert np.mean(plain) < 0.9
-    assert np.mean(nested) > 1.0
+def test_nested_errors_are_those_of_choosing_and_refitting_from_scratch():
+    varied = 0
+    for seed in range(4):
+        designs, measured = some_forms(seed)
+        errors, chosen = nested_leave_one_out([linear_form(rows, measured) for rows in designs])
+        count = measured.size
+        for i in range(count):
+            others = [j for j in range(count) if j != i]
+            inner = [
+                sum(predicted(rows, measured, [i, j], j) ** 2 for j in others) for rows in designs
+            ]
+            best = int(np.argmin(inner))
+            assert chosen[i] == best
+            alone = predicted(designs[best], measured, [i], i)
+            assert errors[i] == pytest.approx(alone, abs=1e-9)
+        varied += len(set(chosen)) > 1
+    assert varied
 
 
 def test_a_form_that_the_other_rows_do_not_determine_is_not_chosen():

@@ -84,7 +84,7 @@ def test_a_curved_simulator_has_a_lopsided_profile():
     assert found.high - fit.values[0] > 1.1 * (fit.values[0] - found.low)
 
 
-def test_a_region_that_diverges_ends_the_profile():
+def test_a_region_that_diverges_ends_the_profile_and_no_other_name_has_one():
     rig = decay_rig(0.02 * np.random.default_rng(1).standard_normal((3, TIME.size)))
     fit = fit_simulator(rig, DECAY)
     rate = fit.parameters[1]
@@ -93,10 +93,5 @@ def test_a_region_that_diverges_ends_the_profile():
     found = profile(rig, DECAY, fit, "rate")
     assert found.high == pytest.approx(edge, abs=0.05 * rate.standard_error)
     assert None in found.rise
-
-
-def test_refusals():
-    rig = decay_rig(0.02 * np.random.default_rng(1).standard_normal((3, TIME.size)))
-    fit = fit_simulator(rig, DECAY)
     with pytest.raises(InputError, match="did you mean 'rate'"):
         profile(rig, DECAY, fit, "rat")

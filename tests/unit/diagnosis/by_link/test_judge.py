@@ -31,9 +31,8 @@ def judged(gain, left, before, **more):
     return Judged(gain=gain, left=left, before=before, **fixed, **found)
 
 
-@pytest.mark.parametrize(
-    ("gain", "left", "before", "more", "level"),
-    [
+def test_a_name_is_certain_as_deep_as_what_is_left_allows():
+    for gain, left, before, more, level in (
         (9.0, 1.0, 10.0, {}, "family"),  # nine tenths of what it takes away and what is left
         (8.9, 1.0, 9.9, {}, ""),
         # Beside a larger effect, together with which it explains enough.
@@ -57,10 +56,9 @@ def judged(gain, left, before, **more):
         # At the end of a range it stands for another one.
         (9.0, 0.0, 9.0, {"named": True, "exact": True}, "form"),
         (9.0, 0.0, 9.0, {"named": True, "exact": True, "at_end": True}, ""),
-    ],
-)
-def test_a_name_is_certain_as_deep_as_what_is_left_allows(gain, left, before, more, level):
-    assert judged(gain, left, before, **more).level() == level
+    ):
+        found = judged(gain, left, before, **more).level()
+        assert found == level, (gain, left, before, more)
 
 
 def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
@@ -82,15 +80,11 @@ def test_effects_are_a_series_only_where_a_link_holds_four():
     assert gain_of_others(one, [one, *others, needed(4.0, ARMLINK), needed(8.0, AIR)]) == 7.0
 
 
-@pytest.mark.parametrize(("excess", "preferred"), [(-0.1, True), (0.6, False)])
-def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits(excess, preferred):
-    rival = Rival(
-        effect=FRICTION,
-        model=SimpleNamespace(criterion=10.0),
-        excess=excess,
-        p_value=0.5,
-    )
-    assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
+def test_a_rival_that_predicts_worse_takes_no_place_however_well_it_fits():
+    model = SimpleNamespace(criterion=10.0)
+    for excess, preferred in ((-0.1, True), (0.6, False)):
+        rival = Rival(effect=FRICTION, model=model, excess=excess, p_value=0.5)
+        assert rival.preferred_to(SimpleNamespace(criterion=1000.0)) == preferred
 
 
 def test_a_fit_that_ends_worse_than_without_the_effect_begins_again_nearer():

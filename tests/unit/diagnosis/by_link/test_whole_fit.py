@@ -28,18 +28,12 @@ def test_a_confirmed_size_is_that_of_the_whole_chain_and_its_interval_holds_that
     assert found == {"x": size(1.15, 1.0, 1.25)}
 
 
-@pytest.mark.parametrize(
-    ("whole", "counts"),
-    [
-        (Remainder(excess=0.4, p_value=0.01), True),
-        (Remainder(excess=0.4, p_value=0.3), False),
-        (Remainder(excess=0.01, p_value=0.01), False),
-    ],
-)
-def test_what_a_link_has_left_counts_if_the_whole_chain_is_left_with_something_too(whole, counts):
-    left = {LINK: Remainder(excess=0.1, p_value=0.004)}
-    assert left_in_both(left, [whole])[LINK].counts(0.05) == counts
-    assert not left_in_both({LINK: Remainder(excess=0.1, p_value=0.4)}, [whole])[LINK].counts(0.05)
+def test_what_a_link_has_left_counts_if_the_whole_chain_is_left_with_something_too():
+    left, none = ({LINK: Remainder(excess=0.1, p_value=p)} for p in (0.004, 0.4))
+    for excess, p_value, counts in ((0.4, 0.01, True), (0.4, 0.3, False), (0.01, 0.01, False)):
+        whole = [Remainder(excess=excess, p_value=p_value)]
+        assert left_in_both(left, whole)[LINK].counts(0.05) == counts
+        assert not left_in_both(none, whole)[LINK].counts(0.05)
 
 
 def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):

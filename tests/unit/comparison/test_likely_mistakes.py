@@ -1,11 +1,14 @@
-"""A correction undoes its mistake, in commands, readings and the lead-in."""
+"""A correction undoes its mistake, in commands, readings and the lead-in; numbers of a rig may."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from pamsim.comparison.likely_mistakes import least_missed
 from pamsim.comparison.trial_corrections import corrections
+from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial, TrialLead
 
 TIME = np.linspace(0.0, 1.0, 11)
@@ -51,27 +54,24 @@ def same(one, other):
         np.testing.assert_allclose(mine, its, rtol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("unit", "in_kpa"), [("mbar", 0.1), ("mmHg", 0.1333224), ("psi", 6.894757)]
-)
-def test_units_of_pressures(unit, in_kpa):
-    read = {channel: values / in_kpa for channel, values in READ.items()}
-    mistaken = trial(pressures=read)
-    same(of(mistaken, f"the measured pressures (p1_kpa, p2_kpa) look like {unit} "), trial())
-    mistaken = trial(command=SET / in_kpa)
-    same(of(mistaken, f"the set points (p1_set_kpa, p2_set_kpa) look like {unit} "), trial())
-    mistaken = trial(command=SET / in_kpa, pressures=read)
-    same(
-        of(mistaken, f"all pressures (p1_kpa, p2_kpa, p1_set_kpa, p2_set_kpa) look like {unit} "),
-        trial(),
-    )
-    one = {**READ, "pressure_2": READ["pressure_2"] / in_kpa}
-    corrected = of(
-        trial(pressures=one),
-        f"measured pressures (p2_kpa) look like {unit} ",
-        missed=("pressure_2",),
-    )
-    same(corrected, trial())
+def test_units_of_pressures():
+    for unit, in_kpa in (("mbar", 0.1), ("mmHg", 0.1333224), ("psi", 6.894757)):
+        read = {channel: values / in_kpa for channel, values in READ.items()}
+        command = SET / in_kpa
+        looking = f"look like {unit} "
+        same(
+            of(trial(pressures=read), f"the measured pressures (p1_kpa, p2_kpa) {looking}"), trial()
+        )
+        same(
+            of(trial(command=command), f"the set points (p1_set_kpa, p2_set_kpa) {looking}"),
+            trial(),
+        )
+        both = trial(command=command, pressures=read)
+        every = f"all pressures (p1_kpa, p2_kpa, p1_set_kpa, p2_set_kpa) {looking}"
+        same(of(both, every), trial())
+        one = trial(pressures={**READ, "pressure_2": READ["pressure_2"] / in_kpa})
+        corrected = of(one, f"measured pressures (p2_kpa) {looking}", missed=("pressure_2",))
+        same(corrected, trial())
 
 
 def test_absolute_pressures_that_drive_the_rig():
@@ -82,17 +82,20 @@ def test_absolute_pressures_that_drive_the_rig():
     same(of(mistaken, "the measured pressures (p1_kpa, p2_kpa) look absolute"), right)
 
 
-def test_clock():
-    same(of(trial(time=TIME / 60.0), "time_s looks like minutes"), trial())
-    same(of(trial(time=TIME * 1e3), "time_s looks like milliseconds"), trial())
-
-
-def test_readings():
-    same(of(trial(angle=np.radians(ANGLE)), "angle_deg looks like rad"), trial())
-    same(of(trial(angle=ANGLE / 360.0), "angle_deg looks like turns"), trial())
-    same(of(trial(angle=-ANGLE), "the sign of angle_deg looks turned"), trial())
+def test_clock_readings_and_valves():
     kilo = {channel: values / 1e3 for channel, values in FORCES.items()}
-    same(of(trial(**kilo), "force1_n, force2_n look like kN"), trial())
+    for mistaken, text in (
+        (trial(time=TIME / 60.0), "time_s looks like minutes"),
+        (trial(time=TIME * 1e3), "time_s looks like milliseconds"),
+        (trial(angle=np.radians(ANGLE)), "angle_deg looks like rad"),
+        (trial(angle=ANGLE / 360.0), "angle_deg looks like turns"),
+        (trial(angle=-ANGLE), "the sign of angle_deg looks turned"),
+        (trial(**kilo), "force1_n, force2_n look like kN"),
+    ):
+        same(of(mistaken, text), trial())
+    valves = np.column_stack([TIME, -TIME])
+    right = trial(command=valves, drive="valve")
+    same(of(trial(command=-valves, drive="valve"), "the sign of u1, u2 looks turned"), right)
 
 
 def test_columns_under_each_others_names():
@@ -109,13 +112,45 @@ def test_columns_under_each_others_names():
     same(of(trial(**forces), "force1_n and force2_n look swapped"), trial())
 
 
-def test_turned_valves():
-    valves = np.column_stack([TIME, -TIME])
-    right = trial(command=valves, drive="valve")
-    same(of(trial(command=-valves, drive="valve"), "the sign of u1, u2 looks turned"), right)
-
-
 def test_what_is_not_missed_has_no_mistake():
     texts = [one.text for one in corrections(trial(), ("angle",))]
     assert not any("force" in text or text.startswith("the set points") for text in texts)
     assert any(text.startswith("all pressures") for text in texts)
+
+
+RIG = load_rig("mas20_arm")
+
+
+def missing(**true):
+    """Misses numbers of a rig by their logarithms; ``__`` stands for a point."""
+
+    def missed(rig):
+        found = [rig_parameter(rig, name.replace("__", ".")).value for name in true]
+        return np.log(np.array(found) / np.array(list(true.values())))
+
+    return missed
+
+
+def test_a_scale_within_twice_and_valves_within_five_times_are_explained_and_no_more():
+    width = rig_parameter(RIG, "valve.conductance_fill").value
+    assert least_missed(RIG, missing(force__scale=1.7)) < 1e-3
+    assert least_missed(RIG, missing(force__scale=0.6, valve__conductance_fill=4 * width)) < 1e-3
+    assert least_missed(RIG, missing(force__scale=6.0)) == pytest.approx(np.log(3.0) ** 2, rel=1e-3)
+    assert least_missed(RIG, missing(body__rig__tilt=-0.1)) > 1.0  # is none of them
+
+
+def test_the_mounting_of_each_muscle_may_be_off_by_itself():
+    def missed(rig):
+        off = [one.mounting.length_at_zero - 0.25 for one in rig.muscles.values()]
+        return 1e3 * (np.array(off) - np.array([0.008, -0.01]))
+
+    assert least_missed(RIG, missed) < 1e-3
+
+
+def test_a_rig_that_breaks_down_explains_nothing():
+    assert least_missed(RIG, lambda _: None) == np.inf
+
+    def only_as_described(rig):
+        return np.ones(1) if rig is RIG else None
+
+    assert least_missed(RIG, only_as_described) == pytest.approx(1.0)

@@ -1,0 +1,129 @@
+"""Rest: the torque balance, longer time steps and any valve come to where the arm ends."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.core.errors import InputError
+from pamsim.engine.equilibrium import rest_angles
+from pamsim.engine.state import settle, settle_quickly
+from pamsim.engine.stepping import live
+
+PRESSURE = np.array([[300e3, 100e3], [120e3, 200e3], [400e3, 380e3]])
+LOAD = np.array([0.0, 2.14, 1.2])
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """Without hysteresis, which the balance leaves out."""
+    return pamsim.load_rig("mas20_arm").with_parameters({"hysteresis.force_per_pressure": 0.0})
+
+
+def test_the_balance_is_where_the_simulated_arm_ends(rig):
+    for values in (
+        {"body.rig.tilt": 0.2},
+        {"chain.compliance": 2e-6, "threshold.pressure": 2e4},
+        {"braid.extensibility": 1e-7, "tendon.chain_1.coef": 0.011},
+    ):
+        changed = rig.with_parameters(values)
+        changed.model.opt.timestep = 1e-3
+        balanced = rest_angles(changed, PRESSURE, LOAD)
+        for angle, pressure, load in zip(balanced, PRESSURE, LOAD, strict=True):
+            start = (float(pressure.max()),) * 2
+            step = pamsim.pressure_step(
+                start, tuple(pressure), duration=6.0, load=float(load), sample_rate=20.0
+            )
+            end = pamsim.simulate(changed, step).completed().angle[-1]
+            assert angle == pytest.approx(end, abs=np.radians(0.05)), values
+
+
+def test_neither_where_the_search_begins_nor_other_rows_matter(rig):
+    found = rest_angles(rig, PRESSURE, LOAD)
+    for off in (-0.2, 1e-4, 0.3):
+        assert rest_angles(rig, PRESSURE, LOAD, found + off) == pytest.approx(found, abs=1e-8)
+    alone = [rest_angles(rig, PRESSURE[[i]], LOAD[[i]])[0] for i in range(3)]
+    assert np.array_equal(found, alone)
+
+
+def test_equal_muscles_rest_in_the_middle_and_mirror_each_other(rig):
+    upright = rig.with_parameters({"body.rig.tilt": 0.0})
+    found = rest_angles(upright, np.array([[3e5, 3e5], [3e5, 1e5], [1e5, 3e5]]), np.zeros(3))
+    assert found[0] == pytest.approx(0.0, abs=1e-9)
+    assert found[1] == pytest.approx(-found[2], abs=1e-8)
+    assert found[1] > 0.1
+
+
+def test_a_row_without_a_balance_is_not_a_number_and_two_joints_are_refused(rig):
+    weak = rig.with_parameters({"passive.stiffness": 0.0, "force.a": 0.0, "force.d": 0.0})
+    assert np.isnan(rest_angles(weak, np.array([[3e5, 1e5]]), np.zeros(1))).all()
+    with pytest.raises(InputError, match="2 degrees of freedom"):
+        rest_angles(pamsim.load_rig("two_joint_arm"), PRESSURE, LOAD)
+
+
+def at_rest(rig, steps):
+    """Position, velocity and time step after settling; by `settle` itself for 0 steps."""
+    pressures = (2.4e5, *(2e5,) * (len(rig.muscles) - 1))
+    experiment = pamsim.pressure_step(pressures, pressures, duration=0.1)
+    model = rig.model_for()
+    data = mujoco.MjData(model)
+    with live(model):
+        if steps:
+            settle_quickly(model, data, experiment, rig.limits, steps)
+        else:
+            settle(model, data, experiment)
+    return data.qpos.copy(), data.qvel.copy(), data.time, model.opt.timestep
+
+
+def test_rest_in_longer_steps_is_the_same():
+    for name in ("mas20_arm", "two_joint_arm"):
+        rig = pamsim.load_rig(name)
+        slow, quick = at_rest(rig, 0), at_rest(rig, 16)
+        assert quick[0] == pytest.approx(slow[0], abs=np.deg2rad(0.02))
+        assert not np.array_equal(quick[0], slow[0])  # it did settle in longer steps
+        assert abs(quick[1]).max() < 1e-9
+        assert quick[2:] == slow[2:]
+
+
+def test_a_rig_that_breaks_down_in_longer_steps_settles_in_its_own():
+    """In steps of 4 ms the bench's mass flies off."""
+    rig = pamsim.load_rig("muscle_bench")
+    for slow, quick in zip(at_rest(rig, 0), at_rest(rig, 8), strict=True):
+        assert np.array_equal(slow, quick)
+
+
+START = (320e3, 90e3)
+
+
+@pytest.mark.parametrize("command", ["pressure_set", "valve"])
+def test_a_trial_starts_at_the_pressures_it_was_measured_to_start_at(command):
+    """Valves that stay shut near the set point would leave the air that was filled in straight."""
+    rig = pamsim.load_rig("mas20_arm")
+    experiment = pamsim.Experiment(
+        drive=command,
+        command_time=np.zeros(1),
+        command_value=np.array([START if command == "pressure_set" else (0.0, 0.0)]),
+        start_pressure=np.array(START),
+        duration=0.1,
+        sample_rate=100.0,
+    )
+    plain = pamsim.simulate(rig, experiment).completed()
+    for values in (
+        {"valve.dead_zone": 0.3},
+        {"valve.regulator_dead_band": 4e3},
+        {"valve.hysteresis": 0.2},
+        {"creep.stiffness_2": 5e3, "creep.relaxation_time_2": 200.0},
+    ):
+        shut = pamsim.simulate(rig.with_parameters(values), experiment).completed()
+        np.testing.assert_allclose(shut.pressure[0], START, atol=1.0)
+        np.testing.assert_allclose(shut.pressure[-1], START, atol=50.0)
+        assert shut.angle[0] == pytest.approx(plain.angle[0], abs=1e-6), values
+
+
+def test_a_trial_may_start_below_the_regulators_least_set_point_to_which_they_then_fill():
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"valve.least_set_point": 200e3})
+    run = pamsim.simulate(rig, pamsim.pressure_step(START, START, duration=2.0)).completed()
+    np.testing.assert_allclose(run.pressure[0], START, atol=1.0)
+    np.testing.assert_allclose(run.pressure[-1], (START[0], 200e3), rtol=1e-3)
