@@ -10,9 +10,10 @@ import math
 import re
 from typing import Any
 
+from pamsim.core.digits import FEWEST_DIGITS, significant_digits
+
 NONE = "–"
 _SMALLEST_P = 1e-4  # below it the digits of a permutation test mean nothing
-_FEWEST_DIGITS = 3  # of a fitted number; those of a wide interval would hide how wide it is
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -69,13 +70,10 @@ def interval(pair: Any, digits: int) -> str:
 
 
 def digits(value: Any, pair: Any) -> int:
-    """Significant digits of a value and its interval: two of half its width, three at least."""
+    """Significant digits of a value and its interval, see `significant_digits`."""
     numbers = [number_or_none(one) for one in (value, *(pair or ()))]
-    known = [abs(one) for one in numbers if one is not None]
-    if len(known) < 3 or pair[0] == pair[1]:
-        return _FEWEST_DIGITS
-    ratio = 2.0 * max(known) / abs(pair[1] - pair[0])
-    return max(_FEWEST_DIGITS, 2 + math.floor(math.log10(ratio)))
+    known = [one for one in numbers if one is not None]
+    return significant_digits(known[0], known[1:]) if len(known) == 3 else FEWEST_DIGITS
 
 
 def quantity(value: Any, of: Any, digits: int) -> str:

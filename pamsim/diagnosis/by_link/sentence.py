@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from pamsim.core.digits import significant_digits
 from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport, SizeEntry
-
-_DIGITS = 3  # of a size that is printed
 
 
 def verdict_sentence(result: LinkReport) -> str:
@@ -107,13 +106,9 @@ def _physical(sizes: Mapping[str, PhysicalSize]) -> str:
 def _sized(name: str, one: SizeEntry | PhysicalSize) -> str:
     """A fitted parameter as text, such as ``leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa)``."""
     label = name.rpartition(".")[2].replace("_", " ")
-    digits, ends = _DIGITS, one.interval95
+    ends = one.interval95
     known = ends is not None and all(map(math.isfinite, ends))
-    if ends is not None and known:
-        low, high = ends
-        largest = max(abs(low), abs(high), abs(one.value))
-        if low < high:  # two digits of half its width
-            digits = max(digits, 2 + math.floor(math.log10(2.0 * largest / (high - low))))
+    digits = significant_digits(one.value, ends)
     text = f"{label} {one.value:.{digits}g}"
     if ends is not None and known:
         text += f" [{', '.join(f'{end:.{digits}g}' for end in ends)}]"

@@ -12,6 +12,7 @@ import pytest
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.report.link_figure import link_bars
 from pamsim.report.link_page import headline, write_link_diagnosis
+from pamsim.report.numbers import unit
 from pamsim.report.style import BLUE, VERMILION
 from pamsim.report.trial_signals import trial_channels, worst_trials
 from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
@@ -30,7 +31,7 @@ def test_every_verdict_makes_a_page_that_begins_with_where(verdict, tmp_path):
     page = page_of(one, tmp_path)
     words = re.sub(r"<[^>]+>", " ", page)
     first = page.index('<figure id="links">')
-    assert first < page.index(f'<p class="verdict">{one.sentence}</p>') < page.index("<h2>")
+    assert first < page.index(f'<p class="verdict">{unit(one.sentence)}</p>') < page.index("<h2>")
     assert "None" not in words
     assert "nan" not in words
     assert ('<th scope="col">after</th>' in page) is bool(one.effects)
@@ -124,7 +125,7 @@ def test_a_film_is_in_the_page_and_waits_to_be_opened(tmp_path):
 def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(name, tmp_path):
     one = diagnose(name)
     page = page_of(one, tmp_path)
-    assert one.sentence in page
+    assert unit(one.sentence) in page
     assert "The loop and the difference of its branches." in page
     assert "Where the gap is." not in page
     assert "Nuisance parameters" not in page

@@ -1,0 +1,23 @@
+"""How many digits of a number its interval lets one write."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+FEWEST_DIGITS = 3  # of a fitted number; fewer would hide how wide its interval is
+
+
+def significant_digits(value: float, interval: Sequence[float] | None) -> int:
+    """Significant digits of a value and the ends of its interval.
+
+    Two of half the interval's width, and three at least; three without a finite interval.
+    """
+    if interval is None or interval[0] == interval[1]:
+        return FEWEST_DIGITS
+    largest = max(abs(value), *map(abs, interval))
+    if not math.isfinite(largest):
+        return FEWEST_DIGITS
+    return max(
+        FEWEST_DIGITS, 2 + math.floor(math.log10(2.0 * largest / abs(interval[1] - interval[0])))
+    )
