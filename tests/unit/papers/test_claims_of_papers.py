@@ -239,10 +239,13 @@ NUMBERS = {
     "matiskova2021-13": approx(0.6907, abs=1e-9),  # deg, a0 + a1
     "matiskova2021-29": approx(0.090314 * 0.57873, abs=1e-15),
     "matiskova2021-32": approx(0.7470, abs=1e-4),  # ARX, unit gain
+    "matiskova2021-33": approx(0.769434, abs=1e-6),  # s, by sums of geometric series
+    "matiskova2021-44": approx(13.06257, abs=1e-5),  # deg RMS, balances by bisection
     "matiskova2021-34": approx(0.64595, abs=1e-4),
     "vandamme2008-01": approx(40.25, abs=0.01),
     "vandamme2008-07": (-650.0, 2150.0),
     "vandamme2008-12": approx((0.1, -1.0), abs=1e-9),
+    "vandamme2008-18": approx((1.0477988128, 0.0), abs=1e-9),  # by weights without a relay
     "sarosi-07": 4.0,
     "sarosi-08": 7.0,
     "sarosi-18": approx((104.35, 51.83), abs=0.01),  # N, of a fit with other code
@@ -251,6 +254,10 @@ NUMBERS = {
     "nguyen2024-03": approx(34.24, abs=0.01),
     "nguyen2024-15": approx(magnitudes(0.8, 0.5, 0.2)),
     "nguyen2024-17": approx(149.2, abs=0.1),
+    "nguyen2024-32": approx((0.142841, 0.397846, 0.0254648), rel=1e-5),
+    "alraouf2025-17": approx(0.988874599969, abs=1e-12),  # sums in fractions
+    "alraouf2025-32": approx((0.0149924, 0.9965265, 0.1224436, 0.1030662), rel=1e-5),
+    "alraouf2025-40": approx((0.3396038, 0.2407918), rel=1e-5),
     "alraouf2025-16": approx(0.04802, abs=5e-6),  # cm^2, of the printed coefficients, rising
     "alraouf2025-20": approx(0.04238, abs=5e-6),  # falling
     "alraouf2025-24": approx(0.03430, abs=5e-6),  # of ours

@@ -188,69 +188,10 @@ def first_order_lag_by_its_derivative():
     return brentq(slope, 0.3, 1.5, xtol=1e-14), 1e-6
 
 
-def first_order_lag_from_geometric_sums():
-    """T of G1 from the same step, ARX with free gain: slope of each sample over the one before.
-
-    The response is 1 + g q^k + (1 + g)(-r^k); all sums of a regression are geometric series.
-    """
-    pairs = round(_LENGTH * _RATE)
-    poles = [math.exp(-1.0 / _RATE / constant) for constant in (_T1, _T2)]
-    shares = [_T1 / (_T2 - _T1), -_T2 / (_T2 - _T1)]
-
-    def series(ratio):
-        return (1.0 - ratio**pairs) / (1.0 - ratio)
-
-    now = sum(g * series(q) for g, q in zip(shares, poles, strict=True))
-    later = sum(g * q * series(q) for g, q in zip(shares, poles, strict=True))
-    both = [
-        (g * h, q, r)
-        for g, q in zip(shares, poles, strict=True)
-        for h, r in zip(shares, poles, strict=True)
-    ]
-    square = sum(g * series(q * r) for g, q, r in both) - now**2 / pairs
-    cross = sum(g * r * series(q * r) for g, q, r in both) - now * later / pairs
-    result = -1.0 / _RATE / math.log(cross / square)
-    # 1 - pole is 1/385 and the sums of 3000 terms round at 1e-13 of themselves.
-    return result, 1e-9
-
-
-def published_map_half_contracted():
-    """RMS miss of the rows by published muscles at half of their stroke, sprocket radius free.
-
-    The printed constants of a DMSP-20-200, contraction in percent and pressure in bar; balances by
-    bisection of the pull until it is gone, angles as a line through the origin over the travel.
-    """
-    angle = math.radians(28.6)  # Nguyen 2024, section 2
-    stroke = 100.0 * (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(angle)))  # %
-
-    def pull(bar, percent):
-        fall = math.exp(-0.32930845 * percent)
-        active = -4.00180705 * fall - 9.33564098 * percent + 294.0538256
-        return max(active * bar + 292.4620246 * fall - 280.498151, 0.0)
-
-    def travel(strong, weak):
-        near, far = 0.0, 30.0  # % of the length
-        for _ in range(60):
-            middle = 0.5 * (near + far)
-            drives = pull(strong, 0.5 * stroke + middle) > pull(weak, 0.5 * stroke - middle) + 1e-6
-            near, far = (middle, far) if drives else (near, middle)
-        return near
-
-    ways = np.array(
-        [math.copysign(travel(max(p), min(p)), p[0] - p[1]) for p in zip(_P1, _P2, strict=True)]
-    )
-    slope, *_ = np.linalg.lstsq(ways[:, None], _ANGLE, rcond=None)
-    miss = float(np.sqrt(np.mean((_ANGLE - slope * ways) ** 2)))
-    # The package ends its search within 1e-9 m, of a travel of 10 mm and an angle of 30 deg.
-    return miss, 30.0 * 1e-9 / 10e-3
-
-
 ROUTES = {
     "matiskova2021-10": exponential_with_free_scale,
     "matiskova2021-23": stiffness_from_energy,
     "matiskova2021-25": angle_law_at_a_stationary_point,
     "matiskova2021-30": area_above_the_step,
     "matiskova2021-31": first_order_lag_by_its_derivative,
-    "matiskova2021-33": first_order_lag_from_geometric_sums,
-    "matiskova2021-44": published_map_half_contracted,
 }

@@ -135,55 +135,9 @@ def stiffness_by_gruenwald_letnikov():
     return result, (left + start) * np.array(result)
 
 
-def intervals_by_repetition():
-    """Half 95 % intervals of alpha, beta and Ke, relative, from 20000 searches of (16).
-
-    Ten loops of the printed element at 1 to 10 Hz, every x1 and x2 wrong by chance. The errors are
-    a thousandth of the claim's 1 %, so that the answers follow in proportion.
-    """
-    count, share = 20000, 1e-5
-    omega = 2.0 * np.pi * np.arange(1, 11)
-    planted = np.array([_ORDER, _BETA, _STIFFNESS])
-
-    def sides(k, x1, x2):
-        gain = (omega * k[:, 1:2]) ** k[:, :1]
-        turn = 0.5 * np.pi * k[:, :1]
-        first = k[:, 2:] * gain * x1 - (gain + np.cos(turn)) * 150.0
-        return np.concatenate([first, k[:, 2:] * gain * x2 + 150.0 * np.sin(turn)], axis=1)
-
-    def derivatives(k, x1, x2):
-        gain = (omega * k[:, 1:2]) ** k[:, :1]
-        turn, log = 0.5 * np.pi * k[:, :1], np.log(omega * k[:, 1:2])
-        pull = k[:, 2:] * np.concatenate([x1, x2], axis=1)
-        pull[:, :10] -= 150.0
-        grown = np.tile(gain, 2)
-        by_order = grown * np.tile(log, 2) * pull
-        by_order += 75.0 * np.pi * np.repeat(np.concatenate([np.sin(turn), np.cos(turn)], 1), 10, 1)
-        by_time = k[:, :1] / k[:, 1:2] * grown * pull
-        by_stiffness = grown * np.concatenate([x1, x2], axis=1)
-        return np.stack([by_order, by_time, by_stiffness], axis=2)
-
-    noise = np.random.default_rng(0).standard_normal((2, count, 10))
-    gain = (omega * _BETA) ** _ORDER
-    turn = 0.5 * math.pi * _ORDER
-    x1 = (gain + math.cos(turn)) * 150.0 / (_STIFFNESS * gain) * (1.0 + share * noise[0])
-    x2 = -math.sin(turn) * 150.0 / (_STIFFNESS * gain) * (1.0 + share * noise[1])
-    k = np.tile(planted, (count, 1))
-    for _ in range(3):
-        # Newton's steps in relative units.
-        columns = derivatives(k, x1, x2) * k[:, None, :]
-        square = columns.transpose(0, 2, 1) @ columns
-        down = columns.transpose(0, 2, 1) @ sides(k, x1, x2)[..., None]
-        k = k * (1.0 - np.linalg.solve(square, down)[..., 0])
-    half = 1.96 * np.std(k / planted, axis=0) * 0.01 / share
-    # A standard deviation of 20000 numbers is known to 1 in sqrt(40000); four of these.
-    return half, 4.0 / math.sqrt(2.0 * count) * half
-
-
 ROUTES = {
     "nguyen2024-04": pull_from_equilibrium_of_fibres,
     "nguyen2024-07": time_for_heat_by_a_grid,
     "nguyen2024-16": loop_areas_from_the_definition,
     "nguyen2024-22": stiffness_by_gruenwald_letnikov,
-    "nguyen2024-32": intervals_by_repetition,
 }

@@ -94,26 +94,6 @@ def force_function_at_few_nodes():
     return inverse @ np.ones(20), 100 * _TOLERANCE * np.abs(inverse).sum(axis=1)
 
 
-def major_loop_by_everett():
-    """Slope and intercept of the line through the major loop, on the package's grid and samples.
-
-    No relay is switched: with F(u) the weight of all relays that switch up below u, the rising
-    branch is 2 F(u) - 1, and the falling one 1 less twice the weight of those that fall above u.
-    """
-    count, u = 40, np.linspace(-1.0, 1.0, 121)
-    level = (2.0 * np.arange(count) + 1.0) / count - 1.0
-    up, down = np.meshgrid(level, level, indexing="ij")
-    weight = _weight(down, up) * np.where(down < up, 1.0, np.where(down == up, 0.5, 0.0))
-    weight /= weight.sum()
-    switched = np.searchsorted(level, u, side="right")
-    rising = 2.0 * np.append(0.0, np.cumsum(weight.sum(axis=1)))[switched] - 1.0
-    falling = 2.0 * np.append(0.0, np.cumsum(weight.sum(axis=0)))[switched] - 1.0
-    both, output = np.tile(u, 2), np.append(rising, falling)
-    slope = float(both @ output / (both @ both))
-    # 1640 weights and 242 outputs, added.
-    return (slope, float(output.mean())), 1640 * np.finfo(float).eps
-
-
 def loop_widths_by_quadrature():
     """Greatest width of the loop over the force [%], 25 and 40 fibres, without any grid.
 
@@ -147,6 +127,5 @@ ROUTES = {
     "vandamme2008-04": force_function_at_few_nodes,
     "vandamme2008-05": force_as_lost_volume,
     "vandamme2008-08": contractions_under_a_load,
-    "vandamme2008-18": major_loop_by_everett,
     "vandamme2008-21": loop_widths_by_quadrature,
 }
