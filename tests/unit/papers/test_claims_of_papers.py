@@ -25,14 +25,9 @@ from pamsim.papers.claim import Order, Verdict, evaluate, judge, note
 from pamsim.papers.matiskova2021 import equations as matiskova_equations
 from pamsim.papers.matiskova2021 import simulation as matiskova_rig
 from pamsim.papers.matiskova2021 import stiffness as matiskova_stiffness
-from pamsim.papers.nguyen2024 import geometry as nguyen_geometry
-from pamsim.papers.nguyen2024 import loop as nguyen_loop
 from pamsim.papers.nguyen2024 import search as nguyen_search
 from pamsim.papers.replicate import Replication
-from pamsim.papers.sarosi import equations as sarosi_equations
 from pamsim.papers.sarosi import fits as sarosi_fits
-from pamsim.papers.vandamme2008 import loop as vandamme_loop
-from pamsim.papers.vandamme2008 import shape as vandamme_shape
 from pamsim.recordings.printed import Printed
 from tests.unit.papers.second_route import (
     alraouf2025,
@@ -234,6 +229,9 @@ def magnitudes(*orders):
 
 PER_COUNT = 5.0 / 1024.0 / 4.0 * 500.0  # kPa, ten bits over 5 V
 NUMBERS = {
+    # Least squares with the unit of pressure free, and of a law of angles, searched otherwise.
+    "matiskova2021-10": approx((38.80038, -40.20652, 0.0), abs=1e-4),
+    "matiskova2021-25": approx(-0.0996151, rel=1e-4),
     "matiskova2021-11": approx(5.96, abs=0.01),  # deg RMS of (23) in bar
     "matiskova2021-12": approx(2.01, abs=0.01),  # with the best scale
     "matiskova2021-13": approx(0.6907, abs=1e-9),  # deg, a0 + a1
@@ -243,6 +241,7 @@ NUMBERS = {
     "matiskova2021-44": approx(13.06257, abs=1e-5),  # deg RMS, balances by bisection
     "matiskova2021-34": approx(0.64595, abs=1e-4),
     "vandamme2008-01": approx(40.25, abs=0.01),
+    "vandamme2008-04": approx((0.0230027, 1.031349, -4.596929, 6.726459, -5.078787), rel=1e-5),
     "vandamme2008-07": (-650.0, 2150.0),
     "vandamme2008-12": approx((0.1, -1.0), abs=1e-9),
     "vandamme2008-18": approx((1.0477988128, 0.0), abs=1e-9),  # by weights without a relay
@@ -253,6 +252,8 @@ NUMBERS = {
     "nguyen2024-02": approx((341.69, 2.6032), rel=1e-4),
     "nguyen2024-03": approx(34.24, abs=0.01),
     "nguyen2024-15": approx(magnitudes(0.8, 0.5, 0.2)),
+    "nguyen2024-16": approx((16.09949347, 23.14001530, 19.54941457), rel=1e-8),
+    "nguyen2024-22": approx((1983.46434, 1999.67811, 2030.07502, 2037.02249), rel=1e-7),
     "nguyen2024-17": approx(149.2, abs=0.1),
     "nguyen2024-32": approx((0.142841, 0.397846, 0.0254648), rel=1e-5),
     "alraouf2025-17": approx(0.988874599969, abs=1e-12),  # sums in fractions
@@ -296,77 +297,6 @@ def test_numbers_are_those_found_by_hand_or_by_other_scripts_and_reasons_carry_w
     assert entry("nguyen2024-28").recomputed == approx(nguyen_search.element(), rel=1e-6)
     for id in ("nguyen2024-29", "nguyen2024-30"):
         assert entry(id).recomputed != approx(nguyen_search.element(), rel=0.1)
-
-
-def halved_swing(right):
-    def digits(name):
-        number = right(name)
-        return Printed(number.value / 2.0, 0.5) if name == "force_amplitude" else number
-
-    return digits
-
-
-def softer(right):
-    law = right["DMSP-20-200"]
-    return {"DMSP-20-200": dataclasses.replace(law, f=law.f - 300.0)}
-
-
-INDEPENDENT, INCONSISTENT = Verdict.INDEPENDENT, Verdict.INCONSISTENT
-DAMAGED, OPEN = Verdict.TEXT_DAMAGED, Verdict.NOT_REPRODUCIBLE
-FALSIFIED = {
-    "half the swing would keep the muscle pulling": (
-        vandamme_shape, "digits", halved_swing, {"vandamme2008-07": INDEPENDENT},
-    ),
-    "another weight of the relays": (
-        vandamme_loop, "printed_weight", lambda right: lambda a, b, c, d: right(a, b, -c, d),
-        {"vandamme2008-12": INCONSISTENT, "vandamme2008-10": INCONSISTENT},
-    ),
-    "with delta negative the muscle would give energy round a loop": (
-        vandamme_loop, "printed_parameters", lambda _: lambda fibres: np.array([-0.299, -0.1, -1]),
-        {"vandamme2008-19": INCONSISTENT},
-    ),
-    "a fit to another loop is not recovered": (
-        vandamme_loop, "_measured_ratio", lambda right: lambda n: 1.0 + 1.05 * (right(n) - 1.0),
-        {"vandamme2008-25": OPEN},
-    ),
-    "a wrong ideal law": (
-        sarosi_equations, "ideal_force", lambda right: lambda *a: 1.001 * right(*a),
-        {"sarosi-01": INCONSISTENT},
-    ),
-    "another muscle contracts elsewhere": (
-        sarosi_equations, "PUBLISHED", softer, {"sarosi-11": OPEN},
-    ),
-    "a better law of two factors would win": (
-        sarosi_fits, "fitted_residual",
-        lambda right: lambda law: (0.01 if law == "corrected" else 1.0) * right(law),
-        {"sarosi-17": OPEN},
-    ),
-    "a stiffer element fits into the stroke": (
-        nguyen_loop, "element", lambda _: lambda: (0.27, 49.82, 22600.0),
-        {"nguyen2024-17": INDEPENDENT},
-    ),
-    "an element of negative order softens with frequency": (
-        nguyen_loop, "element", lambda _: lambda: (-0.27, 49.82, 2260.0),
-        {"nguyen2024-22": INCONSISTENT, "nguyen2024-21": INCONSISTENT},
-    ),
-    "the loop of another order": (
-        nguyen_loop, "loop_distance",
-        lambda right: lambda *a: right(*a[:4], a[4] + 0.03, *a[5:]),
-        {"nguyen2024-12": INCONSISTENT, "nguyen2024-13": DAMAGED},
-    ),
-    "a lost sign": (
-        nguyen_geometry, "ideal_tension", lambda right: lambda *a: -right(*a),
-        {"nguyen2024-04": DAMAGED, "nguyen2024-05": DAMAGED},
-    ),
-}  # fmt: skip
-
-
-def test_a_verdict_changes_with_what_it_rests_on(monkeypatch):
-    for what, (module, name, wrong, verdicts) in FALSIFIED.items():
-        with monkeypatch.context() as changed:
-            changed.setattr(module, name, wrong(getattr(module, name)))
-            found = {id: evaluate(id).verdict for id in verdicts}
-        assert found == verdicts, what
 
 
 def test_claims_that_need_what_was_fitted_are_calibrated_or_predictions(monkeypatch):

@@ -29,11 +29,6 @@ def _second(t: np.ndarray, fast: float, slow: float) -> np.ndarray:
     return 1.0 - (slow * np.exp(-t / slow) - fast * np.exp(-t / fast)) / (slow - fast)
 
 
-def _swing(t: np.ndarray, lag: float, damping: float, omega: float) -> np.ndarray:
-    """A first-order rise with a damped swing on top that starts at zero."""
-    return _first(t, lag) + 0.35 * np.exp(-damping * t) * np.sin(omega * t)
-
-
 def make_rows(seed: int) -> list[dict[str, Any]]:
     rng = np.random.default_rng(seed)
     errors = {step.row: float(rng.normal(0.0, 1.4)) for step in mas20_steps()}
@@ -68,8 +63,7 @@ def make_rows(seed: int) -> list[dict[str, Any]]:
 
 
 def make_recording(row: dict[str, Any]) -> Recording:
-    swing = _swing(TIME, 0.25, 2.6, 14.0 - 3 * row["load_kg"])
-    shape = _second(TIME, T1, T2) if row["monotonic"] else swing
+    shape = _second(TIME, T1, T2)
     angle = np.radians(row["simulated_deg"]) * shape / shape[-1]
     start = np.array([row["start_p1_kpa"], row["start_p2_kpa"]])
     target = np.array([row["p1_kpa"], row["p2_kpa"]])
@@ -94,27 +88,20 @@ def make_recording(row: dict[str, Any]) -> Recording:
 
 def make_models() -> dict[str, Any]:
     t = TIME[:-1]
-    responses = {
-        "simulated": _second(t, T1, T2) * (1 + 0.012 * np.sin(2 * t) * np.exp(-t)),
-        "g1_output_error": _first(t, T),
-        "g2_output_error": _second(t, T1, T2),
-        "g1_arx": 1.004 * _first(t, 0.745),
-        "g2_arx": _second(t, 0.103, 0.571),
-        "g1_paper": _first(t, 0.64595),
-        "g2_paper": _second(t, 0.090314, 0.57873),
-    }
+    lags = {
+        "simulated": (0.09, 0.58), "g2_output_error": (T1, T2), "g2_arx": (0.103, 0.571),
+        "g2_paper": (0.090314, 0.57873), "g1_output_error": (T,), "g1_arx": (0.745,),
+        "g1_paper": (0.64595,),
+    }  # fmt: skip
+    responses = {n: _second(t, *lag) if lag[1:] else _first(t, *lag) for n, lag in lags.items()}
     return {"time_s": t.tolist(), **{name: y.tolist() for name, y in responses.items()}}
 
 
 def make_static() -> dict[str, Any]:
     x = np.linspace(-500, 500, 201)
-
-    def eq23(p: np.ndarray) -> list[float]:
-        q = np.abs(p)
-        return (np.sign(p) * (35.135 - 34.4443 * np.exp(-q) + 5.470 * q * np.exp(-q))).tolist()
-
     return {
-        "p_svd_kpa": x.tolist(), "eq23_bar_deg": eq23(x / 100), "eq23_scaled_deg": eq23(x / 180),
+        "p_svd_kpa": x.tolist(), "eq23_bar_deg": (x / 12.0).tolist(),
+        "eq23_scaled_deg": (x / 13.0).tolist(),
         "scale_kpa": 180.0, "rms_bar_deg": 6.03, "rms_scaled_deg": 2.04,
     }  # fmt: skip
 

@@ -76,24 +76,6 @@ def contractions_under_a_load():
     return result, 100.0 * 100 * _TOLERANCE
 
 
-def force_function_at_few_nodes():
-    """f0 to f4 of (2) by least squares of the relative error between 5 and 35 %.
-
-    At Chebyshev nodes sums converge faster than any power of their number, so twenty integrated
-    meridians do what the package's 400 closed forms do.
-    """
-    nodes = 0.2 - 0.15 * np.cos((np.arange(20) + 0.5) * np.pi / 20)
-    exact, guess = [], (1.5, 0.25)
-    for node in nodes.tolist():
-        guess = _bulged(node, guess)
-        exact.append(guess[0] - math.pi * guess[1] ** 2)
-    terms = np.stack([nodes**power / exact for power in (-1, 0, 1, 2, 3)], axis=1)
-    left, size, right = np.linalg.svd(terms, full_matrices=False)
-    inverse = right.T / size @ left.T
-    # Forces are good to a hundred steps of integration; what that does to a coefficient.
-    return inverse @ np.ones(20), 100 * _TOLERANCE * np.abs(inverse).sum(axis=1)
-
-
 def loop_widths_by_quadrature():
     """Greatest width of the loop over the force [%], 25 and 40 fibres, without any grid.
 
@@ -124,7 +106,6 @@ def _weight(beta, alpha):
 
 
 ROUTES = {
-    "vandamme2008-04": force_function_at_few_nodes,
     "vandamme2008-05": force_as_lost_volume,
     "vandamme2008-08": contractions_under_a_load,
     "vandamme2008-21": loop_widths_by_quadrature,
