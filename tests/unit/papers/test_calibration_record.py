@@ -20,7 +20,7 @@ from pamsim.papers.calibration_record import (
     stated_parameters,
 )
 from pamsim.recordings.printed import Printed
-from tests.unit.core.refusals import cases, refused
+from tests.unit.core.refusals import refused
 
 MEASURED = np.random.default_rng(3).standard_normal(12)
 COLUMNS = np.random.default_rng(4).standard_normal((12, 3))
@@ -45,15 +45,8 @@ def model(name, accepted, *columns):
     }
 
 
-WHOLE = {
-    "schema": SCHEMA,
-    "command": "python calibrate.py",
-    "static_models": [
-        model("first", True),
-        model("used", True, 0),
-        model("tried", False, 0, 1),
-    ],
-}
+MODELS = [model("first", True), model("used", True, 0), model("tried", False, 0, 1)]
+WHOLE = {"schema": SCHEMA, "command": "python calibrate.py", "static_models": MODELS}
 
 
 def changed(entry, change):
@@ -66,36 +59,31 @@ def whole(**change):
 
 
 def used(**change):
-    first, second, *rest = WHOLE["static_models"]
+    first, second, *rest = MODELS
     return whole(static_models=[first, changed(second, change), *rest])
 
 
 @pytest.fixture
-def rig(tmp_path):
-    """Something with a folder, which is all of a rig that is looked at."""
-    return SimpleNamespace(file=SimpleNamespace(folder=tmp_path))
+def read(tmp_path):
+    """Reads a record of this content beside something with a folder, which is all of a rig that is
+    looked at."""
+    rig = SimpleNamespace(file=SimpleNamespace(folder=tmp_path))
+    assert calibration_record(rig) is None  # a rig need not have one
+
+    def written(content):
+        text = content if isinstance(content, str) else json.dumps(content)
+        (tmp_path / FILE).write_text(text, encoding="utf-8")
+        return calibration_record(rig)
+
+    return written
 
 
-def write(rig, content):
-    text = content if isinstance(content, str) else json.dumps(content)
-    (rig.file.folder / FILE).write_text(text, encoding="utf-8")
-
-
-def test_a_rig_need_not_have_one(rig):
-    assert calibration_record(rig) is None
-
-
-def test_the_model_used_is_the_last_one_accepted(rig):
-    write(rig, {**WHOLE, "future": 1})
-    record = calibration_record(rig)
+def test_the_model_used_is_the_last_one_accepted_and_simulates_as_it_did(read):
+    record = read({**used(left_out_block_rms_deg={"small steps": 0.7}), "future": 1})
     assert record.used["name"] == "used"
+    assert record.small_steps_rms_deg == 0.7
     assert record.command == "python calibrate.py"
     assert [entry["name"] for entry in record.static_models] == ["first", "used", "tried"]
-
-
-def test_it_belongs_to_what_simulates_as_it_did(rig):
-    write(rig, WHOLE)
-    record = calibration_record(rig)
     rms = record.used["rms_deg"]
     for sign in (-1.0, 1.0):
         assert record.belongs(rms + 0.99 * sign * SAME_RMS_DEG)
@@ -103,18 +91,19 @@ def test_it_belongs_to_what_simulates_as_it_did(rig):
     assert not record.belongs(float("nan"))
 
 
-def test_nested_error_is_that_of_the_form_chosen_row_by_row_among_all(rig):
-    write(rig, WHOLE)
-    record = calibration_record(rig)
-    names = [entry["name"] for entry in WHOLE["static_models"]]
-    left_out = {e["name"]: e["leave_one_out_residual_deg"] for e in WHOLE["static_models"]}
+def test_nested_error_is_that_of_the_form_chosen_row_by_row_among_all(read):
+    nested = read(WHOLE).nested
+    left_out = {entry["name"]: entry["leave_one_out_residual_deg"] for entry in MODELS}
     chosen = [best_without(row) for row in range(MEASURED.size)]
     errors = [left_out[name][row] for row, name in enumerate(chosen)]
-    assert record.nested.rms_deg == pytest.approx(np.sqrt(np.mean(np.square(errors))))
-    assert dict(record.nested.selected) == {n: chosen.count(n) for n in names if n in chosen}
-    assert len(record.nested.selected) > 1
-    counts = list(record.nested.selected.values())
+    assert nested.rms_deg == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    assert nested.selected == {name: chosen.count(name) for name in left_out if name in chosen}
+    assert len(nested.selected) > 1
+    counts = list(nested.selected.values())
     assert counts == sorted(counts, reverse=True)
+    record = read(whole(static_models=MODELS[1:2]))  # of one model: nothing to choose
+    assert record.nested.rms_deg == pytest.approx(record.used["leave_one_out_rms_deg"])
+    assert record.nested.selected == {"used": MEASURED.size}
 
 
 def best_without(row):
@@ -126,75 +115,50 @@ def best_without(row):
         hat = rows @ np.linalg.pinv(rows)
         return np.sum(((hat @ measured - measured) / (1.0 - np.diag(hat))) ** 2)
 
-    return min(WHOLE["static_models"], key=error)["name"]
+    return min(MODELS, key=error)["name"]
 
 
-def test_a_record_of_one_model_has_no_choice(rig):
-    write(rig, {**WHOLE, "static_models": WHOLE["static_models"][1:2]})
-    record = calibration_record(rig)
-    assert record.nested.rms_deg == pytest.approx(record.used["leave_one_out_rms_deg"])
-    assert record.nested.selected == {"used": MEASURED.size}
+DAMAGED = {
+    "cut off": json.dumps(WHOLE)[:-20],
+    "of another schema": whole(schema="pamsim-calibrate/1"),
+    "of a later version": whole(schema="pamsim-rig-calibration/2"),
+    "nothing accepted": whole(static_models=[model("tried", False)]),
+    **{
+        f"static_models {value}": whole(static_models=value)
+        for value in (..., None, [], ["first", "used"], {"first": 1})
+    },
+    "no command": whole(command=...),
+    **{f"no {key}": used(**{key: ...}) for key in MODELS[0] if key not in ("name",)},
+    "error null": used(rms_deg=None),
+    "error a word": used(leave_one_out_rms_deg="small"),
+    "error a list": used(leave_one_out_rms_deg=[1.0]),
+    "no small steps": used(left_out_block_rms_deg={"large steps": 1.0}),
+    "small steps not predicted": used(left_out_block_rms_deg={"small steps": None}),
+    "errors of other rows": used(leave_one_out_residual_deg=[1.0] * 12),
+    "errors of another fit": used(rms_deg=0.5),
+    "one held-out row": used(leave_one_out_residual_deg=[1.0], leave_one_out_rms_deg=1.0),
+    "a row null": used(residual_deg=[None] * 12),
+    "jacobian of fewer rows": used(jacobian_deg=[[1.0]] * 11),
+    "jacobian of more parameters": used(jacobian_deg=[[1.0, 2.0]] * 12),
+    "jacobian in words": used(jacobian_deg=[["steep"]] * 12),
+}
 
 
-def test_small_steps_are_those_of_the_model_used(rig):
-    write(rig, used(left_out_block_rms_deg={"small steps": 0.7}))
-    assert calibration_record(rig).small_steps_rms_deg == 0.7
+def test_a_damaged_or_other_record_is_refused(read):
+    for damage, content in DAMAGED.items():
+        try:
+            with refused(FILE):
+                read(content)
+        except pytest.fail.Exception:
+            pytest.fail(damage)
 
 
-@pytest.mark.parametrize(
-    "content",
-    cases(
-        {
-            "cut off": json.dumps(WHOLE)[:-20],
-            "of another schema": whole(schema="pamsim-calibrate/1"),
-            "of a later version": whole(schema="pamsim-rig-calibration/2"),
-            "without models": whole(static_models=...),
-            "without command": whole(command=...),
-            "models null": whole(static_models=None),
-            "models empty": whole(static_models=[]),
-            "models as names": whole(static_models=["first", "used"]),
-            "models a mapping": whole(static_models={"first": 1}),
-            "nothing accepted": whole(static_models=[model("tried", False)]),
-            "error null": used(rms_deg=None),
-            "error a word": used(leave_one_out_rms_deg="small"),
-            "error a list": used(leave_one_out_rms_deg=[1.0]),
-            "without error": used(rms_deg=...),
-            "without unseen error": used(leave_one_out_rms_deg=...),
-            "without accepted": used(accepted=...),
-            "without blocks": used(left_out_block_rms_deg=...),
-            "without small steps": used(left_out_block_rms_deg={"large steps": 1.0}),
-            "small steps not predicted": used(left_out_block_rms_deg={"small steps": None}),
-            "without residual": used(residual_deg=...),
-            "without held-out rows": used(leave_one_out_residual_deg=...),
-            "without jacobian": used(jacobian_deg=...),
-            "errors of other rows": used(leave_one_out_residual_deg=[1.0] * 12),
-            "errors of another fit": used(rms_deg=0.5),
-            "one held-out row": used(leave_one_out_residual_deg=[1.0], leave_one_out_rms_deg=1.0),
-            "a row null": used(residual_deg=[None] * 12),
-            "jacobian of fewer rows": used(jacobian_deg=[[1.0]] * 11),
-            "jacobian of more parameters": used(jacobian_deg=[[1.0, 2.0]] * 12),
-            "jacobian in words": used(jacobian_deg=[["steep"]] * 12),
-        }
-    ),
-)
-def test_a_damaged_or_other_record_is_refused(rig, content):
-    write(rig, content)
-    with refused(FILE):
-        calibration_record(rig)
-
-
-@pytest.fixture(scope="module")
-def shipped():
-    return load_rig("mas20_arm")
-
-
-def test_every_step_of_the_shipped_record_predicts_unseen_rows_better(shipped):
+def test_every_step_of_the_shipped_record_predicts_unseen_rows_better():
     """What the page states: no term was taken that only lowers the error in sample."""
-    record = calibration_record(shipped)
-    accepted = [entry for entry in record.static_models if entry["accepted"]]
-    unseen = [entry["leave_one_out_rms_deg"] for entry in accepted]
-    assert unseen == sorted(unseen, reverse=True)
-    assert len(set(unseen)) == len(unseen) >= 3
+    record = calibration_record(load_rig("mas20_arm"))
+    unseen = [e["leave_one_out_rms_deg"] for e in record.static_models if e["accepted"]]
+    assert unseen == sorted(set(unseen), reverse=True)
+    assert len(unseen) >= 3
     for entry in record.static_models:
         assert entry["leave_one_out_rms_deg"] >= entry["rms_deg"]
     assert record.used["name"].endswith("the model used")
@@ -207,8 +171,9 @@ def printed_as(text, name):
     return entry["value"], *entry["interval95"]
 
 
-def test_shipped_numbers_are_those_of_the_record_up_to_rounding(shipped):
+def test_shipped_numbers_are_those_of_the_record_up_to_rounding():
     """Value and both ends of the interval of every identified parameter, to its last digit."""
+    shipped = load_rig("mas20_arm")
     folder = shipped.file.folder
     text = tomllib.loads((folder / "params.toml").read_text("utf-8"), parse_float=Printed.read)
     dynamic = json.loads((folder / FILE).read_text("utf-8"))["dynamic"]
@@ -230,12 +195,13 @@ def test_shipped_numbers_are_those_of_the_record_up_to_rounding(shipped):
             assert away <= stated.half_unit * (1.0 + 1e-6), (name, recorded / unit, stated)
 
 
-def test_stated_and_identified_parameters_come_with_their_sources(shipped):
-    stated = {entry["name"]: entry for entry in stated_parameters(shipped.file)}
+def test_stated_and_identified_parameters_come_with_their_sources():
+    file = load_rig("mas20_arm").file
+    stated = {entry["name"]: entry for entry in stated_parameters(file)}
     assert {"passive.locking", "tendon.chain_1.coef", "encoder_increments"} <= set(stated)
     assert "force.law" not in stated
     assert all(entry["source"] for entry in stated.values())
-    found = identified_parameters(shipped.file)
+    found = identified_parameters(file)
     assert found == [e for e in stated.values() if e["source"].startswith("identified")]
     for entry in found:
         low, high = entry["interval95"]

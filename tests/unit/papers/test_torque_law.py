@@ -27,40 +27,35 @@ def planted(extra, off=0.0):
         push = (law["k1"] + law["c"] * both) * b + law["k5"] * b**5 + law["o"]
         push -= law["t"] * step.load
         pair = (0.5 * PA_PER_BAR * (both + push), 0.5 * PA_PER_BAR * (both - push))
-        moved = off if step.size == "small" else 0.0
-        return replace(step, pressure=pair, angle=b + moved)
+        return replace(step, pressure=pair, angle=b + (off if step.size == "small" else 0.0))
 
     return tuple(map(row, distinct_steps()))
 
 
-@pytest.mark.parametrize("extra", EXTRA_TERMS)
-def test_planted_coefficients_are_recovered_and_predict_what_was_held_out(extra):
-    law = fit_torque_law(planted(extra), extra)
-    names = ("k1", "k5", "t", *extra)
-    assert law.coefficients == pytest.approx({name: PLANTED[name] for name in names}, rel=1e-5)
-    for error in (law.rms_deg, law.left_out_rms_deg, law.small_steps_rms_deg):
-        assert error < 1e-4
+def test_planted_coefficients_are_recovered_and_predict_what_was_held_out():
+    for extra in EXTRA_TERMS:
+        law = fit_torque_law(planted(extra), extra)
+        wanted = {name: PLANTED[name] for name in ("k1", "k5", "t", *extra)}
+        assert law.coefficients == pytest.approx(wanted, rel=1e-5)
+        for error in (law.rms_deg, law.left_out_rms_deg, law.small_steps_rms_deg):
+            assert error < 1e-4, extra
 
 
 def test_small_steps_are_predicted_by_a_law_that_has_not_seen_them():
-    off = 1.0 / DEG_PER_RAD
-    law = fit_torque_law(planted(("o",), off), ("o",))
+    law = fit_torque_law(planted(("o",), 1.0 / DEG_PER_RAD), ("o",))
     assert law.small_steps_rms_deg == pytest.approx(1.0, rel=1e-4)
     assert 0.1 < law.rms_deg < 0.9  # the fit to all rows has seen them
 
 
 def test_held_out_errors_of_the_printed_rows():
+    """The large and medium rows alone do not determine how the sum of pressures stiffens the arm:
+    their best law has angles that fall with the pressure difference at high sums, and predicts
+    nothing."""
     plain, stiffened, offset = torque_laws()
     for law in (plain, stiffened, offset):
         assert law.left_out_rms_deg > law.rms_deg
     assert stiffened.left_out_rms_deg < plain.left_out_rms_deg < offset.left_out_rms_deg
     assert plain.small_steps_rms_deg > plain.left_out_rms_deg
+    assert math.isnan(stiffened.small_steps_rms_deg)
     errors = np.array(list(plain.residual_deg.values()))
     assert plain.rms_deg == pytest.approx(np.sqrt(np.mean(errors**2)))
-
-
-def test_a_law_that_falls_predicts_nothing():
-    """The large and medium rows alone do not determine how the sum of pressures stiffens the arm:
-    their best law has angles that fall with the pressure difference at high sums."""
-    _, stiffened, _ = torque_laws()
-    assert math.isnan(stiffened.small_steps_rms_deg)

@@ -27,51 +27,44 @@ def parameter(name, value, interval, *, flags=(), scale="linear"):
     }  # fmt: skip
 
 
-def compared(trial, protocol, channel, *, held=False, off=0.0):
+def compared(trial, channel, *, held, off):
     measured = np.sin(6.0 * TIME) * (1e4 if channel.startswith("p") else 0.1)
     return SimpleNamespace(
-        trial=trial, protocol=protocol, channel=channel, held_out=held, time=TIME,
+        trial=trial, protocol=trial[0], channel=channel, held_out=held, time=TIME,
         measured=measured, before=0.8 * measured, after=(1.0 + off) * measured,
     )  # fmt: skip
 
 
-@pytest.fixture
-def comparisons():
-    return [
-        compared(trial, protocol, channel, held=held, off=off)
-        for trial, protocol, held, off in (
-            ("a_1", "a", False, 0.01), ("a_2", "a", False, 0.02), ("b_1", "b", True, 0.0),
-        )
-        for channel in ("angle", "pressure_1", "pressure_2")
-    ]  # fmt: skip
+COMPARISONS = [
+    compared(trial, channel, held=held, off=off)
+    for trial, held, off in (("a_1", False, 0.01), ("a_2", False, 0.02), ("b_1", True, 0.0))
+    for channel in ("angle", "pressure_1", "pressure_2")
+]
+ROWS = [
+    {"row": f"row {i}", "measured_deg": 10.0 * i, "before_deg": 10.0 * i + 1.0,
+     "after_deg": 10.0 * i - 0.5}
+    for i in (1, 2, 3)
+]  # fmt: skip
+TABLE = {"trial": "table", "held_out": False, "rows": ROWS}
+PARAMETERS = [
+    parameter("force.e", 8.0, [7.0, 9.0], scale="log"),
+    parameter("force.a", 16.0, None, flags=["at_bound"]),
+]
+CORRELATION = [[1.0, None], [None, None]]
 
 
 @pytest.fixture
-def table():
-    rows = [
-        {"row": f"row {i}", "measured_deg": 10.0 * i, "before_deg": 10.0 * i + 1.0,
-         "after_deg": 10.0 * i - 0.5}
-        for i in (1, 2, 3)
-    ]  # fmt: skip
-    return {"trial": "table", "held_out": False, "rows": rows}
-
-
-@pytest.fixture
-def result(table):
+def result():
     misfit = {"channel": "pressure_1", "unit": "kPa", "before": 10.02, "after": 0.376,
               "held_out_before": None, "held_out_after": None}  # fmt: skip
     return {
         "schema": "pamsim-calibrate/1", "rig": "<arm>", "data": ["table"], "status": "converged",
         "sentence": "no parameter at a limit", "notes": ["force_1 was <not> measured"],
-        "misfit": [misfit],
-        "parameters": [
-            parameter("force.e", 8.0, [7.0, 9.0], scale="log"),
-            parameter("force.a", 16.0, None, flags=["at_bound"]),
-        ],
-        "trials": [table], "profiles": [], "calibrated_rig": "out/rig", "seed": 0,
+        "misfit": [misfit], "parameters": PARAMETERS,
+        "trials": [TABLE], "profiles": [], "calibrated_rig": "out/rig", "seed": 0,
         "simulations": 12, "seconds": 1.0, "versions": {"pamsim": "0.1.0"},
         "fit": {
-            "correlation": [[1.0, None], [None, None]], "determined": [], "evaluations": 3,
+            "correlation": CORRELATION, "determined": [], "evaluations": 3,
             "interval_method": "linear", "iterations": 2, "diverged": 0, "same_optimum": 1,
             "noise": {"pressure_1": {"noise_sd": 400.0, "noise_source": "repeats"}},
             "starts": [{"objective": 1.0, "converged": True, "iterations": 2,
@@ -80,25 +73,15 @@ def result(table):
     }  # fmt: skip
 
 
-def numbers(page):
-    return [int(found) for found in re.findall(r"<figcaption><b>Figure (\d+)\.", page)]
-
-
 @pytest.mark.usefixtures("quick")
-def test_figures_are_numbered_without_gaps(result, comparisons, tmp_path):
-    for shown, count in (([], 3), (comparisons, 4)):
+def test_page_numbers_its_figures_is_escaped_and_gives_every_warning(result, tmp_path):
+    for shown, count in (([], 3), (COMPARISONS, 4)):
         page = write_calibration(result, shown, tmp_path)[0].read_text(encoding="utf-8")
-        assert numbers(page) == list(range(1, count + 1))
-
-
-@pytest.mark.usefixtures("quick")
-def test_page_is_escaped_and_gives_every_warning(result, tmp_path):
-    page = write_calibration(result, [], tmp_path)[0].read_text(encoding="utf-8")
+        found = re.findall(r"<figcaption><b>Figure (\d+)\.", page)
+        assert list(map(int, found)) == list(range(1, count + 1))
+    for words in ("&lt;not&gt;", "at its bound", "no interval", "0.400 kPa (from: repeats)"):
+        assert words in page, words
     assert "<arm>" not in page
-    assert "force_1 was &lt;not&gt; measured" in page
-    assert "at its bound" in page
-    assert "no interval" in page
-    assert "0.400 kPa (from: repeats)" in page
     assert "None" not in page
 
 
@@ -110,36 +93,30 @@ def test_headline_is_made_of_sentences(result):
     assert headline(result) == "2 parameters fitted. No parameter at a limit."
 
 
-def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst(comparisons):
-    assert shown_trials(comparisons) == ["b_1", "a_2"]
-
-
-def test_legend_of_signals_hides_no_data_and_names_the_muscles(comparisons):
-    figure = trial_signals(comparisons)
+def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst_beside_a_legend():
+    assert shown_trials(COMPARISONS) == ["b_1", "a_2"]
+    figure = trial_signals(COMPARISONS)
     assert all(ax.get_legend() is None for ax in figure.axes)
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == [
-        "measured", "before", "after", "muscle 1", "muscle 2",
-    ]  # fmt: skip
-    assert [ax.get_title(loc="left") for ax in figure.axes[::2]] == [
-        "b_1 (held out)", "a_2 (fitted)",
-    ]  # fmt: skip
+    titles = [ax.get_title(loc="left") for ax in figure.axes[::2]]
+    assert titles == ["b_1 (held out)", "a_2 (fitted)"]
     assert {ax.get_ylabel() for ax in figure.axes} == {"angle β [deg]", "gauge\npressure [kPa]"}
-    angle_only = trial_signals([c for c in comparisons if c.channel == "angle"])
-    assert len(angle_only.legends[0].get_texts()) == 3
-    one_muscle = trial_signals([c for c in comparisons if c.channel != "pressure_2"])
-    assert len(one_muscle.legends[0].get_texts()) == 3
+    for left_out, muscles in (((), ["muscle 1", "muscle 2"]), (("pressure_1", "pressure_2"), []),
+                              (("pressure_2",), [])):  # fmt: skip
+        some = [part for part in COMPARISONS if part.channel not in left_out]
+        (legend,) = trial_signals(some).legends
+        shown = [text.get_text() for text in legend.get_texts()]
+        assert shown == ["measured", "before", "after", *muscles], left_out
 
 
-def test_errors_at_rest_are_simulated_minus_measured(table):
-    (ax,) = rest_errors([table]).axes
+def test_errors_at_rest_are_simulated_minus_measured():
+    (ax,) = rest_errors([TABLE]).axes
     drawn = {line.get_label(): list(line.get_ydata()) for line in ax.lines}
     assert drawn["before: 1.00 deg RMS"] == pytest.approx([1.0] * 3)
     assert drawn["after: 0.50 deg RMS"] == pytest.approx([-0.5] * 3)
 
 
-def test_places_in_the_range_follow_its_scale(result):
-    (ax,) = parameter_ranges(result["parameters"]).axes
+def test_places_in_the_range_follow_its_scale():
+    (ax,) = parameter_ranges(PARAMETERS).axes
     marks = {
         (line.get_marker(), line.get_ydata()[0]): (line.get_xdata()[0], line.get_color())
         for line in ax.lines
@@ -153,15 +130,11 @@ def test_places_in_the_range_follow_its_scale(result):
     assert written == {"7.00 to 9.00 N/bar", "no interval", "1.00", "16.0"}
 
 
-def test_correlations_without_a_number_stay_empty(result):
-    figure = correlations(result["parameters"], result["fit"]["correlation"])
+def test_correlations_without_a_number_stay_empty_and_profiles_have_the_unit_of_the_file():
+    figure = correlations(PARAMETERS, CORRELATION)
     assert [text.get_text() for text in figure.axes[0].texts] == ["1.00"]
-
-
-def test_profiles_are_drawn_in_the_unit_of_the_file(result):
     profile = {"name": "force.e", "values": [6e-5, 8e-5, 1e-4], "rise": [4.0, 0.0, None],
                "threshold": 3.84, "sentence": "closed"}  # fmt: skip
-    named = {p["name"]: p for p in result["parameters"]}
-    (ax,) = profile_curves([profile], named).axes
+    (ax,) = profile_curves([profile], {p["name"]: p for p in PARAMETERS}).axes
     assert list(ax.lines[0].get_xdata()) == pytest.approx([6.0, 8.0, 10.0])
     assert ax.get_xlabel() == "force.e [N/bar]"

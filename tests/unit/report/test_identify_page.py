@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -23,15 +22,14 @@ from pamsim.report.identify_local_figure import local_map
 from pamsim.report.identify_page import page_of, pole_texts
 
 
-def parameters(gain=0.05, constant=0.5):
+def parameters(gain=0.05):
     return {
         "K": {"unit": "deg/kPa", "value": gain, "interval95": [0.9 * gain, 1.1 * gain]},
-        "T": {"unit": "s", "value": constant, "interval95": None},
+        "T": {"unit": "s", "value": 0.5, "interval95": None},
     }
 
 
-def model(name, kind, poles, names):
-    score = [{"name": name, "fit_percent": 90.0, "rms": 0.1} for name in names]
+def model(name, kind, poles):
     continuous = kind == "continuous"
     coefficient = {"b1": {"unit": "deg/kPa", "value": 1.0, "interval95": None}}
     return {
@@ -44,33 +42,29 @@ def model(name, kind, poles, names):
         "fit_percent_held_out": 89.0 if continuous else None,
         "aicc_above_best": 0.0 if continuous else None,
         "independence": {"sentence": "past inputs explain nothing more"},
-        "trials": score[:1],
-        "held_out": score[1:],
+        "trials": [{"name": "step_1", "fit_percent": 90.0, "rms": 0.1}],
+        "held_out": [{"name": "step_2", "fit_percent": 90.0, "rms": 0.1}],
         "poles_rad_per_s": poles,
     }
 
 
-def local(levels):
+def local(*levels):
     return {
         "models": [
             {
-                "pressure_kpa": level,
-                "load_kg": load,
-                "direction": direction,
-                "status": "converged",
-                "parameters": parameters(0.05 + 1e-4 * level),
+                "pressure_kpa": level, "load_kg": load, "direction": direction,
+                "status": "converged", "parameters": parameters(0.05 + 1e-4 * level),
             }
             for level in levels
             for load in (0.0, 1.2)
             for direction in (-1, 0, 1)
         ],
         "dependences": [{"sentence": "K: falls by 20 % over the map's <pressure>"}],
-    }
+    }  # fmt: skip
 
 
 @pytest.fixture
 def result():
-    names = ("step_1", "step_2")
     return {
         "schema": "pamsim-identify/4",
         "data": "data/<folder>",
@@ -79,12 +73,12 @@ def result():
         "output": {"expression": "angle_deg", "unit": "deg"},
         "trials": [
             {"name": name, "role": role, "load_kg": 1.0, "samples": 50, "duration_s": 1.0}
-            for name, role in zip(names, ("fitted", "held_out"), strict=True)
+            for name, role in (("step_1", "fitted"), ("step_2", "held_out"))
         ],
         "models": [
-            model("first_order", "continuous", [[-2.0, 0.0]], names),
-            model("second_order_any_poles", "continuous", [[-1.0, 3.0], [-1.0, -3.0]], names),
-            model("arx_2_2_1", "arx", [None, [0.5, 0.0]], names),
+            model("first_order", "continuous", [[-2.0, 0.0]]),
+            model("second_order_any_poles", "continuous", [[-1.0, 3.0], [-1.0, -3.0]]),
+            model("arx_2_2_1", "arx", [None, [0.5, 0.0]]),
         ],
         "skipped": {"oe_1_1_1": "too few samples"},
         "recommended": "first_order",
@@ -94,11 +88,18 @@ def result():
         "shown": "first_order",
         "reason": "smallest AICc",
         "effective_samples": 40.0,
-        "local": local((200.0, 300.0)),
+        "local": local(200.0, 300.0),
         "notes": ["force_1 was not measured"],
         "versions": {"pamsim": "0.1.0"},
         "seconds": 1.0,
     }
+
+
+def trial(name, held_out, *, time):
+    return TrialCurve(
+        name=name, held_out=held_out, time=time, inputs=time[:, np.newaxis], output=time,
+        model=time**2,
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -106,127 +107,122 @@ def curves():
     time, k = np.linspace(0.0, 1.0, 50), np.linspace(0.1, 10.0, 40)
     band = np.stack([0.9 / k, 1.1 / k])
     return Curves(
-        trials=tuple(
-            TrialCurve(
-                name=name,
-                held_out=held_out,
-                time=time,
-                inputs=time[:, np.newaxis],
-                output=time,
-                model=time**2,
-            )
-            for name, held_out in (("step_1", False), ("step_2", True))
-        ),
+        trials=(trial("step_1", False, time=time), trial("step_2", True, time=time)),
         steps=(StepResponse(k, 1.0 / k, band),),
         bodes=(FrequencyResponse(k, 1.0 / k, -np.pi / 20.0 * k, band, None),),
         nyquist=31.4,
     )
 
 
-def test_page_holds_every_number_once_and_escapes_text(result, curves, tmp_path):
-    files = page_of(result, curves, tmp_path / "new" / "folder")
-    page = files[0].read_text(encoding="utf-8")
-    assert {path.name for path in files} == {
-        "index.html", "fit.png", "step.png", "bode.png", "local.png",
-    }  # fmt: skip
-    for path in files:
-        assert path.stat().st_size > 0
-        assert path.name == "index.html" or f'<figure id="{path.stem}">' in page
-    assert "data/&lt;folder&gt;" in page
-    assert "&lt;inside&gt;" in page
-    assert "<pressure>" not in page
-    assert "89.00" in page
-    assert "b1 =" not in page
-    assert "too few samples" in page
-    assert "K = 0.05000 deg/kPa, T = 0.5000 s; fits 91.2 %" in page
-    assert "curves.csv" in page
+@pytest.fixture
+def page(curves, tmp_path, quick):
+    """Writes the page of a result; its source, and the names of its files."""
+
+    def write(result):
+        for file in tmp_path.glob("*"):
+            file.unlink()
+        files = page_of(result, curves, tmp_path)
+        assert {path.name for path in files} == {path.name for path in tmp_path.iterdir()}
+        return files[0].read_text(encoding="utf-8"), {path.name for path in files}
+
+    return write
 
 
-def test_a_result_without_recommendation_or_map_has_its_page(result, curves, tmp_path):
+def test_page_holds_every_number_once_and_escapes_text(result, page):
+    source, files = page(result)
+    assert files == {"index.html", "fit.png", "step.png", "bode.png", "local.png"}
+    for name in ("fit", "step", "bode", "local"):
+        assert f'<figure id="{name}">' in source
+    for words in (
+        "data/&lt;folder&gt;",
+        "&lt;inside&gt;",
+        "89.00",
+        "too few samples",
+        "K = 0.05000 deg/kPa, T = 0.5000 s; fits 91.2 %",
+        "curves.csv",
+        "held out<br>",
+    ):
+        assert words in source, words
+    assert "<pressure>" not in source
+    assert "b1 =" not in source
+    for one in result["trials"]:
+        one["role"] = "fitted"
+    assert "held out<br>" not in page(result)[0]
+
+
+def test_a_result_without_recommendation_or_map_has_its_page(result, page):
     plain = {**result, "recommended": None, "best": None, "local": None}
-    plain["reason"] = "no model can be trusted"
-    page = page_of(plain, curves, tmp_path)[0].read_text(encoding="utf-8")
-    assert "No model is recommended: no model can be trusted." in page
-    assert not (tmp_path / "local.png").exists()
+    source, files = page({**plain, "reason": "no model can be trusted"})
+    assert "No model is recommended: no model can be trusted." in source
+    assert "local.png" not in files
 
 
-def structure(
-    poles, zeros, held_out=None, *, integrators=0, dead_time=False, drift=False, judged_by=""
-):
+def structure(poles, zeros=0, held_out=None, *, integrators=0, drift=False, judged_by=""):
+    above = 4.0 - poles
     return {
         "poles": poles,
         "zeros": zeros,
         "integrators": integrators,
-        "dead_time": dead_time,
+        "dead_time": False,
         "shown": (poles, zeros) == (1, 0),
         "fit_percent": 90.0,
         "fit_percent_held_out": held_out,
         "drift": drift,
-        "coefficients": 1 + poles + zeros + integrators + dead_time + drift,
-        "aicc_above_best": 4.0 - poles if judged_by == AICC else None,
-        "hannan_quinn_above_best": 4.0 - poles if judged_by == LIKELIHOOD else None,
+        "coefficients": 1 + poles + zeros + integrators + drift,
+        "aicc_above_best": above if judged_by == AICC else None,
+        "hannan_quinn_above_best": above if judged_by == LIKELIHOOD else None,
     }
 
 
-def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(
-    result, curves, tmp_path
-):
-    missing = "the plant is not linear"
-    bent = {**result, "recommended": None, "missing": missing}
+def test_the_best_of_a_plant_that_is_not_linear_is_shown_with_what_is_missing(result, page):
+    bent = {**result, "recommended": None, "missing": "the plant is not linear"}
     bent["scan"] = {
         "judged_by": "the last third of each trial",
         "structures": [structure(1, 0, 80.0), structure(2, 1, 81.0, integrators=1)],
     }
-    page = page_of(bent, curves, tmp_path)[0].read_text(encoding="utf-8")
-    assert "Best linear model: first order, K = 0.05000" in page
-    assert f"It does not describe these records completely: {missing}." in page
-    assert "2 structures, judged by the last third of each trial" in page
-    assert (tmp_path / "scan.png").stat().st_size > 0
+    source, files = page(bent)
+    assert "Best linear model: first order, K = 0.05000" in source
+    assert "It does not describe these records completely: the plant is not linear." in source
+    assert "2 structures, judged by the last third of each trial" in source
+    assert "scan.png" in files
 
 
-@pytest.mark.parametrize(("judged_by", "label"), [(AICC, "AICc"), (LIKELIHOOD, "criterion")])
-def test_every_structure_of_a_scan_is_drawn_once(result, curves, tmp_path, judged_by, label):
-    structures = [
-        structure(1, 0, judged_by=judged_by),
-        structure(2, 0, judged_by=judged_by),
-        structure(2, 0, drift=True, judged_by=judged_by),
-    ]
-    result["scan"] = {"judged_by": judged_by, "structures": structures}
-    page = page_of(result, curves, tmp_path)[0].read_text(encoding="utf-8")
-    assert f"judged by {judged_by}. The choice is" in page
-    assert "by 2 at most" in page
-    (ax,) = scan(result).axes
-    assert ax.get_ylabel() == f"{label} above the best"
-    shown = ax.lines[-1]
-    assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
-    drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
-    assert sorted(drawn) == [2, 3, 4]
+def test_every_structure_of_a_scan_is_drawn_once(result, page):
+    for judged_by, label in ((AICC, "AICc"), (LIKELIHOOD, "criterion")):
+        every = [
+            structure(poles, drift=drift, judged_by=judged_by)
+            for poles, drift in ((1, False), (2, False), (2, True))
+        ]
+        result["scan"] = {"judged_by": judged_by, "structures": every}
+        source, _ = page(result)
+        assert f"judged by {judged_by}. The choice is" in source
+        assert "by 2 at most" in source
+        (ax,) = scan(result).axes
+        assert ax.get_ylabel() == f"{label} above the best"
+        shown = ax.lines[-1]
+        assert (list(shown.get_xdata()), list(shown.get_ydata())) == ([2], [3.0])
+        drawn = [x for line in ax.lines[:-1] for x in line.get_xdata()]
+        assert sorted(drawn) == [2, 3, 4]
 
 
 def test_words_and_numbers():
-    assert model_title("arx_2_2_1") == "ARX 2,2,1"
-    assert model_title("second_order_dead_time") == "second order with dead time"
-    several = model_title("order_3_zeros_0_1_any_poles_dead_time_of_2_drift")
-    assert several == "order 3 zeros 0, 1 any poles with dead time of input 2, output drifts"
-    assert model_title("first_order_drift") == "first order, output drifts"
+    for name, title in {
+        "arx_2_2_1": "ARX 2,2,1",
+        "second_order_dead_time": "second order with dead time",
+        "order_3_zeros_0_1_any_poles_dead_time_of_2_drift": (
+            "order 3 zeros 0, 1 any poles with dead time of input 2, output drifts"
+        ),
+        "first_order_drift": "first order, output drifts",
+    }.items():
+        assert model_title(name) == title
     assert pole_texts([None, [0.5, 0.0]]) == ["none", "0.500"]
     assert pole_texts([[-1.0, 3.0], [-1.0, -3.0]]) == ["−1.00 ± 3.00j"]
 
 
-@pytest.mark.usefixtures("quick")
-def test_held_out_column_is_there_only_with_held_out_trials(result, curves, tmp_path):
-    held = page_of(result, curves, tmp_path)[0].read_text(encoding="utf-8")
-    assert "held out<br>" in held
-    result["trials"][1]["role"] = "fitted"
-    none = page_of(result, curves, tmp_path)[0].read_text(encoding="utf-8")
-    assert "held out<br>" not in none
-
-
 def test_held_out_trials_are_drawn_first_and_a_single_trial_is_stacked(result, curves):
-    assert [trial.name for trial in drawn_trials(curves.trials)] == ["step_2", "step_1"]
+    assert [one.name for one in drawn_trials(curves.trials)] == ["step_2", "step_1"]
     assert 1 < len(drawn_trials(curves.trials[:1] * 9)) < 9
-    both = measured_and_model(result, curves)
-    assert len(both.axes) == 4
+    assert len(measured_and_model(result, curves).axes) == 4
     single = measured_and_model(result, replace(curves, trials=curves.trials[:1]))
     assert len(single.axes) == 2
     left = single.axes[1].lines[0].get_ydata()
@@ -243,8 +239,6 @@ def test_every_pole_has_its_marker_and_axes_have_units(result, curves):
 
 
 def test_the_map_is_over_pressure_or_point_by_point(result):
-    axes = local_map(result).axes
-    assert "[kPa]" in axes[-1].get_xlabel()
-    flat = copy.deepcopy(result)
-    flat["local"] = local((300.0,))
-    assert "all at 300 kPa" in local_map(flat).axes[-1].get_xlabel()
+    assert "[kPa]" in local_map(result).axes[-1].get_xlabel()
+    flat = local_map({**result, "local": local(300.0)})
+    assert "all at 300 kPa" in flat.axes[-1].get_xlabel()

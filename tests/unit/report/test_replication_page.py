@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import html.parser
-
+import numpy as np
 import pytest
 
-from pamsim.core.errors import InputError
+from pamsim.papers.replicate import Replication
+from pamsim.papers.replication_figures import replication_figures
 from pamsim.report.replication_page import (
+    FIGURES,
     VERDICTS,
     accepted_text,
     recomputed_text,
     verdict_sentence,
     write_replication,
 )
+from tests.unit.core.refusals import refused
+from tests.unit.report.page_laws import Page
 
 INDEPENDENT, OPEN, INCONSISTENT = (
     "independent",
@@ -21,22 +24,6 @@ INDEPENDENT, OPEN, INCONSISTENT = (
     "inconsistent in the paper",
 )
 HOSTILE = "<script>alert('x')</script> & \"quoted\""
-
-
-class Page(html.parser.HTMLParser):
-    """Tags with attributes, and all text."""
-
-    def __init__(self, source):
-        super().__init__()
-        self.tags = []
-        self.text = ""
-        self.feed(source)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_data(self, data):
-        self.text += data
 
 
 def claim(id, printed, recomputed, verdict, **more):
@@ -60,20 +47,20 @@ def claim(id, printed, recomputed, verdict, **more):
     }
 
 
-def counts(independent, open, inconsistent):
+def counts(independent=0, open=0, inconsistent=0):
     some = {INDEPENDENT: independent, OPEN: open, INCONSISTENT: inconsistent}
     return {verdict: some.get(verdict, 0) for verdict in VERDICTS}
 
 
 @pytest.fixture
 def replication():
+    note = {
+        "id": "alraouf2025-03", "paper": "alraouf2025", "statement": "what is not printed",
+        "place": "text", "recomputed": 0.25, "unit": "kPa", "reason": "why not",
+    }  # fmt: skip
     return {
         "schema": "pamsim-replicate/2",
-        "papers": {
-            "matiskova2021": "Authors of A, Journal",
-            "alraouf2025": "Authors of B",
-            "nguyen2024": "Authors of C",
-        },
+        "papers": {"matiskova2021": "Authors of A", "alraouf2025": "B", "nguyen2024": "C"},
         "claims": [
             claim("matiskova2021-01", 0.61, 0.6103515625, INDEPENDENT),
             claim("matiskova2021-02", [1.5, 2.25], [1.4, 2.251], OPEN),
@@ -81,22 +68,12 @@ def replication():
             claim("alraouf2025-02", 24.0, 21.0, INCONSISTENT, statement=HOSTILE, reason=HOSTILE),
         ],
         "failures": [{"paper": "nguyen2024", "error": f"ValueError: {HOSTILE}"}],
-        "notes": [
-            {
-                "id": "alraouf2025-03",
-                "paper": "alraouf2025",
-                "statement": "what is not printed",
-                "place": "text",
-                "recomputed": 0.25,
-                "unit": "kPa",
-                "reason": "why not",
-            },
-        ],
+        "notes": [note],
         "counts": counts(1, 2, 1),
         "counts_by_paper": {
-            "matiskova2021": counts(1, 1, 0),
-            "alraouf2025": counts(0, 1, 1),
-            "nguyen2024": counts(0, 0, 0),
+            "matiskova2021": counts(independent=1, open=1),
+            "alraouf2025": counts(open=1, inconsistent=1),
+            "nguyen2024": counts(),
         },
         "versions": {"pamsim": "0.1.0", HOSTILE: HOSTILE},
         "wall_s": 1.25,
@@ -109,19 +86,14 @@ def write(result, out):
 
 
 def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_path):
-    page = Page(write(replication, tmp_path / "new"))
-    rows = [attrs for tag, attrs in page.tags if tag == "tr" and "claim" in attrs.get("class", "")]
-    assert [row["id"] for row in rows] == [
-        "matiskova2021-01",
-        "matiskova2021-02",
-        "alraouf2025-02",
-        "alraouf2025-01",  # repeats the fact before it
-    ]
-    assert [row["class"] for row in rows] == [
-        "claim independent",
-        "claim open",
-        "claim inconsistent",
-        "claim open repeat",
+    source = write(replication, tmp_path / "new")
+    page = Page(source)
+    rows = [attrs for attrs in page.all("tr") if "claim" in attrs.get("class", "")]
+    assert [(row["id"], row["class"]) for row in rows] == [
+        ("matiskova2021-01", "claim independent"),
+        ("matiskova2021-02", "claim open"),
+        ("alraouf2025-02", "claim inconsistent"),
+        ("alraouf2025-01", "claim open repeat"),  # of the fact before it
     ]
     for text in (
         "0.610",
@@ -134,53 +106,35 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
         "why not",
         "cm²",
         "Authors of A",
+        HOSTILE,
     ):
-        assert text in page.text
-
-
-def test_every_paper_is_one_details_element(replication, tmp_path):
-    page = Page(write(replication, tmp_path))
-    ids = [attrs["id"] for tag, attrs in page.tags if tag == "details"]
-    assert ids == ["matiskova2021", "alraouf2025", "nguyen2024"]
-    assert not any("open" in attrs for tag, attrs in page.tags if tag == "details")
-
-
-def test_one_paper_alone_is_open(replication, tmp_path):
-    replication |= {
-        "papers": {"matiskova2021": "A"},
-        "claims": replication["claims"][:2],
-        "failures": [],
-    }
-    page = Page(write(replication, tmp_path))
-    assert [("open" in attrs) for tag, attrs in page.tags if tag == "details"] == [True]
-
-
-def test_hostile_text_is_shown_and_not_run(replication, tmp_path):
-    source = write(replication, tmp_path)
-    assert source.count("<script") == 1  # the page's own
-    assert source.count("&lt;script&gt;") == 5  # statement, reason, failure, name and version
-    assert HOSTILE in Page(source).text
-
-
-def test_verdict_counts_come_first_and_name_what_failed(replication, tmp_path):
+        assert text in page.text, text
+    # Statement, reason, failure, name and version.
+    assert source.count("&lt;script&gt;") == 5
     sentence = verdict_sentence(replication)
     assert sentence == (
         "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent, 0 identity,"
         " 0 calibrated), 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
         " 2 not reproducible from printed data. Not evaluated: Nguyen 2024."
     )
-    assert sentence in write(replication, tmp_path)
+    assert sentence in source
 
 
-def test_a_result_without_claims_still_makes_a_page(replication, tmp_path):
-    assert "0 printed statements of 0 papers" in write(
-        {**replication, "papers": {}, "claims": [], "notes": [], "failures": []}, tmp_path
-    )
+def test_every_paper_is_one_details_element_which_is_open_if_it_stands_alone(replication, tmp_path):
+    def opened():
+        found = Page(write(replication, tmp_path)).all("details")
+        return {attrs["id"]: "open" in attrs for attrs in found}
+
+    assert opened() == {"matiskova2021": False, "alraouf2025": False, "nguyen2024": False}
+    alone = {"matiskova2021": "A"}
+    replication |= {"papers": alone, "claims": replication["claims"][:2], "failures": []}
+    assert opened() == {"matiskova2021": True}
+    replication |= {"papers": {}, "claims": [], "notes": []}
+    assert "0 printed statements of 0 papers" in write(replication, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("value", "printed", "text"),
-    [
+def test_recomputed_numbers_show_what_a_comparison_needs():
+    for value, printed, text in (
         (None, 3.0, "–"),
         (11.547005, 20.0, "11.5"),
         (0.6103515625, 0.61, "0.610"),
@@ -191,31 +145,75 @@ def test_a_result_without_claims_still_makes_a_page(replication, tmp_path):
         ([1.4, 2.251], [1.5, 2.25], "1.40, 2.251"),
         ([8.0, 7.0], "fewer", "8, 7"),
         ("Table 2", "Table 1", "Table 2"),
-    ],
-)
-def test_recomputed_numbers_show_what_a_comparison_needs(value, printed, text):
-    assert recomputed_text(value, printed) == text
+    ):
+        assert recomputed_text(value, printed) == text
 
 
-@pytest.mark.parametrize(
-    ("accepted", "order", "scatter", "text"),
-    [
+def test_what_a_number_must_be_stands_beside_it():
+    for accepted, order, scatter, text in (
         ([[0.5, 1.5]], None, [], "accepted 0.500000 to 1.50000"),
         ([[None, 1.5]], None, [], "at most 1.50000"),
         ([[0.5, None]], None, [0.25], "at least 0.500000, 95 % ±0.250"),
         ([[None, None], [None, None]], "falling", [], "must be falling"),
         ([[0.0, 1.0], [0.0, 2.0]], None, [], ""),
-    ],
-)
-def test_what_a_number_must_be_stands_beside_it(accepted, order, scatter, text):
-    given = {"accepted": accepted, "order": order, "scatter": scatter}
-    assert accepted_text(given) == text
+    ):
+        given = {"accepted": accepted, "order": order, "scatter": scatter}
+        assert accepted_text(given) == text
 
 
 def test_another_schema_and_a_file_in_place_of_the_folder_are_refused(replication, tmp_path):
-    with pytest.raises(InputError, match="pamsim-replicate/2"):
+    with refused("pamsim-replicate/2"):
         write({**replication, "schema": "other/1"}, tmp_path)
-    file = tmp_path / "file"
-    file.write_text("")
-    with pytest.raises(InputError, match="is a file"):
-        write(replication, file)
+    (tmp_path / "file").write_text("")
+    with refused("is a file"):
+        write(replication, tmp_path / "file")
+
+
+@pytest.fixture(scope="module")
+def curves():
+    return replication_figures(FIGURES)
+
+
+def test_every_panel_holds_finite_data_and_labelled_axes(curves):
+    for paper, drawings in FIGURES.items():
+        for name, draw in drawings.items():
+            figure = draw(curves[paper])
+            assert figure.axes[-1].get_xlabel(), name
+            assert figure.axes[0].get_ylabel(), name
+            for ax in figure.axes:
+                lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
+                assert lines or ax.collections, name
+                for line in lines:
+                    assert np.isfinite(np.asarray(line.get_ydata(), dtype=float)).sum() > 2, name
+
+
+@pytest.mark.usefixtures("quick")
+def test_page_has_the_figures_of_the_papers_asked_for_and_their_captions(curves, tmp_path):
+    empty = Replication(papers={}, claims=(), notes=(), failures=(), wall_s=0.0).to_dict()
+    chosen = {paper: curves[paper] for paper in ("nguyen2024", "sarosi")}
+    paths = write_replication(empty, chosen, tmp_path)
+    drawn = [f"{name}.png" for paper in chosen for name in FIGURES[paper]]
+    assert [path.name for path in paths] == ["index.html", *drawn]
+    source = paths[0].read_text(encoding="utf-8")
+    assert source.count("<figure") == 6
+    assert source.count("Assumed") == 5  # the inverse shares the constants of the laws above it
+    assert "matiskova2021_static" not in source
+
+
+def test_loops_saturate_close_and_reach_their_force_and_the_inverse_returns(curves):
+    major = curves["vandamme2008"]["major"]
+    # 0.03: the outermost levels lie half a cell inside of saturation.
+    assert major["rising"][0] == pytest.approx(-1.0, abs=0.03)
+    assert major["falling"][-1] == pytest.approx(1.0, abs=0.03)
+    middle = slice(20, 60)
+    assert np.all(major["rising"][middle] < major["line"][middle])
+    assert np.all(major["falling"][middle] > major["line"][middle])
+    assert major["falling"] == pytest.approx(-major["rising"][::-1], abs=1e-12)
+    for loop in curves["vandamme2008"]["loops"].values():
+        assert loop["inner_percent"][[0, -1]] == pytest.approx([7.0, 7.0])
+        assert loop["inner_value"][0] == pytest.approx(loop["inner_value"][-1], rel=1e-9)
+    x, force = curves["nguyen2024"]["by_amplitude"]["148 N"]
+    assert force.max() == pytest.approx(148.0, rel=1e-3)
+    assert x.max() == pytest.approx(74.0, abs=1.5)  # mm, with Ke in N/m
+    assert curves["sarosi"]["round_trip_bar"] < 1e-9
+    assert curves["sarosi"]["fit"]["rms_n"] < 40.0

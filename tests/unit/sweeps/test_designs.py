@@ -1,4 +1,4 @@
-"""Factors and designs: which runs a study makes."""
+"""Which runs a study makes, and sensitivities of functions whose answer is known."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm
 
-from pamsim.core.errors import InputError
 from pamsim.sweeps.design import Design, runs_of
 from pamsim.sweeps.factor import factor
+from pamsim.sweeps.sensitivity import rank_correlations, sobol_indices
+from tests.unit.core.refusals import refused
 
 NORMAL = {"distribution": "norm", "loc": 10.0, "scale": 0.5}
+UNIT = {"low": 0, "high": 1}
 
 
 def values(runs, name):
@@ -18,57 +20,43 @@ def values(runs, name):
 
 
 def test_a_grid_is_every_combination_in_order_and_rows_go_together():
-    factors = [factor("a", {"values": [1, 2]}), factor("b", {"low": 0, "high": 1, "count": 3})]
+    factors = [factor("a", {"values": [1, 2]}), factor("b", {**UNIT, "count": 3})]
     grid = runs_of(Design.GRID, factors, 0, 0)
     assert grid == [{"a": a, "b": b} for a in (1.0, 2.0) for b in (0.0, 0.5, 1.0)]
-    rows = runs_of(Design.ROWS, [factor("a", {"values": [1, 2]}), factor("rig", RIGS)], 0, 0)
+    rigs = factor("rig", {"values": ["one", "two"]})
+    rows = runs_of(Design.ROWS, [factors[0], rigs], 0, 0)
     assert rows == [{"a": 1.0, "rig": "one"}, {"a": 2.0, "rig": "two"}]
 
 
-RIGS = {"values": ["one", "two"]}
-
-
-@pytest.mark.parametrize("design", [Design.RANDOM, Design.SOBOL])
-def test_draws_have_the_distribution_stated_and_follow_from_the_seed(design):
-    factors = [factor("a", NORMAL), factor("b", {"low": 2, "high": 4})]
-    runs = runs_of(design, factors, 500, 3)
-    assert runs == runs_of(design, factors, 500, 3)
-    assert runs != runs_of(design, factors, 500, 4)
-    assert kstest(values(runs, "a"), norm(10.0, 0.5).cdf).pvalue > 0.01
-    assert 2.0 <= values(runs, "b").min() < 2.1
-    assert 3.9 < values(runs, "b").max() <= 4.0
-
-
-def test_sobol_fills_more_evenly_than_random_draws():
-    factors = [factor("a", {"low": 0, "high": 1})]
-    off = {
-        design: np.abs(
-            np.sort(values(runs_of(design, factors, 256, 0), "a")) - (np.arange(256) + 0.5) / 256
-        ).max()
-        for design in (Design.RANDOM, Design.SOBOL)
-    }
+def test_draws_have_the_distribution_stated_follow_from_the_seed_and_sobol_s_are_more_even():
+    factors, off = [factor("a", NORMAL), factor("b", {"low": 2, "high": 4})], {}
+    for design in (Design.RANDOM, Design.SOBOL):
+        runs = runs_of(design, factors, 512, 3)
+        assert runs == runs_of(design, factors, 512, 3)
+        assert runs != runs_of(design, factors, 512, 4)
+        assert kstest(values(runs, "a"), norm(10.0, 0.5).cdf).pvalue > 0.01
+        even = 2.0 + (np.arange(512) + 0.5) / 256
+        off[design] = np.abs(np.sort(values(runs, "b")) - even).max()
+    assert off[Design.RANDOM] < 0.2
     assert off[Design.SOBOL] < 0.3 * off[Design.RANDOM]
 
 
 def test_in_a_sensitivity_design_each_further_part_changes_one_factor():
-    factors = [factor(name, {"low": 0, "high": 1}) for name in "abc"]
-    runs = runs_of(Design.SENSITIVITY, factors, 8, 0)
+    runs = runs_of(Design.SENSITIVITY, [factor(name, UNIT) for name in "abc"], 8, 0)
     assert len(runs) == 8 * 5
     base, other = runs[:8], runs[8:16]
     for i, name in enumerate("abc"):
         part = runs[16 + 8 * i : 24 + 8 * i]
-        for k in range(8):
-            assert part[k] == {**base[k], name: other[k][name]}
+        assert part == [{**base[k], name: other[k][name]} for k in range(8)]
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
+def test_a_factor_that_is_none_names_its_key():
+    for table, message in (
         (3, "must be a table"),
         ({}, "needs values, low and high, or a distribution"),
         ({"low": 0}, "needs values, low and high, or a distribution"),
-        ({"low": 2, "high": 1}, r"low \(2\) must be below high \(1\)"),
-        ({"low": 0, "high": 1, "count": 1}, "count is 1; it must be a whole number of 2 to"),
+        ({"low": 2, "high": 1}, "low (2) must be below high (1)"),
+        ({**UNIT, "count": 1}, "count is 1; it must be a whole number of 2 to"),
         ({"values": []}, "a list of 1 to 100,000 values"),
         ({"values": [1, "x"]}, "'x'; it must be a number"),
         ({"values": [1], "seed": 2}, "seed cannot be used there"),
@@ -77,27 +65,64 @@ def test_in_a_sensitivity_design_each_further_part_changes_one_factor():
         ({"distribution": "gamma"}, "gamma takes loc, scale, a"),
         ({"distribution": "norm", "scale": -1}, "scale must be above 0"),
         ({"distribution": "norm", "loc": float("nan")}, "it must be a number"),
-    ],
-)
-def test_a_factor_that_is_none_names_its_key(table, message):
-    with pytest.raises(InputError, match=message) as error:
-        factor("chamber.dead_volume", table)
-    assert "vary.chamber.dead_volume" in str(error.value)
+    ):
+        with refused("vary.chamber.dead_volume", message):
+            factor("chamber.dead_volume", table)
 
 
-@pytest.mark.parametrize(
-    ("design", "tables", "runs", "message"),
-    [
+def test_a_design_that_does_not_fit_its_factors_is_refused():
+    for design, tables, runs, message in (
         (Design.GRID, {}, 0, "nothing varies"),
         (Design.GRID, {"a": NORMAL}, 0, "vary.a is a distribution; design 'grid' needs listed"),
-        (Design.GRID, {k: {"low": 0, "high": 1, "count": 400} for k in "abc"}, 0, "64,000,000 com"),
+        (Design.GRID, {key: {**UNIT, "count": 400} for key in "abc"}, 0, "64,000,000 com"),
         (Design.ROWS, {"a": {"values": [1]}, "b": {"values": [1, 2]}}, 0, "here: a 1, b 2"),
         (Design.SOBOL, {"a": {"values": [1]}}, 8, "vary.a lists values; design 'sobol' draws"),
         (Design.RANDOM, {"a": NORMAL}, 0, "runs is 0"),
         (Design.SENSITIVITY, {"a": NORMAL}, 100, "a power of 2"),
-    ],
-)
-def test_a_design_that_does_not_fit_its_factors_is_refused(design, tables, runs, message):
-    factors = [factor(name, table) for name, table in tables.items()]
-    with pytest.raises(InputError, match=message):
-        runs_of(design, factors, runs, 0)
+    ):
+        with refused(message):
+            runs_of(design, [factor(name, table) for name, table in tables.items()], runs, 0)
+
+
+RUNS = 1024
+
+
+@pytest.fixture(scope="module")
+def ishigami():
+    """Ishigami and Homma (1990) with a = 7, b = 0.1: an interaction, and a factor without effect
+    by itself."""
+    factors = [factor(name, {"low": -np.pi, "high": np.pi}) for name in "abc"]
+    runs = runs_of(Design.SENSITIVITY, factors, RUNS, 1)
+    x = np.array([values(runs, name) for name in "abc"])
+    y = np.sin(x[0]) + 7.0 * np.sin(x[1]) ** 2 + 0.1 * x[2] ** 4 * np.sin(x[0])
+    return dict(zip("abc", x, strict=True)), y
+
+
+def test_sobol_indices_of_ishigami_s_function(ishigami):
+    _, y = ishigami
+    found = sobol_indices("abc", {"y": y}, RUNS, 0)["y"]
+    first, total = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)
+    for name, one, all_ in zip("abc", first, total, strict=True):
+        index = found[name]
+        assert index.first == pytest.approx(one, abs=0.05)
+        assert index.total == pytest.approx(all_, abs=0.05)
+        assert index.first_interval95[0] < index.first < index.first_interval95[1]
+        assert index.total_interval95[0] <= all_ + 0.05
+    assert found == sobol_indices("abc", {"y": y}, RUNS, 0)["y"]
+
+
+def test_outputs_that_do_not_vary_or_are_not_complete_have_no_index(ishigami):
+    factors, y = ishigami
+    gaps = np.where(np.arange(y.size) == 5, np.nan, y)
+    flat = np.full(y.size, 3.0) + 1e-9 * y
+    outputs = {"gaps": gaps, "flat": flat, "none": np.full(y.size, np.nan)}
+    assert sobol_indices("abc", outputs, RUNS, 0) == {}
+    assert set(rank_correlations(factors, outputs)) == {"gaps"}
+
+
+def test_a_rank_correlation_sees_any_monotonic_dependence():
+    a, b = np.random.default_rng(0).random((2, 200))
+    found = rank_correlations({"a": a, "b": b, "same": np.ones(200)}, {"y": np.exp(-9.0 * a)})
+    assert found["y"]["a"] == pytest.approx(-1.0)
+    assert abs(found["y"]["b"]) < 0.2
+    assert "same" not in found["y"]

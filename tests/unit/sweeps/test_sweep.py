@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import pickle
-import re
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
+from concurrent.futures.process import BrokenProcessPool
 
 import numpy as np
 import pytest
 from pyarrow import parquet
 
 import pamsim
-from pamsim.core.errors import EngineError, InputError
+from pamsim.core.errors import EngineError
 from pamsim.engine import batch
 from pamsim.engine.batch import simulate_batch
 from pamsim.recordings.step_metrics import step_figures
-from pamsim.report.sweep_figure import sweep_figure
+from pamsim.report.sweep_figure import sweep_figure, write_sweep
 from pamsim.sweeps import simulated
 from pamsim.sweeps.run_table import CHUNKS
 from pamsim.sweeps.study import read_study
 from pamsim.sweeps.sweep import sweep
+from tests.unit.core.refusals import refused
 
 STEP = {
     "start_pressure": [300, 300], "final": [300, 100], "duration": 0.3, "settle": 0.5,
@@ -31,6 +31,22 @@ STUDY = {
     "experiment": STEP,
     "vary": {"load": {"values": [0, 1.5]}, "chamber.dead_volume": {"values": [5, 10, 20]}},
 }
+RECORDED = {"protocols": ["bursts"], "repeats": 3, "duration": 1.0}
+CALIBRATE = {
+    "schema": "pamsim-sweep/1",
+    "job": "calibrate",
+    "experiment": {**RECORDED, "channels": ["angle", "pressure"]},
+    "vary": {"joint.shaft.damping": {"values": [0.3, 0.45]}, "seed": {"values": [5]}},
+}
+DIAGNOSE = {
+    "schema": "pamsim-sweep/1",
+    "job": "diagnose",
+    "experiment": {
+        # In a second a laminar leak fits as well.
+        **RECORDED, "repeats": 5, "duration": 2.0, "forces": False, "effects": ["air_leak"],
+    },
+    "vary": {"air_leak": {"values": [0, 3]}},
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +59,11 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(simulated, "BLOCK", 2)
 
 
-def bytes_of(result):
-    return Path(result.table).read_bytes()
+def same_table(one, other):
+    return parquet.read_table(one.table).equals(parquet.read_table(other.table))
 
 
-def test_every_row_is_the_simulation_of_its_values(finished):
+def test_every_row_is_the_simulation_of_its_values_with_units(finished):
     columns = finished.columns()
     rig = pamsim.load_rig("mas20_arm")
     assert columns["run"].tolist() == list(range(6))
@@ -65,36 +81,30 @@ def test_every_row_is_the_simulation_of_its_values(finished):
     assert "6 runs, 0 of them failed" in finished.summary()
     drawn = min(len(finished.rank_correlations), 4)  # outputs, beside two factors
     assert len(sweep_figure(finished).axes) == 2 * drawn > 0
+    schema = parquet.read_schema(finished.table)
+    units = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in schema}
+    stated = {"chamber.dead_volume": "cm^3", "load": "kg", "final_deg": "deg",
+              "final_pressure_1_kpa": "kPa", "outcome": ""}  # fmt: skip
+    assert {name: units[name] for name in stated} == stated
 
 
 def test_runs_of_equal_rigs_come_to_rest_once(monkeypatch, tmp_path):
     settled = []
     real = batch.settle_quickly
     monkeypatch.setattr(batch, "settle_quickly", lambda *args: (settled.append(1), real(*args)))
-    volumes = {"chamber.dead_volume": {"values": [5, 10]}}
-    found = sweep(
-        {**STUDY, "vary": {**volumes, "final_2": {"values": [50, 100, 150]}}}, out=tmp_path
-    )
+    vary = {"chamber.dead_volume": {"values": [5, 10]}, "final_2": {"values": [50, 100, 150]}}
+    found = sweep({**STUDY, "vary": vary}, out=tmp_path)
     assert len(settled) == 2  # one for each dead volume, not for each of the six runs
     assert set(found.columns()["outcome"]) == {"completed"}
 
 
-def test_columns_carry_their_units(finished):
-    schema = parquet.read_schema(finished.table)
-    units = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in schema}
-    assert (units["chamber.dead_volume"], units["load"]) == ("cm^3", "kg")
-    assert (units["final_deg"], units["final_pressure_1_kpa"], units["outcome"]) == (
-        "deg", "kPa", "",
-    )  # fmt: skip
-
-
 @pytest.mark.usefixtures("small_blocks")
-def test_an_executor_gives_the_same_table_and_the_job_can_travel(finished, tmp_path):
-    job = read_study(STUDY).job
-    assert pickle.loads(pickle.dumps(job)) == job
+def test_an_executor_gives_the_same_table_and_a_job_can_travel(finished, tmp_path):
+    for study in (STUDY, CALIBRATE, DIAGNOSE):
+        job = read_study(study).job
+        assert pickle.loads(pickle.dumps(job)) == job
     with ThreadPoolExecutor(3) as pool:
-        elsewhere = sweep(STUDY, out=tmp_path, executor=pool)
-    assert parquet.read_table(elsewhere.table).equals(parquet.read_table(finished.table))
+        assert same_table(sweep(STUDY, out=tmp_path, executor=pool), finished)
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -119,26 +129,22 @@ def test_an_interrupted_sweep_goes_on_and_repeats_nothing(finished, tmp_path, mo
     resumed = sweep(STUDY, out=tmp_path, resume=True)
     assert counted == [0, 0, 0, 2, 2]  # the damaged block and the one that was missing
     assert resumed.kept == 2
-    assert parquet.read_table(resumed.table).equals(parquet.read_table(finished.table))
+    assert same_table(resumed, finished)
     assert not (tmp_path / CHUNKS).exists()
+    before = resumed.table.read_bytes()
     again = sweep(STUDY, out=tmp_path, resume=True)
     assert (again.kept, len(counted)) == (6, 5)
-    assert bytes_of(again) == bytes_of(resumed)
-
-
-def test_another_study_does_not_go_on(finished):
-    folder = finished.table.parent
-    other = {**STUDY, "experiment": {**STEP, "duration": 0.4}}
-    with pytest.raises(InputError, match="of another study, rig or version"):
-        sweep(other, out=folder, resume=True)
-    with pytest.raises(InputError, match="holds no sweep"):
-        sweep(STUDY, out=folder / "nothing", resume=True)
+    assert again.table.read_bytes() == before
+    # Another study does not go on.
+    with refused("of another study, rig or version"):
+        sweep({**STUDY, "experiment": {**STEP, "duration": 0.4}}, out=tmp_path, resume=True)
+    with refused("holds no sweep"):
+        sweep(STUDY, out=tmp_path / "nothing", resume=True)
 
 
 def test_a_run_that_is_refused_has_a_row_and_stops_no_other(tmp_path):
     vary = {"load": {"values": [0, -1, 1]}, "final_2": {"values": [100, 100, 1e5]}}
-    study = {**STUDY, "design": "rows", "vary": vary}
-    result = sweep(study, out=tmp_path)
+    result = sweep({**STUDY, "design": "rows", "vary": vary}, out=tmp_path / "steps")
     columns = result.columns()
     assert columns["outcome"].tolist() == ["completed", "refused", "refused"]
     assert "load" in columns["message"][1]
@@ -146,6 +152,11 @@ def test_a_run_that_is_refused_has_a_row_and_stops_no_other(tmp_path):
     assert np.isfinite(columns["final_deg"]).tolist() == [True, False, False]
     assert result.failed == 2
     assert result.to_dict()["outputs"]["final_deg"]["runs"] == 1
+    vary = {**CALIBRATE["vary"], "repeats": {"values": [0]}}
+    vary["joint.shaft.damping"] = {"values": [0.3]}
+    columns = sweep({**CALIBRATE, "vary": vary}, out=tmp_path / "fits").columns()
+    assert columns["outcome"].tolist() == ["refused"]
+    assert "0 repeats" in columns["message"][0]
 
 
 def test_effects_and_rigs_vary_too(tmp_path):
@@ -169,9 +180,37 @@ def test_a_sensitivity_study_states_indices(tmp_path):
     assert result.to_dict()["sobol"]["final_deg"]["load"]["first_interval95"]
 
 
-def test_a_lost_worker_ends_the_sweep_in_words(tmp_path):
-    from concurrent.futures.process import BrokenProcessPool
+def test_a_calibration_finds_the_damping_that_each_run_plants(tmp_path):
+    found = sweep(CALIBRATE, out=tmp_path)
+    columns, planted = found.columns(), [0.3, 0.45]
+    assert found.failed == 0
+    assert columns["true.joint.shaft.damping"].tolist() == planted
+    assert columns["found.joint.shaft.damping"] == pytest.approx(planted, rel=0.03)
+    low, high = columns["low.joint.shaft.damping"], columns["high.joint.shaft.damping"]
+    inside = [float(a <= true <= b) for a, true, b in zip(low, planted, high, strict=True)]
+    assert columns["inside.joint.shaft.damping"].tolist() == inside
+    assert set(columns["status"]) == {"converged"}
+    assert (columns["seconds"] > 0.0).all()
 
+
+def test_a_diagnosis_names_the_leak_that_is_there_and_none_that_is_not(tmp_path):
+    found = sweep(DIAGNOSE, out=tmp_path)
+    columns = found.columns()
+    assert found.failed == 0
+    without, leaking = columns["verdict"].tolist()
+    assert without == "no_gap"
+    assert leaking.startswith("named")
+    assert columns["named"].tolist() == ["", "air_leak"]
+    (name,) = (n.removeprefix("found.") for n in columns if n.startswith("found."))
+    true, size = columns[f"true.{name}"], columns[f"found.{name}"]
+    assert true[0] == 0.0 < true[1]
+    assert size[1] == pytest.approx(true[1], rel=0.3)
+    assert np.isnan(size[0])  # nothing was claimed
+    assert columns[f"low.{name}"][1] < size[1] < columns[f"high.{name}"][1]
+    assert "<b>2</b> 0 of them failed" in write_sweep(found, tmp_path).read_text(encoding="utf-8")
+
+
+def test_a_lost_worker_ends_the_sweep_in_words(tmp_path):
     class Lost(ThreadPoolExecutor):
         def submit(self, *_, **__):
             future = super().submit(int)
@@ -180,41 +219,44 @@ def test_a_lost_worker_ends_the_sweep_in_words(tmp_path):
             broken.set_exception(BrokenProcessPool("gone"))
             return broken
 
-    with Lost(1) as pool, pytest.raises(EngineError, match="go on with `resume`"):
+    with Lost(1) as pool, refused("go on with `resume`", error=EngineError):
         sweep(STUDY, out=tmp_path, executor=pool)
-    with Lost(1) as pool, pytest.raises(InputError, match="an executor has workers of its own"):
+    with Lost(1) as pool, refused("an executor has workers of its own"):
         sweep(STUDY, out=tmp_path, executor=pool, threads=2)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"schema": "pamsim-sweep/9"}, "schema is 'pamsim-sweep/9'; it must be 'pamsim-sweep/1'"),
-        ({"designs": "grid"}, "no key 'designs'; did you mean 'design'"),
-        ({"design": "grids"}, "no design 'grids'; did you mean 'grid'"),
-        ({"rig": 3}, "rig must be the name"),
-        ({"runs": -1}, "runs is -1"),
-        ({"experiment": 3}, "needs a table"),
-        ({"experiment": {**STEP, "load_kg": 1}}, "experiment.load_kg is not known"),
-        ({"experiment": {**STEP, "drive": "pulse"}}, "drive is 'pulse'; it may be pressure_set"),
-        ({"experiment": {**STEP, "final": [1]}}, "a number for each of the 2 muscles"),
-        ({"experiment": {**STEP, "duration": "x"}}, "duration is 'x'; it must be a number"),
-        ({"experiment": {"start_pressure": [1, 1], "final": [1, 1]}}, "duration is missing"),
-        ({"vary": {"chamber.dead_volum": {"values": [1]}}}, "did you mean 'chamber.dead_volume'"),
-        ({"vary": {"final_3": {"values": [1]}}}, "mas20_arm has 2 muscles"),
-        ({"vary": {"load": {"values": [1], "unit": "m"}}}, "unit 'm' does not measure"),
-        ({"vary": {"air_leak": {"values": [1], "unit": "m"}}}, "an effect has no unit"),
-        ({"vary": {"rig": {"values": ["mas20_arm", "two_joint_arm"]}}}, "other joints or muscles"),
-    ],
-)
-def test_a_study_that_cannot_be_run_is_one_line(change, message):
-    with pytest.raises(InputError, match=re.escape(message)):
-        read_study({**STUDY, **change})
-
-
-def test_a_study_that_is_not_there_or_no_toml_names_its_file(tmp_path):
-    with pytest.raises(InputError, match="no study"):
-        read_study(tmp_path / "study.toml")
-    (tmp_path / "bad.toml").write_text("schema = ", encoding="utf-8")
-    with pytest.raises(InputError, match="not valid TOML"):
-        read_study(tmp_path / "bad.toml")
+def test_a_study_that_cannot_be_run_is_one_line(tmp_path):
+    twice = {"rig": {"values": ["mas20_arm", "two_joint_arm"]}}
+    refusals = (
+        (STUDY, {"schema": "pamsim-sweep/9"}, "it must be 'pamsim-sweep/1'"),
+        (STUDY, {"designs": "grid"}, "no key 'designs'; did you mean 'design'"),
+        (STUDY, {"design": "grids"}, "no design 'grids'; did you mean 'grid'"),
+        (STUDY, {"rig": 3}, "rig must be the name"),
+        (STUDY, {"runs": -1}, "runs is -1"),
+        (STUDY, {"experiment": 3}, "needs a table"),
+        (STUDY, {"experiment": {**STEP, "load_kg": 1}}, "experiment.load_kg is not known"),
+        (STUDY, {"experiment": {**STEP, "drive": "pulse"}}, "'pulse'; it may be pressure_set"),
+        (STUDY, {"experiment": {**STEP, "final": [1]}}, "a number for each of the 2 muscles"),
+        (STUDY, {"experiment": {**STEP, "duration": "x"}}, "duration is 'x'; it must be a number"),
+        (STUDY, {"experiment": {"start_pressure": [1, 1], "final": [1, 1]}}, "duration is missing"),
+        (STUDY, {"vary": {"chamber.dead_volum": {"values": [1]}}}, "mean 'chamber.dead_volume'"),
+        (STUDY, {"vary": {"final_3": {"values": [1]}}}, "mas20_arm has 2 muscles"),
+        (STUDY, {"vary": {"load": {"values": [1], "unit": "m"}}}, "unit 'm' does not measure"),
+        (STUDY, {"vary": {"air_leak": {"values": [1], "unit": "m"}}}, "an effect has no unit"),
+        (STUDY, {"vary": twice}, "other joints or muscles"),
+        (CALIBRATE, {"job": "diagnosis"}, "no job 'diagnosis'"),
+        (CALIBRATE, {"experiment": {"final": [1]}}, "experiment.final: no such option"),
+        (CALIBRATE, {"experiment": {"repeats": 1.5}}, "experiment.repeats is 1.5"),
+        (CALIBRATE, {"experiment": {"protocols": "steps"}}, "experiment.protocols is 'steps'"),
+        (CALIBRATE, {"vary": {"seed": {"values": [1]}}}, "experiment.free is missing"),
+        (CALIBRATE, {"vary": {"duration": {"values": [1], "unit": "kg"}}}, "vary.duration"),
+    )
+    for study, change, message in refusals:
+        with refused(message):
+            read_study({**study, **change})
+    file = tmp_path / "study.toml"
+    with refused("no study"):
+        read_study(file)
+    file.write_text("schema = ", encoding="utf-8")
+    with refused("not valid TOML"):
+        read_study(file)

@@ -7,58 +7,13 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
-from scipy.optimize import brentq, differential_evolution, root
-
-from tests.unit.papers.second_route.printed_files import column, rows
+from scipy.optimize import brentq
 
 _RIG = Path(__file__).parents[4] / "models" / "mas20_arm" / "params.toml"
 _EPS = np.finfo(float).eps
 _T1, _T2 = 0.090314, 0.57873  # (31) [s]
 _RATE = 500.0  # section 2.4 [Hz]
 _LENGTH = 6.0  # of the record that claims 31 to 33 report [s]
-
-_STEPS = [row for row in rows("matiskova2021_steps.csv") if not row["repeats"]]
-_P1, _P2 = (np.array(column(_STEPS, name)) / 100.0 for name in ("p1_kpa", "p2_kpa"))  # 100 kPa
-_LOAD = np.array(column(_STEPS, "load_kg"))
-_ANGLE = np.array(column(_STEPS, "beta_deg"))
-
-
-def exponential_with_free_scale():
-    """Coefficients of (17) with the unit of pressure free.
-
-    x exp(-x) is what a change of unit adds to exp(-x). So the fit is that of a0 + a1 exp(-p/s)
-    alone, with a2 = 0, wherever the rest is at right angles to p exp(-p/s): one equation for s.
-    """
-    size, sign = np.abs(_P1 - _P2), np.sign(_P1 - _P2)
-
-    def rest(columns):
-        basis = sign[:, None] * np.stack(columns, axis=1)
-        result = np.linalg.lstsq(basis, _ANGLE, rcond=None)[0]
-        return result, _ANGLE - basis @ result
-
-    def two(scale):
-        fall = np.exp(-size / scale)
-        return rest([np.ones_like(fall), fall])
-
-    def three(scale):
-        x = size / scale
-        return rest([np.ones_like(x), np.exp(-x), x * np.exp(-x)])
-
-    def slant(scale):
-        x = size / scale
-        return float(two(scale)[1] @ (sign * x * np.exp(-x)))
-
-    scale = brentq(slant, 1.0, 3.0, xtol=1e-14)
-    (a0, a1), best = two(scale)
-    # A search on values finds s where the root mean square no longer changes: its rounding, some
-    # eps, over half its curvature. The coefficients follow s by their own derivatives.
-    h = 1e-3 * scale
-    rms = [float(np.sqrt(np.mean(three(scale + k * h)[1] ** 2))) for k in (-1, 0, 1)]
-    curvature = (rms[0] - 2.0 * rms[1] + rms[2]) / h**2
-    off = math.sqrt(2.0 * 10.0 * _EPS * rms[1] / curvature)
-    derivatives = (three(scale + h)[0] - three(scale - h)[0]) / (2.0 * h)
-    assert float(best @ best) <= 21 * rms[1] ** 2 * (1.0 + 1e-12)
-    return (a0, a1, 0.0), off * np.abs(derivatives)
 
 
 def stiffness_from_energy():
@@ -105,53 +60,6 @@ def stiffness_from_energy():
     return (total - geometric, geometric), degree**3 * _EPS * shut(0.0)
 
 
-def angle_law_at_a_stationary_point():
-    """c of p1 - p2 = k1 b + k5 b^5 - t m + c (p1 + p2) b, angles fitted, pressures in 100 kPa.
-
-    A global search over all four coefficients, then the point where the gradient vanishes, with
-    derivatives of b from the implicit function theorem. b is found by bisection.
-    """
-
-    def angles(k):
-        k = np.asarray(k)[..., None]
-        push, linear = _P1 - _P2 + k[..., 2, :] * _LOAD, k[..., 0, :] + k[..., 3, :] * (_P1 + _P2)
-        low, high = np.full(push.shape, -1.5), np.full(push.shape, 1.5)
-        for _ in range(54):
-            middle = 0.5 * (low + high)
-            below = linear * middle + k[..., 1, :] * middle**5 < push
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return 0.5 * (low + high)
-
-    def derivatives(k, b):
-        stiff = k[0] + k[3] * (_P1 + _P2) + 5.0 * k[1] * b**4
-        return np.stack([-b, -(b**5), _LOAD, -(_P1 + _P2) * b], axis=1) / stiff[:, None]
-
-    measured = np.radians(_ANGLE)
-
-    def gradient(k):
-        b = angles(k)
-        return derivatives(k, b).T @ (b - measured)
-
-    coarse = differential_evolution(
-        lambda k: np.sum((angles(k.T) - measured) ** 2, axis=-1),
-        [(1.0, 6.0), (1.0, 60.0), (-0.5, 0.5), (-0.3, 0.3)],
-        rng=1,
-        tol=1e-6,
-        polish=False,
-        vectorized=True,
-        updating="deferred",
-    ).x
-    found = root(gradient, coarse, tol=1e-13).x
-    b = angles(found)
-    columns = derivatives(found, b)
-    others, _ = np.linalg.qr(columns[:, :3])
-    own = columns[:, 3] - others @ (others.T @ columns[:, 3])
-    miss = b - measured
-    error = math.sqrt(float(miss @ miss) / (len(b) - 4) / float(own @ own))
-    # The package's search ends when the sum of squares falls by less than 1e-8 of itself.
-    return found[3], math.sqrt(1e-8 * (len(b) - 4)) * error
-
-
 def area_above_the_step():
     """T1 + T2 as the area between the step response of (31) and its end, by integration of its
     differential equations."""
@@ -188,69 +96,8 @@ def first_order_lag_by_its_derivative():
     return brentq(slope, 0.3, 1.5, xtol=1e-14), 1e-6
 
 
-def first_order_lag_from_geometric_sums():
-    """T of G1 from the same step, ARX with free gain: slope of each sample over the one before.
-
-    The response is 1 + g q^k + (1 + g)(-r^k); all sums of a regression are geometric series.
-    """
-    pairs = round(_LENGTH * _RATE)
-    poles = [math.exp(-1.0 / _RATE / constant) for constant in (_T1, _T2)]
-    shares = [_T1 / (_T2 - _T1), -_T2 / (_T2 - _T1)]
-
-    def series(ratio):
-        return (1.0 - ratio**pairs) / (1.0 - ratio)
-
-    now = sum(g * series(q) for g, q in zip(shares, poles, strict=True))
-    later = sum(g * q * series(q) for g, q in zip(shares, poles, strict=True))
-    both = [
-        (g * h, q, r)
-        for g, q in zip(shares, poles, strict=True)
-        for h, r in zip(shares, poles, strict=True)
-    ]
-    square = sum(g * series(q * r) for g, q, r in both) - now**2 / pairs
-    cross = sum(g * r * series(q * r) for g, q, r in both) - now * later / pairs
-    result = -1.0 / _RATE / math.log(cross / square)
-    # 1 - pole is 1/385 and the sums of 3000 terms round at 1e-13 of themselves.
-    return result, 1e-9
-
-
-def published_map_half_contracted():
-    """RMS miss of the rows by published muscles at half of their stroke, sprocket radius free.
-
-    The printed constants of a DMSP-20-200, contraction in percent and pressure in bar; balances by
-    bisection of the pull until it is gone, angles as a line through the origin over the travel.
-    """
-    angle = math.radians(28.6)  # Nguyen 2024, section 2
-    stroke = 100.0 * (1.0 - 1.0 / (math.sqrt(3.0) * math.cos(angle)))  # %
-
-    def pull(bar, percent):
-        fall = math.exp(-0.32930845 * percent)
-        active = -4.00180705 * fall - 9.33564098 * percent + 294.0538256
-        return max(active * bar + 292.4620246 * fall - 280.498151, 0.0)
-
-    def travel(strong, weak):
-        near, far = 0.0, 30.0  # % of the length
-        for _ in range(60):
-            middle = 0.5 * (near + far)
-            drives = pull(strong, 0.5 * stroke + middle) > pull(weak, 0.5 * stroke - middle) + 1e-6
-            near, far = (middle, far) if drives else (near, middle)
-        return near
-
-    ways = np.array(
-        [math.copysign(travel(max(p), min(p)), p[0] - p[1]) for p in zip(_P1, _P2, strict=True)]
-    )
-    slope, *_ = np.linalg.lstsq(ways[:, None], _ANGLE, rcond=None)
-    miss = float(np.sqrt(np.mean((_ANGLE - slope * ways) ** 2)))
-    # The package ends its search within 1e-9 m, of a travel of 10 mm and an angle of 30 deg.
-    return miss, 30.0 * 1e-9 / 10e-3
-
-
 ROUTES = {
-    "matiskova2021-10": exponential_with_free_scale,
     "matiskova2021-23": stiffness_from_energy,
-    "matiskova2021-25": angle_law_at_a_stationary_point,
     "matiskova2021-30": area_above_the_step,
     "matiskova2021-31": first_order_lag_by_its_derivative,
-    "matiskova2021-33": first_order_lag_from_geometric_sums,
-    "matiskova2021-44": published_map_half_contracted,
 }

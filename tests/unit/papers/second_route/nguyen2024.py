@@ -3,14 +3,9 @@
 import math
 
 import numpy as np
-from scipy.integrate import quad
 
-from tests.unit.papers.second_route.printed_files import printed
-
-_PRINTED = printed("nguyen2024")
 _LENGTH, _DIAMETER = 0.3, 0.02  # section 4.1 [m]
 _ANGLE = math.radians(28.6)
-_ORDER, _BETA, _STIFFNESS = 0.27, 49.82, 2260.0  # section 4.2; beta in s and Ke in N/m assumed
 _ATMOSPHERE = 101325.0
 _FIBRE = _LENGTH / math.cos(_ANGLE)
 
@@ -67,123 +62,7 @@ def time_for_heat_by_a_grid():
     return (60.0 / 0.6, result), np.array([1e-12, share * result])
 
 
-def loop_areas_from_the_definition():
-    """Area of the loops of Figure 3: integral of F dx over a period.
-
-    D^alpha of a sine that has lasted for ever is the convolution (7), integrated by QUADPACK for
-    its singular start and its oscillating tail; the area is integrated too.
-    """
-    omega, amplitude, ratio = 9.0, 2500.0, 200000.0 / 150000.0
-    areas, errors = [], []
-    for order in (0.8, 0.5, 0.2):
-        parts, off = [], 0.0
-        for wave in ("cos", "sin"):
-            function = getattr(math, wave)
-            near = quad(
-                lambda s, f=function: f(omega * s), 0.0, 1.0, weight="alg", wvar=(-order, 0.0)
-            )
-            far = quad(lambda s, a=order: s**-a, 1.0, math.inf, weight=wave, wvar=omega, limlst=200)
-            parts.append(near[0] + far[0])
-            off += near[1] + far[1]
-        # D^alpha sin(wt) = w/Gamma(1-alpha) times the integral of cos(w(t-s)) s^-alpha over s > 0.
-        gain = omega / math.gamma(1.0 - order)
-        derivative = gain * complex(parts[1], parts[0])
-        # (8): F + r D F = Ke r D x, so F = F0 sin(wt) gives x.
-        shift = (1.0 + ratio * derivative) / (150000.0 * ratio * derivative) * amplitude
-
-        def power(t, shift=shift):
-            speed = omega * (shift.real * math.cos(omega * t) - shift.imag * math.sin(omega * t))
-            return amplitude * math.sin(omega * t) * speed
-
-        area, rounding = quad(power, 0.0, 2.0 * math.pi / omega)
-        areas.append(area)
-        errors.append(rounding + abs(area) * gain * off / abs(derivative) / abs(derivative.imag))
-    return areas, np.array(errors)
-
-
-def stiffness_by_gruenwald_letnikov():
-    """|K*| at the four frequencies of the second study case, (8) in time with GL's differences.
-
-    F and x start at rest; the first harmonic of the last of 40 periods. GL's error is of order h,
-    taken out by two steps.
-    """
-
-    def stiffness(frequency, samples, periods=40):
-        step = 1.0 / (frequency * samples)
-        count = periods * samples
-        weights = np.cumprod(np.append(1.0, 1.0 - (_ORDER + 1.0) / np.arange(1, count + 1)))
-        x = np.sin(2.0 * np.pi * np.arange(count + 1) / samples)
-        ratio = (_BETA / step) ** _ORDER
-        pulled = _STIFFNESS * ratio * np.convolve(weights, x)[: count + 1]
-        force = np.zeros(count + 1)
-        for n in range(count + 1):
-            past = float(weights[1 : n + 1] @ force[n - 1 :: -1]) if n else 0.0
-            force[n] = (pulled[n] - ratio * past) / (1.0 + ratio)
-        turn = np.exp(-2j * np.pi * np.arange(samples) / samples)
-        last = slice(count - samples, count)
-        return abs(np.sum(force[last] * turn) / np.sum(x[last] * turn))
-
-    result = [
-        2.0 * stiffness(frequency, 128) - stiffness(frequency, 64)
-        for frequency in _PRINTED["second_case_frequencies"]
-    ]
-    # With z = jwh GL has D^alpha times 1 - alpha z/2 + (alpha/24 + alpha^2/8) z^2: half of the last
-    # term at the coarse step is left. A start is forgotten as (w t)^-(1 + alpha), its slope over a
-    # period, which is what the harmonic sees, with one power more.
-    left = 0.5 * (_ORDER / 24.0 + _ORDER**2 / 8.0) * (2.0 * math.pi / 64.0) ** 2
-    start = 2.0 * (2.0 * math.pi * 39.0) ** -(2.0 + _ORDER)
-    return result, (left + start) * np.array(result)
-
-
-def intervals_by_repetition():
-    """Half 95 % intervals of alpha, beta and Ke, relative, from 20000 searches of (16).
-
-    Ten loops of the printed element at 1 to 10 Hz, every x1 and x2 wrong by chance. The errors are
-    a thousandth of the claim's 1 %, so that the answers follow in proportion.
-    """
-    count, share = 20000, 1e-5
-    omega = 2.0 * np.pi * np.arange(1, 11)
-    planted = np.array([_ORDER, _BETA, _STIFFNESS])
-
-    def sides(k, x1, x2):
-        gain = (omega * k[:, 1:2]) ** k[:, :1]
-        turn = 0.5 * np.pi * k[:, :1]
-        first = k[:, 2:] * gain * x1 - (gain + np.cos(turn)) * 150.0
-        return np.concatenate([first, k[:, 2:] * gain * x2 + 150.0 * np.sin(turn)], axis=1)
-
-    def derivatives(k, x1, x2):
-        gain = (omega * k[:, 1:2]) ** k[:, :1]
-        turn, log = 0.5 * np.pi * k[:, :1], np.log(omega * k[:, 1:2])
-        pull = k[:, 2:] * np.concatenate([x1, x2], axis=1)
-        pull[:, :10] -= 150.0
-        grown = np.tile(gain, 2)
-        by_order = grown * np.tile(log, 2) * pull
-        by_order += 75.0 * np.pi * np.repeat(np.concatenate([np.sin(turn), np.cos(turn)], 1), 10, 1)
-        by_time = k[:, :1] / k[:, 1:2] * grown * pull
-        by_stiffness = grown * np.concatenate([x1, x2], axis=1)
-        return np.stack([by_order, by_time, by_stiffness], axis=2)
-
-    noise = np.random.default_rng(0).standard_normal((2, count, 10))
-    gain = (omega * _BETA) ** _ORDER
-    turn = 0.5 * math.pi * _ORDER
-    x1 = (gain + math.cos(turn)) * 150.0 / (_STIFFNESS * gain) * (1.0 + share * noise[0])
-    x2 = -math.sin(turn) * 150.0 / (_STIFFNESS * gain) * (1.0 + share * noise[1])
-    k = np.tile(planted, (count, 1))
-    for _ in range(3):
-        # Newton's steps in relative units.
-        columns = derivatives(k, x1, x2) * k[:, None, :]
-        square = columns.transpose(0, 2, 1) @ columns
-        down = columns.transpose(0, 2, 1) @ sides(k, x1, x2)[..., None]
-        k = k * (1.0 - np.linalg.solve(square, down)[..., 0])
-    half = 1.96 * np.std(k / planted, axis=0) * 0.01 / share
-    # A standard deviation of 20000 numbers is known to 1 in sqrt(40000); four of these.
-    return half, 4.0 / math.sqrt(2.0 * count) * half
-
-
 ROUTES = {
     "nguyen2024-04": pull_from_equilibrium_of_fibres,
     "nguyen2024-07": time_for_heat_by_a_grid,
-    "nguyen2024-16": loop_areas_from_the_definition,
-    "nguyen2024-22": stiffness_by_gruenwald_letnikov,
-    "nguyen2024-32": intervals_by_repetition,
 }

@@ -76,44 +76,6 @@ def contractions_under_a_load():
     return result, 100.0 * 100 * _TOLERANCE
 
 
-def force_function_at_few_nodes():
-    """f0 to f4 of (2) by least squares of the relative error between 5 and 35 %.
-
-    At Chebyshev nodes sums converge faster than any power of their number, so twenty integrated
-    meridians do what the package's 400 closed forms do.
-    """
-    nodes = 0.2 - 0.15 * np.cos((np.arange(20) + 0.5) * np.pi / 20)
-    exact, guess = [], (1.5, 0.25)
-    for node in nodes.tolist():
-        guess = _bulged(node, guess)
-        exact.append(guess[0] - math.pi * guess[1] ** 2)
-    terms = np.stack([nodes**power / exact for power in (-1, 0, 1, 2, 3)], axis=1)
-    left, size, right = np.linalg.svd(terms, full_matrices=False)
-    inverse = right.T / size @ left.T
-    # Forces are good to a hundred steps of integration; what that does to a coefficient.
-    return inverse @ np.ones(20), 100 * _TOLERANCE * np.abs(inverse).sum(axis=1)
-
-
-def major_loop_by_everett():
-    """Slope and intercept of the line through the major loop, on the package's grid and samples.
-
-    No relay is switched: with F(u) the weight of all relays that switch up below u, the rising
-    branch is 2 F(u) - 1, and the falling one 1 less twice the weight of those that fall above u.
-    """
-    count, u = 40, np.linspace(-1.0, 1.0, 121)
-    level = (2.0 * np.arange(count) + 1.0) / count - 1.0
-    up, down = np.meshgrid(level, level, indexing="ij")
-    weight = _weight(down, up) * np.where(down < up, 1.0, np.where(down == up, 0.5, 0.0))
-    weight /= weight.sum()
-    switched = np.searchsorted(level, u, side="right")
-    rising = 2.0 * np.append(0.0, np.cumsum(weight.sum(axis=1)))[switched] - 1.0
-    falling = 2.0 * np.append(0.0, np.cumsum(weight.sum(axis=0)))[switched] - 1.0
-    both, output = np.tile(u, 2), np.append(rising, falling)
-    slope = float(both @ output / (both @ both))
-    # 1640 weights and 242 outputs, added.
-    return (slope, float(output.mean())), 1640 * np.finfo(float).eps
-
-
 def loop_widths_by_quadrature():
     """Greatest width of the loop over the force [%], 25 and 40 fibres, without any grid.
 
@@ -144,9 +106,7 @@ def _weight(beta, alpha):
 
 
 ROUTES = {
-    "vandamme2008-04": force_function_at_few_nodes,
     "vandamme2008-05": force_as_lost_volume,
     "vandamme2008-08": contractions_under_a_load,
-    "vandamme2008-18": major_loop_by_everett,
     "vandamme2008-21": loop_widths_by_quadrature,
 }

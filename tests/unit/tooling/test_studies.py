@@ -1,0 +1,199 @@
+"""Studies draw their cases and count as stated, and pages state what their records hold."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.signal import dlsim
+
+import pamsim
+from pamsim.linear.continuous_fit import fit_continuous
+from pamsim.linear.signal_record import SignalRecord
+from tests.records import page, recorded, script, words
+
+blind, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]
+
+
+def test_blind_cases_are_those_that_the_generator_draws():
+    assert len({case["name"] for case in CASES}) == len(CASES)
+    assert len({case["seed"] for case in CASES}) == len(CASES)
+    off = []
+    for case, plan in zip(CASES, blind.planned(), strict=True):
+        bare = {"effects": list(plan["effects"]), "excess": {}}
+        assert {**case, **bare} == {**plan, **bare}
+        assert list(case["effects"]) == list(plan["effects"])
+        # Sizes leave the excess that was drawn, or are the nearest that the generator has.
+        for effect, drawn in plan["effects"].items():
+            low, high = blind.RANGES[plan["tier"]]
+            assert low <= drawn <= high
+            size, left = case["effects"][effect], case["excess"][effect]
+            assert size > 0.0
+            if not 0.95 * drawn <= left <= 1.05 * drawn:
+                assert size == (blind.MIDDLE if left > drawn else blind.GRID[-1])
+                off.append(case["name"])
+    assert len(off) <= 0.08 * len(CASES), off
+
+
+def test_the_table_of_the_study_by_link_is_that_of_the_record():
+    scores, text = script("link_study_scores"), page("validation")
+    record, fresh = recorded("results/link_study"), recorded("results/link_study_fresh")
+    assert "\n".join(scores.table({"rules before": record, "these rules": fresh})) in text
+    for one in (record, fresh):
+        assert scores.must_show(one["rows"]) == one["must_show"]
+    cases = recorded("link_study_cases")["cases"]
+    drawn = {case["name"]: case["seed"] for case in cases}
+    assert all(drawn[row["name"]] == row["seed"] for row in fresh["rows"])
+    assert f"the first {len(fresh['rows'])} of {len(cases)} cases" in words("validation")
+    (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
+    (wrong,) = [one for one in record["must_show"] if one["quantity"].startswith("wrong at")]
+    named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases )?([\d,\s]+)\)", paragraph)))
+    assert sorted(named) == sorted(name.partition("_")[0] for name in wrong["others"])
+
+
+def test_effects_together_are_of_different_families_on_the_sides_of_their_tier():
+    drawn = script("link_study_cases")
+    cases = drawn.planned()
+    assert len({case["seed"] for case in cases}) == len(cases)
+    for case in cases:
+        families = [drawn.families(effect) for effect in case["effects"]]
+        assert not any(one & other for one, other in combinations(families, 2))
+        air = sum(map(drawn.of_air, case["effects"]))
+        sides = {"two_links": air == 1, "one_link": air in (0, 2), "three": air in (1, 2)}
+        assert sides.get(case["tier"], True), case["name"]
+
+
+runs = script("free_runs")
+
+
+def test_the_start_of_any_linear_system_is_found_and_no_more_is_fitted():
+    """A real, double, complex or integrating system runs on from any state."""
+    for poles in ([0.5], [0.99, 0.99], [0.9 + 0.3j, 0.99, -0.4, 0.9 - 0.3j], [1.0, 1.0, 0.0]):
+        n = len(poles)
+        rng = np.random.default_rng(n)
+        a = np.diag(np.ones(n - 1), -1)
+        a[0] = -np.real(np.poly(poles))[1:]
+        system = (a, np.eye(n)[:, :1], rng.standard_normal((1, n)), np.zeros((1, 1)), 1.0)
+        u = rng.standard_normal(300)
+        forced = dlsim(system, u)[1][:, 0]
+        y = dlsim(system, u, x0=10.0 * rng.standard_normal(n))[1][:, 0] + 3.0
+        assert np.linalg.norm(y - forced - 3.0) > 0.1
+        run = runs.started_freely(forced, poles, y)
+        assert run == pytest.approx(y, abs=1e-6 * np.ptp(y)), poles
+    # Of noise, n + 1 dimensions of 400 are explained.
+    noise, poles = np.random.default_rng(3).standard_normal(400), [0.95 + 0.2j, 0.95 - 0.2j, 0.8]
+    left = noise - runs.started_freely(np.zeros(400), poles, noise)
+    assert np.linalg.matrix_rank(runs.free_responses(poles, 400)) == 4
+    assert left @ left == pytest.approx(noise @ noise, rel=0.05)
+    # A growing mode has no free run.
+    assert runs.grows([1.03, 0.9], 500)
+    assert not runs.grows([1.0, 1.0, 0.9], 500)
+    assert not np.any(np.isfinite(runs.started_freely(np.zeros(800), [5.0], np.ones(800))))
+
+
+def test_pamsim_s_models_are_scored_as_its_own_free_start_does():
+    """The poles alone give what the chain of lags gives."""
+    study, rng = script("identify_literature"), np.random.default_rng(0)
+    u = np.repeat(rng.choice([0.0, 1.0], 40), 20)
+    time = 0.1 * np.arange(u.size)
+    y = np.cumsum(u - 0.5) * 0.05 + 0.1 * rng.standard_normal(u.size)
+    halves = study.Halves("u", "y", np.rec.fromarrays([time, u, y], names="time_s,u,y"))
+    first, second = (
+        SignalRecord("half", time[: len(output)], given, output)
+        for given, output in (halves.half(0), halves.half(1))
+    )
+    fit = fit_continuous([first], order=2, real_lags=False)
+    free = replace(fit.structure, start="free").free_run(fit.coordinates, second)[0]
+    output = halves.half(1)[1]
+    expected = study.fit_percent(output, free)
+    assert expected == pytest.approx(
+        100.0 * (1.0 - np.linalg.norm(output - free) / np.linalg.norm(output - output.mean()))
+    )
+    assert study.second_half_fit(fit, halves, "zoh") == pytest.approx(expected, abs=1e-6)
+    assert expected > study.fit_percent(output, fit.simulate(second)) + 1.0
+
+
+def test_the_table_of_public_data_is_that_of_the_records():
+    own, peers = (recorded(f"results/identify_literature{one}") for one in ("", "_peers"))
+    assert own["versions"]["peers"] == peers["versions"]
+    assert list(own["sets"]) == list(peers["sets"])
+    lines = page("validation").splitlines()
+    for name, entry in own["sets"].items():
+        bests = {method: row["best"] for method, row in entry["peers"].items()}
+        for method, best in bests.items():
+            stable = peers["sets"][name][method]["stable"].values()
+            fits = [fit for fit in stable if fit is not None]
+            assert (best or {"fit_percent": None})["fit_percent"] == max(fits, default=None)
+        (line,) = [line for line in lines if line.startswith(f"| {name} |")]
+        assert [cell.strip() for cell in line.strip("|").split("|")][1:] == [
+            entry["pamsim"]["shown"].replace("_", " "),
+            f"{entry['pamsim']['fit_percent']:.1f}",
+            *("-" if best is None else f"{best['fit_percent']:.1f}" for best in bests.values()),
+        ]
+        assert (entry["pamsim"]["recommended"] is not None) is (name == "robot arm")
+
+
+def test_the_counts_of_planted_systems_are_those_of_the_record():
+    study, two = (recorded(f"results/identify_planted{one}") for one in ("", "_two_inputs"))
+    text = page("validation")
+    for label, score in (
+        ("number of poles right within one", "poles_within_one"),
+        ("number of poles exact", "poles_exact"),
+        ("integrator or none, right", "integrator_right"),
+        ("recommended", "recommended"),
+        ("recommended models that fail their own residual test", "recommended_failing_their_test"),
+        ("95 % intervals that hold the planted number, structure given", "intervals_that_hold"),
+    ):
+        found = [s["scores"][score] for s in (study, two)]
+        cells = [f"{one['hits']} of {one['count']}" for one in found]
+        assert f"| {label} | {' | '.join(cells)} |" in text
+    right = [row for row in two["rows"] if row["found"]["poles"] == row["poles"]]
+    zeros, late = (
+        sum(row["found"][what] == row[what] for row in right) for what in ("zeros", "dead_time")
+    )
+    assert f"Of the {len(right)} systems with two inputs" in text
+    assert f"{zeros} have the planted zeros of both inputs, and {late} both dead times" in text
+    single = [row for row in study["rows"] if row["poles"] == 1]
+    more = sum(row["found"]["poles"] > 1 for row in single)
+    assert f"{more} of {len(single)} systems of one pole got more poles." in text
+
+
+slips, SLIPS = script("trust/unit_slips"), recorded("results/unit_slips")
+
+
+def test_a_mistake_in_units_is_named_with_its_correction_and_nothing_else(tmp_path):
+    for name in ("valves", "set points"):  # of the arm, briefly
+        made = replace(slips.ALTERED[name], effects={}, hide=pamsim.hide)
+        options = {**made.options, "duration": 1.5, "repeats": 1}
+        options.pop("formulation", None)  # only the plant's
+        replace(made, options=options).save(tmp_path / name, 0)
+        assert slips.checked(tmp_path / name) == ("silent", [])
+    what = ("set points", "measured pressures in mbar")
+    (mistake,) = (one for one in slips.MISTAKES if (one.recording, one.what) == what)
+    slips.altered(tmp_path / "set points", tmp_path / "mistake", mistake.change)
+    how, reported = slips.checked(tmp_path / "mistake")
+    assert how != "silent"
+    assert slips.named(mistake, reported)
+
+
+def test_the_page_states_what_was_found_of_mistakes_in_units():
+    each, text = SLIPS["each_mistake"], words("validation")
+    pairs = list(zip(slips.MISTAKES, each, strict=True))
+    assert all((m.recording, m.what) == (one["recording"], one["mistake"]) for m, one in pairs)
+    named = [slips.named(m, one["reported"]) for m, one in pairs]
+    assert SLIPS["found"] == sum(named) >= slips.FOUND * SLIPS["mistakes"]
+    kinds = {one["recording"] for one in SLIPS["each_valid"]}
+    assert kinds == set(slips.VALID)
+    assert SLIPS["false_alarms"] == sum(one["how"] != "silent" for one in SLIPS["each_valid"])
+    for recording in slips.ALTERED:
+        own = [n for m, n in zip(slips.MISTAKES, named, strict=True) if m.recording == recording]
+        assert f"| {recording} | {len(own)} | {sum(own)} |" in text
+    alarms = f"{SLIPS['false_alarms']} of {SLIPS['valid']} valid recordings"
+    assert f"{alarms}, of {len(kinds)} kinds" in text
+    found = recorded("results/off_rigs")
+    assert f"{found['false_alarms']} of {found['valid']} recordings raised a suspicion" in text
+    assert f"of {found['mistakes']} with a mistake {found['named']} were answered" in text
+    assert len(found["each_missed"]) == found["mistakes"] - found["named"]
