@@ -11,6 +11,7 @@ from pamsim.comparison.links import PARTS
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.report.numbers import unit
 from pamsim.report.page import PageImage
 from pamsim.twins.hide import hide
 from tests.typed_command import run as command
@@ -58,7 +59,7 @@ def test_two_causes_are_named_in_their_links_repaired_and_no_longer_missing(
     for gap in result["gap"].values():
         assert gap["after"] < 1.5 * gap["floor"]  # start pressures are as read, with their noise
         assert gap["before"] > 2.5 * gap["after"]
-    assert sentence in (out / "index.html").read_text(encoding="utf-8")
+    assert unit(sentence) in (out / "index.html").read_text(encoding="utf-8")
     repaired = pamsim.load_rig(out / "rig")
     found = [muscle.valve.delay for muscle in repaired.muscles.values()]
     assert found == pytest.approx([delay["value_si"]] * 2)
@@ -161,7 +162,7 @@ def test_a_length_pressure_loop_is_diagnosed(run, tmp_path):
         result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
         assert result["verdict"] == verdict
         assert f"verdict: {verdict}" in text
-        assert result["sentence"] in (out / "index.html").read_text(encoding="utf-8")
+        assert unit(result["sentence"]) in (out / "index.html").read_text(encoding="utf-8")
 
 
 def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch):
