@@ -48,7 +48,7 @@ def test_sharper_knees_approach_ideal_plasticity_from_below():
     assert largest[-1] < 0.1
 
 
-def test_slopes_at_the_ends_and_when_it_unloads():
+def test_rates_at_the_ends_and_when_it_unloads():
     """1/D from rest; none left at saturation; 2 sigma / D when a saturated loop turns back."""
     for sigma in (0.5, 1.0, 10.0):
         for sharpness in (1.0, 3.0, 20.0):
