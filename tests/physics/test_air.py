@@ -54,8 +54,8 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
     warm = GAS_CONSTANT * rig.muscles["muscle_1"].chamber.temperature
 
     def held():
-        row, act, length, pressure, volume = first_muscle(model, data)
-        in_tube = pressure_at_valve(row, act, length) * changes.get("valve.tube_volume", 0.0)
+        row, act, _, pressure, volume = first_muscle(model, data)
+        in_tube = pressure_at_valve(row, act, pressure) * changes.get("valve.tube_volume", 0.0)
         return (pressure * volume + in_tube) / warm
 
     before, flowed, moved = held(), 0.0, 0.0
@@ -63,8 +63,8 @@ def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
         for u in np.repeat([1.0, 0.0, -1.0, 0.4], 500).tolist():
             data.ctrl[:] = (u, -0.3 * u)
             mujoco.mj_forward(model, data)
-            row, act, length, pressure, _ = first_muscle(model, data)
-            flow = flow_through_valves(row, pressure_at_valve(row, act, length), u, 0.0)
+            row, act, _, pressure, _ = first_muscle(model, data)
+            flow = flow_through_valves(row, pressure_at_valve(row, act, pressure), u, 0.0)
             flow -= leak_flow(row, pressure)
             flowed += flow * model.opt.timestep
             moved += abs(flow) * model.opt.timestep
