@@ -62,37 +62,6 @@ def test_under_a_held_tension_the_extension_closes_in_on_what_the_chain_gives_pe
         assert slope == pytest.approx(COMPLIANCE / (1.0 + 2e-3 * tension), rel=1e-5)
 
 
-@pytest.mark.parametrize("relaxation", [4e-3, 0.1])
-def test_at_rest_the_tension_balances_whatever_the_time_constant(relaxation):
-    """T = F(l - C T) at the pressure that the shut chamber has there, by scipy's root finder."""
-    for tendon, pressure in ((0.19, 4e5), (0.21, 0.0)):
-        muscle = on_chain(Chain(compliance=COMPLIANCE, relaxation_time=relaxation))
-        rigid = pack(dataclasses.replace(muscle, chain=Chain()))
-        act = charged(muscle, tendon, pressure)
-
-        def short(tension, rigid=rigid, air=act[-1], tendon=tendon):
-            return kernel.tension(rigid, [0.0, air], tendon - COMPLIANCE * tension) - tension
-
-        balanced = brentq(short, 0.0, kernel.tension(rigid, [0.0, act[-1]], tendon), xtol=1e-12)
-        still = np.full(round(25.0 * relaxation / (0.1 * relaxation)), tendon)
-        tensions, extensions = follow(muscle, act, still, 0.1 * relaxation)
-        assert balanced > 10.0
-        assert tensions[-1] == pytest.approx(balanced, rel=1e-9)
-        assert extensions[-1] == pytest.approx(COMPLIANCE * balanced, rel=1e-9)
-
-
-def test_it_has_no_mass_and_passes_on_the_tension_of_the_muscle_at_its_own_length():
-    for loop in ("none", *LOOPS):
-        muscle = on_chain(SOFT, loop)
-        rigid = dataclasses.replace(muscle, chain=Chain())
-        for tendon, pressure in ((0.185, 2e5), (0.205, 1e5)):
-            act = charged(muscle, tendon, pressure)
-            own = tendon - act[-2]
-            passed = kernel.tension(pack(muscle), act, tendon)
-            assert passed == kernel.tension(pack(rigid), act, own), loop
-            assert gauge_pressure(pack(muscle), act, tendon) == pytest.approx(pressure, abs=1e-6)
-
-
 def cycle(muscle, period, steps):
     """Second cycle on shut valves: work put in, work lost in the chain [J]."""
     lengths = TENDON + 0.012 * np.sin(2.0 * math.pi * np.arange(2 * steps + 1) / steps)
@@ -172,17 +141,6 @@ def test_elastic_teeth_give_beyond_the_play_per_pull_and_as_they_relax_in_time()
     assert apart == pytest.approx(-1e-7 / (DAMPING * 2e-6), rel=1e-4)
 
 
-def test_turned_slowly_the_chain_stays_where_the_pulls_are_equal_until_a_tooth_takes_it():
-    """Without friction or hysteresis the pulls are a function of the rim beyond the play alone."""
-    travel = sine(2e-3, 1, 1000)
-    shifts, apart = turned(with_play(), travel, 1e-2)
-    np.testing.assert_allclose(shifts, np.clip(travel, -PLAY / 2, PLAY / 2), atol=2e-5)
-    beyond = travel - np.clip(travel, -PLAY / 2, PLAY / 2)
-    _, tight = turned(with_play(0.0), beyond, 1e-2)
-    np.testing.assert_allclose(apart, tight, atol=0.01 * np.ptp(tight))
-    assert np.ptp(tight) > 100.0
-
-
 @pytest.mark.parametrize("timestep", [2e-4, 8e-3])
 def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
     """Muscles without loss: over a cycle all work is what sliding costs, (T - T')^2 / b.
@@ -201,21 +159,6 @@ def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
             assert work == pytest.approx(brake, rel=0.05), teeth
         else:
             assert work > brake
-
-
-def test_an_operator_sees_the_muscle_s_own_travel_beside_shift_and_extension():
-    """A chain that shifts as fast as its tendon shortens leaves the muscle at rest."""
-    muscle = with_play(loop="bouc_wen", seating_damping=DAMPING)
-    row, act = pack(muscle).tolist(), charged(muscle, TENDON, PRESSURE, 0.0)
-    act[-3] = 0.0
-    out = [0.0] * len(act)
-    opposing = kernel.tension(row, act, TENDON) + 50.0
-    kernel.state_rates(row, act, out, TENDON, -50.0 / DAMPING, 0.0, 0.0, 1e-3, opposing)
-    assert out[-3] == pytest.approx(50.0 / DAMPING, rel=1e-12)
-    assert out[0] == pytest.approx(0.0, abs=1e-12)
-    row = pack(with_play(compliance=2e-6)).tolist()
-    act[-3], act[-2] = 1.7e-4, 4e-4
-    assert length_at_muscle(row, act, TENDON) == pytest.approx(TENDON + 1.7e-4 - 4e-4, rel=1e-15)
 
 
 # --- the longest step ----------------------------------------------------------------------------

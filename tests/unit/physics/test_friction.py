@@ -107,13 +107,6 @@ def test_no_motion_gets_work_out_of_it(friction):
     assert np.abs(forces).max() <= level
 
 
-def test_the_same_travel_gives_the_same_force_at_any_speed_without_stribeck_s_effect():
-    path = [3e-6, -8e-6, 2e-5, -5e-6]
-    slow, _ = moved(DAHL, [d / 100 / STEP for d in path for _ in range(100)])
-    fast, _ = moved(DAHL, [d / STEP for d in path])
-    assert slow[::100] == pytest.approx(fast, rel=1e-10)
-
-
 @pytest.mark.parametrize("tuned", [0.0, 4e-3])
 def test_an_arm_on_its_bristles_does_not_gain_energy(tuned):
     """The engine's order of a step: force of the new bristles, then speed, then travel."""

@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.core.parameters import specs
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.braid import Braid
 from pamsim.physics.chain import Chain
@@ -22,7 +21,7 @@ from pamsim.physics.muscle import Mounting, Muscle
 from pamsim.physics.passive import Creep, PassiveSpring, locking_force, tube_force
 from pamsim.physics.record import STATE_NAMES, pack
 from pamsim.physics.tension import EndShape, Threshold
-from pamsim.physics.valves import COMMANDS, ValvePair
+from pamsim.physics.valves import COMMANDS
 from tests.unit.physics.flat import EARLIER_PRESSURE as EARLIER
 from tests.unit.physics.flat import LAST_PRESSURE as LAST
 from tests.unit.physics.flat import (
@@ -49,7 +48,6 @@ from tests.unit.physics.muscles import (
     SAGGED,
     SHIFT,
     TIGHT,
-    WIDTHS,
     charged,
     make,
 )
@@ -321,23 +319,6 @@ def test_the_slope_of_the_volume_is_its_difference_quotient(extensibility):
             assert slope == pytest.approx(quotient, rel=1e-3, abs=1e-16), (name, pressure)
 
 
-def test_an_extended_braid_pulls_like_one_made_longer():
-    """Until it locks, and but for the pleated laws, which know the nominal length by itself."""
-    for law in FORCES:
-        if law.startswith("pleated"):
-            continue
-        spring = dataclasses.replace(make().passive, locking=0.0)
-        muscle = make(law, passive=spring)
-        for tendon, pressure, _ in FEW:
-            grown = muscle.braid.nominal_length * (1.0 + muscle.braid.extensibility * pressure)
-            longer = dataclasses.replace(muscle.braid, nominal_length=grown, extensibility=0.0)
-            found, wanted = (
-                static_muscle.static_force(pack(one), tendon, pressure)
-                for one in (muscle, dataclasses.replace(muscle, braid=longer))
-            )
-            assert found == pytest.approx(wanted, rel=1e-12, abs=1e-9, nan_ok=True), law
-
-
 def test_muscle_pulls_less_while_it_shortens_and_a_cycle_costs_work():
     """The loop's sign: at one length the shortening muscle is the weaker one."""
     muscle = make(loop="bouc_wen", valve=PLAIN_VALVE, **LASTING)  # the rest would cost work as well
@@ -364,73 +345,18 @@ def bits(values: list[float]) -> list[str]:
     return [(value + 0.0).hex() for value in values]  # a slack muscle's zero has no sign
 
 
-def traces(muscle: Muscle) -> list[list[str]]:
-    """Tension and rate of the air over cases of a gauge pressure that is not negative."""
-    row = pack(muscle).tolist()
-    found = []
-    for tendon, pressure, z in FEW:
-        act = charged(muscle, tendon, abs(pressure), z)
-        tension = kernel.tension(row, act, tendon)
-        pull = kernel.tension(row, act, tendon, 2e-3)
-        pull = kernel.tendon_force(row, act, pull, tendon, 2e-3, TIMESTEP)
-        moved = rates(muscle, act, tendon, 0.02, 0.7)
-        found.append(bits([tension, pull, moved[-1]]))
-    return found
-
-
 RIGID_BRAID = Braid(nominal_length=0.25, diameter=0.02, fibre_angle=0.5)
-NO_LEAK = {"leak_conductance": 0.0, "laminar_leak_conductance": 0.0}
-GIVEN_CHAMBER = {
-    name: getattr(make().chamber, name) for name, _ in specs(Chamber) if name not in NO_LEAK
-}
-NO_VALVE_EFFECT = {"dead_zone": 0.0, "supply_resistance": 0.0, "line_lag": 0.0}
-GIVEN_VALVE = {
-    name: getattr(make().valve, name) for name, _ in specs(ValvePair) if name not in NO_VALVE_EFFECT
-}
-OFF = {
-    "passive": (
-        PassiveSpring(),
-        PassiveSpring(softening=77.0, slack_contraction=0.1, locking=60.0),
-    ),
-    "threshold": (Threshold(), Threshold(pressure=0.0)),
-    "chain": (Chain(), Chain(relaxation_time=3.0)),
-    "end_shape": (EndShape(), EndShape(onset=-0.05)),
-    "creep": (Creep(), Creep(relaxation_time=0.1, relaxation_time_2=0.2)),
-    "friction": (
-        Friction(),
-        Friction(stribeck_velocity=1e-3, presliding=1e-6, bristle_time=0.01, dwell_time=0.1),
-    ),
-    "braid": (RIGID_BRAID, dataclasses.replace(RIGID_BRAID, extensibility=0.0)),
-    "chamber": (Chamber(**GIVEN_CHAMBER), Chamber(**GIVEN_CHAMBER, **NO_LEAK)),
-    "valve": (ValvePair(**GIVEN_VALVE), ValvePair(**GIVEN_VALVE, **NO_VALVE_EFFECT)),
-}
-"""Effect -> the group that a rig gets which does not state it, and one of no size."""
-
-
-@pytest.mark.parametrize("effect", OFF)
-def test_effect_of_no_size_leaves_no_trace_and_one_of_some_size_does(effect):
-    absent, neutral = OFF[effect]
-    for kind in KINDS[1::3]:
-        base = make(*kind)
-        without = traces(dataclasses.replace(base, **{effect: absent}))
-        assert traces(dataclasses.replace(base, **{effect: neutral})) == without, kind
-    assert traces(make()) != traces(dataclasses.replace(make(), **{effect: absent}))
-
-
-def test_operator_of_no_width_leaves_no_trace_and_each_width_does():
-    for loop in LOOPS:
-        base = make(loop=loop)
-        still = dataclasses.replace(LOOPS[loop], **dict.fromkeys(WIDTHS, 0.0))
-        without = traces(dataclasses.replace(base, hysteresis=None))
-        assert traces(dataclasses.replace(base, hysteresis=still)) == without, loop
-        for width, size in WIDTHS.items():
-            one = dataclasses.replace(still, **{width: size})
-            assert traces(dataclasses.replace(base, hysteresis=one)) != without, (loop, width)
 
 
 def test_all_effects_neutral_leave_the_bare_force_law():
     """Scale 1 and all else off: the tension is the law's own number, to the bit."""
-    off = {name: OFF[name][0] for name in ("passive", "threshold", "chain", "end_shape", "creep")}
+    off = {
+        "passive": PassiveSpring(),
+        "threshold": Threshold(),
+        "chain": Chain(),
+        "end_shape": EndShape(),
+        "creep": Creep(),
+    }
     for name in FORCES:
         group = dataclasses.replace(FORCES[name], scale=1.0)
         loop = BoucWen(yield_contraction=0.01)

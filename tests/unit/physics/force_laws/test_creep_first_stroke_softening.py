@@ -65,17 +65,6 @@ def test_two_elements_let_go_each_in_its_own_time():
         step(row, act, 0.2, timestep, CREEP, CREEP_2)
 
 
-@pytest.mark.parametrize("omega", [0.2, 1.0 / TAU, 20.0])
-def test_a_cycle_costs_what_the_damper_takes(omega):
-    """Loss per cycle pi k A^2 w tau / (1 + (w tau)^2), largest at w = 1 / tau, none at the ends."""
-    steps, amplitude, turn = 12000, 0.05, omega * TAU
-    rounds = max(2, math.ceil(8.0 * turn / (2.0 * math.pi)) + 1)  # the start is forgotten
-    kappa = amplitude * np.sin(2.0 * math.pi * np.arange(rounds * steps + 1) / steps)
-    forces, last = creeping(kappa, 2.0 * math.pi / omega / steps), slice(-steps - 1, None)
-    lost = math.pi * STIFFNESS * amplitude**2 * turn / (1.0 + turn**2)
-    assert np.trapezoid(forces[last], kappa[last]) == pytest.approx(lost, rel=2e-3)
-
-
 # --- the first stroke ----------------------------------------------------------------------------
 
 FIRST = FirstStroke(force=30.0, travel=0.01)

@@ -38,28 +38,6 @@ def stretched(stretch, spring):
 
 
 @EACH
-def test_free_at_the_slack_point_with_the_stated_stiffness_on_both_sides(spring):
-    stiffness, softening, slack, locking = spring
-    assert spring_force(slack, *spring) == 0.0
-    for side in (-1.0, 1.0):
-        d = side * 1e-4 / max(softening, locking)
-        slope = (4.0 * stretched(d, spring) - stretched(2.0 * d, spring)) / (2.0 * d)
-        assert slope == pytest.approx(stiffness, rel=1e-7)
-
-
-@EACH
-def test_contracted_it_lets_go_by_e_per_one_over_h_whether_it_locks_or_not(spring):
-    """Its distance from -k/h falls to an e-th per 1/h of contraction."""
-    stiffness, softening, slack, _ = spring
-    floor = stiffness / softening
-    for slackened in (0.0, 0.3, 2.0, 5.0):
-        left = stretched(-slackened / softening, spring) + floor
-        assert left == pytest.approx(floor * math.exp(-slackened), rel=1e-11)
-        free = spring_force(slack + slackened / softening, *spring[:3], 0.0)
-        assert stretched(-slackened / softening, spring).hex() == free.hex()
-
-
-@EACH
 def test_stretched_it_is_the_finitely_extensible_spring_up_to_95_percent_and_then_straight(spring):
     """Warner 1972: F (1 - (x/x_lock)^2) = k x; beyond, continuous in force and slope, and finite.
 
@@ -160,18 +138,3 @@ def test_work_depends_on_the_ends_alone_and_is_stored(spring, start, end):
     before, after = stored(start, spring), stored(end, spring)
     assert min(before, after) >= -1e-15 * spring[0]
     assert work == pytest.approx(after - before, rel=1e-7, abs=1e-9 * max(before, after, 1e-6))
-
-
-@some
-@given(ANY_SPRING, CONTRACTIONS, CONTRACTIONS, st.floats(0.0, 1.0))
-def test_it_pulls_towards_the_slack_point_the_more_the_longer_and_the_sooner_it_locks(
-    spring, one, other, share
-):
-    stiffness, softening, slack, locking = spring
-    low, high = min(one, other), max(one, other)
-    force = spring_force(low, *spring)
-    assert force >= spring_force(high, *spring)
-    assert force * (slack - low) >= 0.0
-    assert -stiffness / softening <= force < math.inf
-    later = spring_force(low, stiffness, softening, slack, share * locking)
-    assert force >= later * (1.0 - 1e-12 * math.copysign(1.0, later))

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from pamsim.core.units import to_si
 from pamsim.papers.sarosi.equations import isobar
-from pamsim.physics.braid import Braid, volume, volume_slope
+from pamsim.physics.braid import Braid, volume_slope
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import (
     SixParameter,
@@ -182,25 +182,6 @@ def test_with_the_load_at_the_working_point_the_elastic_energy_s_force_is_the_id
         total = elastic_energy_force(p, kappa, *WORK, *BRAID) + LOAD
         ideal = ideal_force(p, LENGTH * (1.0 - kappa), LENGTH, *BRAID)
         assert total == pytest.approx(ideal, rel=1e-12, abs=1e-9)
-
-
-def test_the_work_of_a_closed_stretch_is_the_energy_of_the_air():
-    """P V^k = const (2): the work done on muscle and atmosphere is what the air has gained."""
-    k, atmosphere = 1.4, 101325.0
-
-    def size(kappa):
-        return volume(LENGTH * (1.0 - kappa), LENGTH, *BRAID)
-
-    start, end, steps = WORK[1], 0.02, 2000
-    absolute, width, work = WORK[0] + atmosphere, (start - end) / steps, 0.0
-    for i in range(steps):
-        kappa = start - (i + 0.5) * width
-        p = absolute * (size(start) / size(kappa)) ** k - atmosphere
-        work += (elastic_energy_force(p, kappa, *WORK, *BRAID) + LOAD) * LENGTH * width
-    squeezed = absolute * (size(start) / size(end)) ** k
-    gained = (squeezed * size(end) - absolute * size(start)) / (k - 1.0)
-    gained -= atmosphere * (size(start) - size(end))
-    assert work == pytest.approx(gained, rel=1e-6)
 
 
 # --- the elastic tube ----------------------------------------------------------------------------
