@@ -95,9 +95,9 @@ def test_its_inertia_is_that_of_the_links_and_a_third_of_each_bellows(rig):
     for row, unit in zip(full, np.eye(2), strict=True):
         mujoco.mj_mulM(rig.model, data, row, unit)
     wanted = np.array([[5.457e-4 + 6.523e-4, 6.523e-4], [6.523e-4, 6.523e-4]])
-    slopes = np.array(by_angle(points, hip, knee))
+    jacobians = np.array(by_angle(points, hip, knee))
     for i, mass in enumerate((THIGH, CALF, HIP_BELLOWS / 3, KNEE_BELLOWS / 3)):
-        wanted += mass * slopes[:, i] @ slopes[:, i].T
+        wanted += mass * jacobians[:, i] @ jacobians[:, i].T
     np.testing.assert_allclose(full, wanted, rtol=1e-3, atol=1e-6)
 
 

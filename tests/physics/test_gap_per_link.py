@@ -33,6 +33,7 @@ def exceeding(gaps):
 @pytest.mark.parametrize(
     ("effects", "forces", "links"),
     [
+        ({"valve_delay": 1.0}, False, {AIR}),
         ({"muscle_hysteresis": 1.0}, False, {BOTH}),
         ({"valve_delay": 1.0, "coulomb_friction": 1.0}, False, {AIR, BOTH}),
         ({"coulomb_friction": 1.0}, True, {JOINT}),
@@ -80,7 +81,6 @@ def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
     trials = trials_of(tmp_path, {"valve_delay": 1.0}, repeats=1, forces=False, variation=0.0)
     gaps = gap_per_link(ARM, trials)
     assert gaps.born_in == AIR
-    assert exceeding(gaps) == {AIR}
     assert {one.floor_from for one in gaps.outputs} <= {"within trials", "holds"}
     assert any("inputs recorded once" in note for note in gaps.notes)
 

@@ -129,7 +129,7 @@ SUPPLIES = pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "ta
 def test_air_of_muscles_and_supply_is_what_the_source_gave_minus_what_got_out(supply):
     """Isothermal air, whose mass is P V / (R T): closed to 1e-9 of what moved."""
     rig = rig_with(**supply, **LEAK, **WIDE, **{"chamber.polytropic_index": 1.0})
-    books = random_run(rig, 3.0)
+    books = random_run(rig, 4.0)
     given, lost = total(books, "source"), total(books, "lost")
     assert given > books[0].mass, "the run must move more air than there was"
     assert any(each.backflow for each in books), "and some of it from a muscle into the line"
