@@ -30,7 +30,7 @@ from pamsim.physics.valves import (
     past_dead_zone,
 )
 from tests.unit.physics.flat import gauge_pressure, kernel, rest_state
-from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, charged, make
+from tests.unit.physics.muscles import LASTING, PLAIN_VALVE, make
 
 SUPPLY, EXHAUST = 701325.0, 101325.0
 FILL, VENT = 6e-9, 9e-9
@@ -206,17 +206,6 @@ def test_a_line_of_limited_rate_moves_by_its_full_scale_in_its_time(lag):
         assert rates[limited] == pytest.approx(math.copysign(full / slew_time, height))
         assert np.abs(rates).max() <= full / slew_time * (1.0 + 1e-9)
         assert carried == pytest.approx(height, rel=1e-9)
-
-
-def test_the_valve_hears_what_the_line_carries_and_not_the_command():
-    lagging = make(valve=dataclasses.replace(PLAIN_VALVE, line_lag=0.05))
-    prompt = make(valve=PLAIN_VALVE)
-    for carried in (-0.6, 0.3):
-        act = charged(lagging, 0.19, 3e5, carried=carried)
-        found, expected = [0.0] * len(act), [0.0] * len(act)
-        for muscle, commanded, out in ((lagging, 0.8, found), (prompt, carried, expected)):
-            kernel.state_rates(pack(muscle), act, out, 0.19, 0.0, commanded, 0.0, 1e-3)
-        assert found[-1] == expected[-1] != 0.0
 
 
 # --- slow and sticking valves, and the tube behind them ------------------------------------------

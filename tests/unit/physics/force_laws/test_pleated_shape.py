@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc, elliprd, elliprf
 
 from pamsim.physics.force_laws.pleated import (
@@ -69,25 +68,6 @@ def test_shape_is_in_balance_everywhere_and_force_is_the_work_of_the_air(slender
     assert (8.0 * near - far) / (12.0 * h) == pytest.approx(
         pleated_shape_function(eps, slenderness), rel=1e-6, abs=1e-7 * start
     )
-
-
-@pytest.mark.parametrize(("slenderness", "eps"), SHAPES)
-def test_same_solution_with_library_integrals(slenderness, eps):
-    def amplitude(m):
-        def short(a):
-            return ellipkinc(a, m) - slenderness * math.sqrt(m) * math.cos(a)
-
-        return brentq(short, 0.0, math.pi / 2.0, xtol=1e-15)
-
-    def miss(m):
-        a = amplitude(m)
-        return 2.0 * (1.0 - ellipeinc(a, m) / ellipkinc(a, m)) - eps
-
-    m = brentq(miss, 1e-9, 1.0 - 1e-9, xtol=1e-15)
-    assert shape_parameter(eps, slenderness) == pytest.approx(m, rel=1e-11)
-    assert end_amplitude(m, slenderness) == pytest.approx(amplitude(m), rel=1e-12)
-    function = math.pi * (1.0 - 2.0 * m) / (2.0 * ellipkinc(amplitude(m), m) ** 2)
-    assert pleated_shape_function(eps, slenderness) == pytest.approx(function, rel=1e-10)
 
 
 def test_largest_contraction():

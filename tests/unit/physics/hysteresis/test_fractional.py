@@ -11,7 +11,6 @@ import pytest
 from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
-    fractional_derivative_weights,
     loop_distance,
     simulate_fractional,
 )
@@ -68,40 +67,6 @@ def test_weights_are_positive_and_add_up_to_one():
             assert min(weights) > 0.0
             if order <= 0.6:
                 assert math.fsum(weights) == pytest.approx(1.0, abs=error), order
-
-
-def errors_by_count(end, find):
-    """Order at which errors fall as the number of steps doubles, and the last error."""
-    errors = [find(np.linspace(0.0, end, count + 1)) for count in (200, 400)]
-    return math.log2(errors[0] / errors[1]), errors[1]
-
-
-@pytest.mark.parametrize("order", [0.27, 0.6])
-def test_derivative_and_reference_converge_at_their_order(order):
-    """D^a t^3 = 6 t^(3-a) / Gamma(4-a); the L1 scheme has the order 2 - a.
-
-    Made-up solution of the element: q = t^3 gives F = K_e beta^a D^a q and x = q + F/K_e.
-    """
-    beta, stiffness = 0.7, 5.0
-
-    def exact(t):
-        return 6.0 * t ** (3.0 - order) / math.gamma(4.0 - order)
-
-    def of_derivative(t):
-        weights = fractional_derivative_weights(order, len(t))
-        found = np.convolve(np.diff(t**3, prepend=0.0), weights)[: len(t)]
-        found /= t[1] ** order * math.gamma(2.0 - order)
-        return float(np.max(np.abs(found - exact(t))))
-
-    def of_reference(t):
-        force = stiffness * beta**order * exact(t)
-        found = simulate_fractional(t**3 + force / stiffness, t[1], order, beta, stiffness)
-        return float(np.max(np.abs(found - force)))
-
-    assert errors_by_count(1.0, of_derivative)[0] == pytest.approx(2.0 - order, abs=0.1)
-    found, error = errors_by_count(2.0, of_reference)
-    assert found == pytest.approx(2.0 - order, abs=0.1)
-    assert error < 1e-2 * stiffness
 
 
 def test_engine_operator_follows_the_reference():

@@ -20,6 +20,7 @@ from pamsim.physics.hysteresis.preisach import (
     pleated_factor_output,
     preisach_rates,
     staircase_sums,
+    virgin_count,
 )
 from tests.unit.physics.hysteresis.operator_runs import run
 
@@ -70,6 +71,25 @@ def test_engine_operator_equals_the_relays(levels, c, d, count):
         inputs = np.concatenate([inputs, rng.permutation(np.tile(levels_of(8), 10))])
     by_relays = [relays.step(u) for u in inputs]
     assert engine_output(levels, inputs, c, d) == pytest.approx(by_relays, abs=1e-12)
+
+
+def test_output_and_energy_of_any_memory_are_those_of_its_relays_row_by_row():
+    """Also of one written by hand, whose counts do not rise; each relay is up from its count on.
+
+    Between its thresholds it has taken up u - beta since it went down, or alpha - u.
+    """
+    n, rng = np.arange(8), np.random.default_rng(2)
+    levels, weights = levels_of(8), relay_weights(8, printed_weight)
+    for reached, u in enumerate(levels + 0.05, start=1):
+        counts = rng.integers(0, n + 2)
+        z = [float(count) - virgin_count(8, i) for i, count in enumerate(counts)]
+        up = np.where(n < reached, n + 1, np.minimum(counts, reached))
+        risen = n[None, :] < up[:, None]
+        output, *_, held = staircase_sums(8, C, D, z, float(u))
+        assert output == pytest.approx(np.sum(weights * np.where(risen, 1.0, -1.0)), abs=1e-12)
+        taken = np.where(risen, levels[:, None] - u, u - levels[None, :])
+        between = (n[:, None] >= reached) & (n[None, :] < reached)
+        assert held == pytest.approx(np.sum(weights * taken * between), abs=1e-12)
 
 
 def test_virgin_state_is_neutral_and_saturation_and_the_centre_of_the_loop_are_one():
