@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import mujoco
 import numpy as np
@@ -17,6 +18,7 @@ from pamsim.engine.simulate import simulate
 from pamsim.physics.friction import Friction, stribeck_friction
 from pamsim.physics.record import pack
 from pamsim.recordings.experiment import Experiment, pressure_step
+from pamsim.recordings.rig_file import find_rig
 from pamsim.recordings.signals import Drive
 from tests.unit.physics.flat import static_force
 
@@ -138,18 +140,35 @@ def stretched(time, positions, pressure=3e5, **changes):
     )
 
 
-@pytest.mark.parametrize(("pressure", "position"), [(0.0, 0.004), (1e5, -0.01), (5e5, -0.06)])
-def test_at_rest_the_machine_holds_the_force_of_the_law_less_the_weight(bench, pressure, position):
+def test_at_rest_the_machine_holds_the_force_of_the_law_less_the_weight(bench):
     reversible = bench.with_parameters({"hysteresis.force_per_pressure": 0.0})
-    still = stretched(np.zeros(1), [position], pressure, duration=0.02)
-    run = simulate(reversible, still).completed()
     row = pack(reversible.muscles["muscle"]).tolist()
-    law = static_force(row, position, pressure)
-    assert law > 20.0
-    np.testing.assert_allclose(run.tension[:, 0], law, rtol=1e-9)
-    force = run.signal("rod.force")
-    np.testing.assert_allclose(force, law - ROD * GRAVITY, rtol=1e-6)
-    np.testing.assert_allclose(run.signal("rod.position"), position, rtol=0, atol=1e-12)
+    for pressure, position in ((0.0, 0.004), (1e5, -0.01), (5e5, -0.06)):
+        still = stretched(np.zeros(1), [position], pressure, duration=0.02)
+        run = simulate(reversible, still).completed()
+        law = static_force(row, position, pressure)
+        assert law > 20.0
+        np.testing.assert_allclose(run.tension[:, 0], law, rtol=1e-9)
+        np.testing.assert_allclose(run.signal("rod.force"), law - ROD * GRAVITY, rtol=1e-6)
+        np.testing.assert_allclose(run.signal("rod.position"), position, rtol=0, atol=1e-12)
+
+
+def test_numbers_of_the_bench_s_readme_are_those_of_the_rig(bench):
+    readme = (find_rig("muscle_bench") / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"\| 300 kPa, (\d+) mm \| tension (\d+) N, .* (\d+) N \|", readme)
+    assert len(rows) == 2
+    for length, *stated in rows:
+        position = 1e-3 * float(length) - 0.25
+        held = stretched(np.zeros(1), [position], duration=0.01, settle=1.0)
+        held = dataclasses.replace(held, drive={"muscle": "pressure_set", "rod": "length"})
+        run = simulate(bench, held).completed()
+        found = (run.signal("muscle.force")[-1], run.signal("rod.force")[-1])
+        assert [f"{value:.0f}" for value in found] == stated
+    (hung,) = re.findall(r"10 kg hung on \| length ([\d.]+) mm", readme)
+    run = simulate(bench, pressure_step([3e5], [3e5], duration=0.01, load=10.0)).completed()
+    assert f"{250.0 + 1e3 * run.positions[-1, 0]:.1f}" == hung
+    assert "0.5 kg" in readme
+    assert bench.model.body("rod").mass[0] == ROD
 
 
 def cycles(count=2, **changes):
@@ -167,18 +186,13 @@ def work(run, force):
 def test_work_of_the_machine_in_a_cycle_is_the_loop_of_the_muscle_and_the_heat_of_the_guide(
     bench, loop
 ):
-    run = simulate(
-        bench.with_parameters({"hysteresis.force_per_pressure": loop}),
-        cycles(sample_rate=2000.0),
-    ).completed()
+    rig = bench.with_parameters({"hysteresis.force_per_pressure": loop})
+    run = simulate(rig, cycles(sample_rate=2000.0)).completed()
     area, done = work(run, run.tension[:, 0]), work(run, run.signal("rod.force"))
     heat = work(run, 20.0 * run.velocities[:, 0])
     assert heat == pytest.approx(20.0 * np.pi * 4.0 * np.pi * 0.02**2, rel=1e-3)
     assert done == pytest.approx(area + heat, abs=0.002)
-    if loop:
-        assert area > 0.2
-    else:
-        assert abs(area) < 0.005  # a spring gives back what it took
+    assert area > 0.2 if loop else abs(area) < 0.005  # a spring gives back what it took
 
 
 def test_force_of_a_motion_is_that_of_newton_at_every_sample_from_the_first_to_the_last(bench):
@@ -251,25 +265,18 @@ def test_a_torque_on_a_free_joint_turns_it_as_the_formula_says(tmp_path):
     rig = pamsim.load_rig("two_joint_arm").with_parameters(
         {"tendon.biceps_cable.coef_elbow": 1e-9, "tendon.triceps_cable.coef_elbow": 1e-9}
     )
-    time = np.array([0.0, 0.2, 0.4])
-    ramp = np.array([0.0, 0.02, 0.04])
-    pressures = np.full((3, 4), 1e5)
-    run = simulate(
-        rig,
-        Experiment(
-            drive={
-                **dict.fromkeys(rig.muscles, "measured"),
-                "shoulder": "angle",
-                "elbow": "torque",
-            },
-            command_time=time,
-            command_value=np.column_stack([pressures, np.zeros(3), ramp]),
-            start_pressure=pressures[0],
-            duration=0.4,
-            settle=0.1,
-        ),
-    ).completed()
-    mass, centre, inertia = 0.35, 0.125, 0.0019
+    pressures, ramp = np.full((3, 4), 1e5), np.array([0.0, 0.02, 0.04])
+    drive = {**dict.fromkeys(rig.muscles, "measured"), "shoulder": "angle", "elbow": "torque"}
+    turning = Experiment(
+        drive=drive,
+        command_time=np.array([0.0, 0.2, 0.4]),
+        command_value=np.column_stack([pressures, np.zeros(3), ramp]),
+        start_pressure=pressures[0],
+        duration=0.4,
+        settle=0.1,
+    )
+    run = simulate(rig, turning).completed()
+    mass, centre, inertia = LOWER
     own, drag, slope = inertia + mass * centre**2, 0.15, 0.1
     lag, t = own / drag, run.time
     speed = slope / drag * (t - lag * (1.0 - np.exp(-t / lag)))
@@ -288,15 +295,13 @@ def test_a_motion_passes_a_soft_stop_as_it_was_measured(bench):
     np.testing.assert_allclose(run.positions[-1, 0], 0.015, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("drive", "position", "message"),
-    [
-        ({"muscle": "measured", "rod": "length"}, 0.03, "leaves its range of -0.09 to 0.01"),
-        ({"muscle": "measured", "rod": "angle"}, 0.0, "slides, so that its drive is force or"),
-        ({"muscle": "measured", "rud": "length"}, 0.0, "no joint 'rud'; did you mean 'rod'"),
-    ],
-)
-def test_what_a_joint_cannot_do_is_refused(bench, drive, position, message):
-    still = stretched(np.zeros(1), [position], duration=0.02)
-    with pytest.raises(InputError, match=message):
-        simulate(bench, dataclasses.replace(still, drive=drive))
+def test_what_a_joint_cannot_do_is_refused(bench):
+    for joint, drive, position, message in (
+        ("rod", "length", 0.03, "leaves its range of -0.09 to 0.01"),
+        ("rod", "angle", 0.0, "slides, so that its drive is force or"),
+        ("rud", "length", 0.0, "no joint 'rud'; did you mean 'rod'"),
+    ):
+        still = stretched(np.zeros(1), [position], duration=0.02)
+        still = dataclasses.replace(still, drive={"muscle": "measured", joint: drive})
+        with pytest.raises(InputError, match=message):
+            simulate(bench, still)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import sys
 
 import mujoco
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.engine.stepping import BACKENDS
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.record import slot
 from tests.plant.read_rig import read_rig
@@ -124,47 +122,51 @@ class Books:
         self.enthalpy = self.GAMMA / excess * heat * (self.source - self.lost)
 
 
-@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+SUPPLIES = pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+
+
+@SUPPLIES
 def test_air_of_muscles_and_supply_is_what_the_source_gave_minus_what_got_out(supply):
     """Isothermal air, whose mass is P V / (R T): closed to 1e-9 of what moved."""
     rig = rig_with(**supply, **LEAK, **WIDE, **{"chamber.polytropic_index": 1.0})
-    books = random_run(rig, 6.0)
+    books = random_run(rig, 4.0)
     given, lost = total(books, "source"), total(books, "lost")
     assert given > books[0].mass, "the run must move more air than there was"
     assert any(each.backflow for each in books), "and some of it from a muscle into the line"
     assert abs(books[-1].mass - books[0].mass - given + lost) < 1e-9 * given
 
 
-@pytest.mark.parametrize("index", [1.0, 1.2, 1.4])
-@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
-def test_power_in_is_power_out_and_stored_at_every_instant(supply, index):
+@SUPPLIES
+def test_power_in_is_power_out_and_stored_at_every_instant(supply):
     """Rate of the air's energy = enthalpy through the valves - work + heat of walls."""
-    rig = rig_with(**supply, **LEAK, **{"chamber.polytropic_index": index})
-    books = random_run(rig, 0.5)
-    gaps = [each.energy_rate - each.enthalpy + each.work - each.heat for each in books]
-    assert np.abs(gaps).max() < 1e-8 * max(abs(each.enthalpy) for each in books)
+    for index in (1.0, 1.2, 1.4):
+        rig = rig_with(**supply, **LEAK, **{"chamber.polytropic_index": index})
+        books = random_run(rig, 0.3)
+        gaps = [each.energy_rate - each.enthalpy + each.work - each.heat for each in books]
+        largest = max(abs(each.enthalpy) for each in books)
+        assert np.abs(gaps).max() < 1e-8 * largest, index
 
 
 def test_energy_of_a_run_closes_at_the_order_of_its_steps():
     rig, gaps = rig_with(**TANK, **LEAK), []
-    for timestep in (1e-3, 5e-4, 2.5e-4):
+    for timestep in (1e-3, 5e-4):
         books = random_run(rig, 0.5, timestep)
         given, work, heat = (total(books, n, timestep) for n in ("enthalpy", "work", "heat"))
         gap = books[-1].energy - books[0].energy - given + work - heat
         gaps.append(abs(gap) / sum(abs(each.enthalpy) * timestep for each in books))
     assert gaps[0] < 0.01
-    assert np.all(np.abs(np.log2(np.array(gaps[:-1]) / gaps[1:]) - 1.0) < 0.3)
+    assert abs(np.log2(gaps[0] / gaps[1]) - 1.0) < 0.3
 
 
 FILL = pamsim.pressure_step((1e5, 1e5), (5e5, 3e5), duration=1.5, load=1.2, sample_rate=100.0)
 
 
-@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+@SUPPLIES
 def test_a_muscle_feels_what_the_other_draws_as_in_the_independent_plant(supply):
     shared = rig_with(**supply)
     apart = rig_with(**supply, **{"muscle_2:valve.supply_line": 1.0})
-    plant = run(read_rig(shared, 1.2), FILL, rig="x", muscles=tuple(shared.muscles))
-    expected = plant.pressure
+    muscles = tuple(shared.muscles)
+    expected = run(read_rig(shared, 1.2), FILL, rig="x", muscles=muscles).pressure
     together, alone = (pamsim.simulate(rig, FILL, timestep=2.5e-4) for rig in (shared, apart))
     assert np.abs(together.pressure - expected).max() < 200.0
     lost = alone.pressure[:, 1] - together.pressure[:, 1]
@@ -172,19 +174,19 @@ def test_a_muscle_feels_what_the_other_draws_as_in_the_independent_plant(supply)
     np.testing.assert_allclose(lost, alone.pressure[:, 1] - expected[:, 1], atol=200.0)
 
 
-def driven(rig, commands, backend="compiled"):
+def driven(rig, commands):
     """Data after 60 steps of each pair of valve openings, from 3 bar in both muscles."""
     model = rig.model_for(command="valve", load=1.2)
     data = mujoco.MjData(model)
     pamsim.reset(model, data, (3e5, 3e5))
-    with pamsim.live(model, backend=backend):
+    with pamsim.live(model):
         for command in commands:
             data.ctrl[:] = command
             mujoco.mj_step(model, data, 60)
     return data
 
 
-@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
+@SUPPLIES
 def test_while_the_other_draws_nothing_a_shared_supply_is_one_s_own_to_the_bit(supply):
     shared, apart = (rig_with(**supply, **{"muscle_2:valve.supply_line": n}) for n in (0.0, 1.0))
     for commands, equal in (([(0.4, -0.3), (1.0, 0.0)], True), ([(0.4, 0.3)], False)):
@@ -194,24 +196,14 @@ def test_while_the_other_draws_nothing_a_shared_supply_is_one_s_own_to_the_bit(s
         assert np.array_equal(one.act[air], other.act[air]) == equal
 
 
-@pytest.mark.parametrize("supply", [LINE, TANK], ids=["no volume", "tank"])
-def test_machine_code_and_interpreter_agree(supply):
-    commands = [(0.9, 0.7), (0.2, 1.0), (-0.5, 1.0), (1.0, 0.05)]
-    fast, slow = (driven(rig_with(**supply), commands, backend) for backend in BACKENDS)
-    np.testing.assert_allclose(fast.act, slow.act, rtol=1e-9, atol=1e-12)
-    if sys.platform == "linux":  # there, both call one mathematics library
-        assert np.array_equal(fast.act, slow.act)
-        assert np.array_equal(fast.qpos, slow.qpos)
-
-
-def test_a_thousand_stiff_supplies_stay_between_source_and_muscles():
+def test_hundreds_of_stiff_supplies_stay_between_source_and_muscles():
     """Any resistance, volume and valve at any step: the line's pressure cannot overshoot."""
     rng = np.random.default_rng(11)
     model = rig_with().model_for(command="valve")
     data, rows = mujoco.MjData(model), model.actuator_user
     full, seen = 6e5 + 101325.0, []
     with pamsim.live(model):
-        for _ in range(1000):
+        for _ in range(400):
             model.opt.timestep = 10.0 ** rng.uniform(-4.0, -2.3)
             rows[:, slot("valve.supply_resistance")] = 10.0 ** rng.uniform(3.0, 11.0)
             volume = 10.0 ** rng.uniform(-15.0, 0.0) * (rng.random() < 0.7)
@@ -232,16 +224,18 @@ def test_a_thousand_stiff_supplies_stay_between_source_and_muscles():
     assert np.ptp(seen[:, 0]) > 4e5
 
 
-DIFFERENT = {"supply_pressure": 5e5, "supply_resistance": 0.0, "supply_volume": 1e-3}
-
-
-@pytest.mark.parametrize("name", DIFFERENT)
-def test_a_supply_that_its_muscles_state_differently_is_refused(name):
-    differs = TANK | {f"muscle_2:valve.{name}": DIFFERENT[name]}
-    message = rf"\Amuscle_1 and muscle_2 share a supply: [^\n]*{name}[^\n]*\Z"
-    with pytest.raises(InputError, match=message):
-        pamsim.simulate(rig_with(**differs), FILL)
-    pamsim.simulate(rig_with(**differs, **{"muscle_2:valve.supply_line": 1.0}), FILL)
+def test_a_supply_that_its_muscles_state_differently_is_refused():
+    short = dataclasses.replace(FILL, duration=0.05)
+    for name, value in (
+        ("supply_pressure", 5e5),
+        ("supply_resistance", 0.0),
+        ("supply_volume", 1e-3),
+    ):
+        differs = TANK | {f"muscle_2:valve.{name}": value}
+        message = rf"\Amuscle_1 and muscle_2 share a supply: [^\n]*{name}[^\n]*\Z"
+        with pytest.raises(InputError, match=message):
+            pamsim.simulate(rig_with(**differs), short)
+        pamsim.simulate(rig_with(**differs, **{"muscle_2:valve.supply_line": 1.0}), short)
 
 
 def test_muscles_put_on_a_model_are_checked_as_well():

@@ -19,7 +19,6 @@ from pamsim.recordings.signals import column_of
 
 ARMS = np.array([[-25e-3, 0.0], [25e-3, 0.0], [-16e-3, -24e-3], [16e-3, 24e-3]])
 """Change of each muscle's length per angle of shoulder and elbow [m/rad], as the README states."""
-
 MIDDLE = [2.5e5] * 4
 
 
@@ -55,44 +54,40 @@ def test_work_of_the_muscles_becomes_kinetic_energy_and_heat_in_the_bearings(rig
     )
     run = pamsim.simulate(rig, change).completed()
     first, second = run.velocities.T
-    bend = run.positions[:, 1]
+    both, bend, tip = first + second, run.positions[:, 1], 2.0
     # The load's own inertia grows with its mass; its centre lies on the forearm's end.
-    tip = 2.0
     spin = 0.0019 + 0.35 * 0.125**2 + tip * (0.25**2 + 0.0008)
     reach = 0.35 * 0.125 + tip * 0.25
-    both = first + second
     kinetic = 0.5 * (
         (0.0046 + 0.60 * 0.15**2 + (0.35 + tip) * 0.30**2) * first**2
         + spin * both**2
         + 2.0 * 0.30 * reach * np.cos(bend) * first * both
     )
-    power = np.sum(-run.tension * (run.velocities @ ARMS.T), axis=1)
-    heat = 0.4 * first**2 + 0.15 * second**2
-    step = run.time[1]
-    done = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * step)])
-    lost = np.concatenate([[0.0], np.cumsum(0.5 * (heat[1:] + heat[:-1]) * step)])
+
+    def integral(power):
+        return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * run.time[1])])
+
+    done = integral(np.sum(-run.tension * (run.velocities @ ARMS.T), axis=1))
+    lost = integral(0.4 * first**2 + 0.15 * second**2)
     assert kinetic.max() > 0.1 * done.max()
     np.testing.assert_allclose(kinetic + lost, done, atol=0.01 * done.max())
 
 
-def at_rest(rig, pressures):
+def test_a_pair_over_both_joints_keeps_its_length_and_alone_turns_the_elbow_only(rig):
+    """At rest the elbow's torque is 0: at equal pressures both pull equally, as at angle 0.
+
+    And with it the pair's torque at the shoulder.
+    """
     still = rig.with_parameters({"hysteresis.force_per_pressure": 0.0})
-    run = pamsim.simulate(still, pressure_step(pressures, pressures, duration=0.01)).completed()
-    return run.positions[-1]
-
-
-def test_a_pair_over_both_joints_at_equal_pressures_keeps_its_length(rig):
-    """At rest the elbow's torque is 0: both pull equally, so their length is that of angle 0."""
-    shoulder, elbow = at_rest(rig, [3.5e5, 1.5e5, 2e5, 2e5])
+    angles = []
+    for pressures in ([3.5e5, 1.5e5, 2e5, 2e5], [2e5, 2e5, 3.5e5, 1.5e5]):
+        hold = pressure_step(pressures, pressures, duration=0.01)
+        angles.append(pamsim.simulate(still, hold).completed().positions[-1])
+    (shoulder, elbow), (unmoved, turned) = angles
     assert shoulder > 0.3
     assert elbow == pytest.approx(-16.0 / 24.0 * shoulder, abs=1e-6)
-
-
-def test_a_pair_over_both_joints_alone_turns_the_elbow_and_not_the_shoulder(rig):
-    """At rest the elbow's torque is 0, so that the pair pulls at the shoulder with none either."""
-    shoulder, elbow = at_rest(rig, [2e5, 2e5, 3.5e5, 1.5e5])
-    assert elbow > 0.3
-    assert shoulder == pytest.approx(0.0, abs=1e-6)
+    assert turned > 0.3
+    assert unmoved == pytest.approx(0.0, abs=1e-6)
 
 
 def test_signals_carry_the_names_of_joints_and_muscles(rig):
@@ -103,43 +98,39 @@ def test_signals_carry_the_names_of_joints_and_muscles(rig):
     assert run.signal("triceps.force").tolist() == run.tension[:, 3].tolist()
     assert {"elbow_deg", "biceps_set_kpa", "biceps_kpa", "biceps_n"} <= run.columns().keys()
     assert "elbow 0.00 -> 0.00 deg" in run.summary()
-    with pytest.raises(InputError, match=r"did you mean 'elbow\.angle'"):
-        run.signal("elbow.angel")
-    with pytest.raises(InputError, match=r"one joint.*shoulder, elbow.*signal\('shoulder.angle'\)"):
-        _ = run.angle
-    with pytest.raises(InputError, match="needs a rig with one joint"):
-        _ = rig.only_joint
+    for asked, words in (
+        (lambda: run.signal("elbow.angel"), r"did you mean 'elbow\.angle'"),
+        (lambda: run.angle, r"one joint.*shoulder, elbow.*signal\('shoulder.angle'\)"),
+        (lambda: rig.only_joint, "needs a rig with one joint"),
+    ):
+        with pytest.raises(InputError, match=words):
+            asked()
 
 
-def copied(tmp_path, old, new, xml=()):
+def copied(tmp_path, toml, xml):
+    """The rig with one piece of each of its files replaced."""
     folder = tmp_path / "rig"
     shutil.copytree(find_rig("two_joint_arm"), folder)
-    for name, pairs in (("params.toml", [(old, new)]), ("two_joint_arm.xml", xml)):
+    for name, (before, after) in (("params.toml", toml), ("two_joint_arm.xml", xml)):
         text = (folder / name).read_text()
-        for before, after in pairs:
-            assert before in text
-            text = text.replace(before, after)
-        (folder / name).write_text(text)
+        assert before in text
+        (folder / name).write_text(text.replace(before, after))
     return folder
 
 
+JOINTS = 'joints = ["shoulder", "elbow"]\n'
+
+
 def test_without_names_every_joint_that_the_muscles_move_is_recorded(tmp_path, rig):
-    stated = 'joints = ["shoulder", "elbow"]\n'
-    wrist = (
-        '<body name="load" pos="0.25 0 0">',
-        '<body name="load" pos="0.25 0 0"><joint name="wrist"/>',
-    )
-    folder = copied(tmp_path, stated, "", [wrist])
+    load = '<body name="load" pos="0.25 0 0">'
+    folder = copied(tmp_path, (JOINTS, ""), (load, load + '<joint name="wrist"/>'))
     assert pamsim.load_rig(folder).joints == rig.joints
 
 
 def test_a_joint_that_slides_has_a_position_and_its_own_units(tmp_path):
-    folder = copied(
-        tmp_path,
-        'joints = ["shoulder", "elbow"]\n',
-        'joints = ["elbow"]\n',
-        [('<joint name="elbow"/>', '<joint name="elbow" type="slide" range="-1 1"/>')],
-    )
+    slide = '<joint name="elbow" type="slide" range="-1 1"/>'
+    xml = ('<joint name="elbow"/>', slide)
+    folder = copied(tmp_path, (JOINTS, 'joints = ["elbow"]\n'), xml)
     with pytest.raises(InputError, match=r"joint\.elbow\.damping: unit .* to 'N\*s/m'"):
         pamsim.load_rig(folder)
     stated = (folder / "params.toml").read_text()
@@ -152,19 +143,13 @@ def test_a_joint_that_slides_has_a_position_and_its_own_units(tmp_path):
     assert [*map(column_of, sliding.names.joint_channels)] == ["elbow_mm"]
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
+def test_a_radius_of_a_cable_over_two_joints_is_named_by_its_joint_and_moves_it_alone(rig):
+    for name, words in (
         ("tendon.biceps_cable.coef", "differ; write coef_shoulder and coef_elbow"),
         ("tendon.biceps_cable.coef_elbw", "did you mean 'elbow'"),
-    ],
-)
-def test_a_radius_of_a_cable_over_two_joints_is_named_by_its_joint(rig, name, words):
-    with pytest.raises(InputError, match=words):
-        rig.with_parameters({name: 0.02})
-
-
-def test_a_radius_moves_one_joint_alone(rig):
+    ):
+        with pytest.raises(InputError, match=words):
+            rig.with_parameters({name: 0.02})
     changed = rig.with_parameters({"tendon.biceps_cable.coef_elbow": 0.03})
     assert rig_parameter(changed, "tendon.biceps_cable.coef_elbow").value == 0.03
     assert rig_parameter(changed, "tendon.biceps_cable.coef_shoulder").value == 0.016

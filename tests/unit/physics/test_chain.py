@@ -1,4 +1,4 @@
-"""The chain in series: what it holds at rest, what it passes on, what a cycle costs."""
+"""The chain beside a muscle: compliance, play between two muscles, and the sprocket's teeth."""
 
 from __future__ import annotations
 
@@ -7,133 +7,241 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from pamsim.physics.chain import Chain, extension_rate
-from pamsim.physics.muscle import Muscle
+from pamsim.physics.chain import Chain, chain_length, chain_ratio, extension_rate, shift_rate
+from pamsim.physics.friction import Friction
 from pamsim.physics.record import pack
+from pamsim.physics.step_limits import chain_step_limit
 from tests.unit.physics.flat import gauge_pressure, kernel, length_at_muscle
 from tests.unit.physics.muscles import LASTING, LOOPS, charged, make
 
 COMPLIANCE, RELAXATION = 3e-6, 0.02
 SOFT = Chain(compliance=COMPLIANCE, relaxation_time=RELAXATION)
-STATES = [(0.185, 2e5), (0.19, 4e5), (0.21, 0.0), (0.205, 1e5)]
-"""Tendon length [m] and gauge pressure [Pa]; the last two stretch the muscle beyond slack."""
+PLAY, DAMPING = 6e-4, 1e3
+TEETH = Chain(ripple=3e-4, ripple_pitch=8e-3, ripple_phase=0.4)
+TENDON, PRESSURE = 0.19, 3e5
 
 
-def on_chain(chain: Chain, loop: str = "none") -> Muscle:
+def on_chain(chain, loop="none"):
     return make("six_parameter", loop, **(LASTING | {"chain": chain}))
 
 
-def follow(
-    muscle: Muscle, act: list[float], lengths: NDArray[np.float64], timestep: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Tension and extension along a path of the tendon with the valves shut, by explicit Euler.
+def step(row, act, tendon, velocity, timestep, opposing=0.0):
+    out = [0.0] * len(act)
+    kernel.state_rates(row, act, out, tendon, velocity, 0.0, 0.0, timestep, opposing)
+    for i, rate in enumerate(out):
+        act[i] += timestep * rate
 
-    Each operator and the chain take their rates at the present length, as in the engine.
-    """
-    row, count = pack(muscle).tolist(), len(act)
-    tensions, extensions = [], []
-    out = [0.0] * count
+
+def follow(muscle, act, lengths, timestep):
+    """Tension and extension along a path of the tendon with the valves shut, by explicit Euler."""
+    row, tensions, extensions = pack(muscle).tolist(), [], []
     velocities = np.diff(lengths, append=lengths[-1]) / timestep
     for length, velocity in zip(lengths.tolist(), velocities.tolist(), strict=True):
         tensions.append(kernel.tension(row, act, length))
         extensions.append(act[-2])
-        kernel.state_rates(row, act, out, length, velocity, 0.0, 0.0, timestep)
-        for i in range(count):
-            act[i] += timestep * out[i]
+        step(row, act, length, velocity, timestep)
     return np.array(tensions), np.array(extensions)
 
 
-@pytest.mark.parametrize("tension", [0.0, 40.0, 900.0])
-@pytest.mark.parametrize("start", [-1e-3, 0.0, 4e-3])
-def test_under_a_held_tension_the_extension_closes_in_with_its_time_constant(tension, start):
-    """x - C T decays with exp(-t / tau), so its rate is -1 / tau of it; none at x = C T."""
-    apart = start - COMPLIANCE * tension
-    rate = extension_rate(SOFT, start, tension)
-    assert rate == pytest.approx(-apart / RELAXATION, rel=1e-12)
-    assert extension_rate(SOFT, COMPLIANCE * tension, tension) == 0.0
-
-
-@pytest.mark.parametrize("tension", [1.0, 300.0, 5e3])
-def test_a_hardening_chain_gives_per_tension_what_its_law_says(tension):
-    """dx/dT = C / (1 + h T) of the extension at which the rate is zero."""
+def test_under_a_held_tension_the_extension_closes_in_on_what_the_chain_gives_per_tension():
+    """x - C T decays with exp(-t / tau); a hardening chain gives C / (1 + h T) per tension."""
     hard = dataclasses.replace(SOFT, hardening=2e-3)
 
     def resting(at):
         return float(brentq(lambda x: extension_rate(hard, x, at), -1.0, 1.0, xtol=1e-15))
 
-    step = 1e-3 * tension
-    slope = (resting(tension + step) - resting(tension - step)) / (2.0 * step)
-    assert slope == pytest.approx(COMPLIANCE / (1.0 + 2e-3 * tension), rel=1e-5)
+    for tension in (0.0, 40.0, 900.0):
+        for start in (-1e-3, 0.0, 4e-3):
+            apart = start - COMPLIANCE * tension
+            rate = extension_rate(SOFT, start, tension)
+            assert rate == pytest.approx(-apart / RELAXATION, rel=1e-12)
+        near = 1e-3 * (tension + 1.0)
+        slope = (resting(tension + near) - resting(tension - near)) / (2.0 * near)
+        assert slope == pytest.approx(COMPLIANCE / (1.0 + 2e-3 * tension), rel=1e-5)
 
 
-@pytest.mark.parametrize("loop", ["none", *LOOPS])
-@pytest.mark.parametrize(("tendon", "pressure"), STATES)
-def test_it_passes_on_the_tension_of_the_muscle_at_its_own_length(loop, tendon, pressure):
-    """It has no mass: with the same air and memory a rigid one, so much shorter, pulls the same."""
-    muscle = on_chain(SOFT, loop)
-    rigid = dataclasses.replace(muscle, chain=Chain())
-    act = charged(muscle, tendon, pressure)
-    own = tendon - act[-2]
-    assert kernel.tension(pack(muscle), act, tendon) == kernel.tension(pack(rigid), act, own)
-    assert gauge_pressure(pack(muscle), act, tendon) == pytest.approx(pressure, abs=1e-6)
-
-
-@pytest.mark.parametrize("relaxation", [4e-3, 0.02, 0.1])
-@pytest.mark.parametrize(("tendon", "pressure"), STATES)
-def test_at_rest_the_tension_balances_whatever_the_time_constant(tendon, pressure, relaxation):
-    """T = F(l - C T) at the pressure that the shut chamber has there, by scipy's root finder."""
-    muscle = on_chain(Chain(compliance=COMPLIANCE, relaxation_time=relaxation))
-    row, rigid = pack(muscle), pack(dataclasses.replace(muscle, chain=Chain()))
-    act = charged(muscle, tendon, pressure)
-
-    def short(tension: float) -> float:
-        return kernel.tension(rigid, [0.0, act[-1]], tendon - COMPLIANCE * tension) - tension
-
-    balanced = brentq(short, 0.0, kernel.tension(rigid, [0.0, act[-1]], tendon), xtol=1e-12)
-    steps = round(25.0 * relaxation / 5e-4)
-    tensions, extensions = follow(muscle, act, np.full(steps, tendon), 5e-4)
-    assert balanced > 10.0
-    assert tensions[-1] == pytest.approx(balanced, rel=1e-9)
-    assert extensions[-1] == pytest.approx(COMPLIANCE * balanced, rel=1e-9)
-    assert length_at_muscle(row, act, tendon) == tendon - act[-2]
-
-
-def cycle(muscle: Muscle, period: float, steps: int) -> tuple[float, float, float]:
-    """Second cycle on shut valves: work put in, work lost in the chain [J], swing [N]."""
-    phase = 2.0 * math.pi * np.arange(2 * steps + 1) / steps
-    lengths = 0.19 + 0.012 * np.sin(phase)
+def cycle(muscle, period, steps):
+    """Second cycle on shut valves: work put in, work lost in the chain [J]."""
+    lengths = TENDON + 0.012 * np.sin(2.0 * math.pi * np.arange(2 * steps + 1) / steps)
     act = charged(muscle, float(lengths[0]), 2e5, 0.0)
-    timestep = period / steps
-    tensions, extensions = follow(muscle, act, lengths, timestep)
-    last = slice(steps, None)
+    tensions, extensions = follow(muscle, act, lengths, period / steps)
+    last, timestep = slice(steps, None), period / steps
+    assert np.ptp(tensions[last]) > 100.0
     speed = np.gradient(extensions[last], timestep)
     work = float(np.trapezoid(tensions[last], lengths[last]))
-    chain = muscle.chain
-    lost = chain.relaxation_time / chain.compliance * float(np.trapezoid(speed**2, dx=timestep))
-    return work, lost, float(np.ptp(tensions[last]))
+    damping = muscle.chain.relaxation_time / muscle.chain.compliance
+    return work, damping * float(np.trapezoid(speed**2, dx=timestep))
 
 
-@pytest.mark.parametrize("period", [0.1, 1.0, 10.0])
-def test_work_of_a_closed_cycle_is_what_the_damper_in_the_chain_takes(period):
-    """Muscle and air give back all they take; the damper tau / C takes its v^2 over time."""
-    work, lost, swing = cycle(on_chain(SOFT), period, 2500)
-    assert swing > 100.0
-    assert lost > 0.0
-    assert work == pytest.approx(lost, rel=1e-3)
+def test_work_of_a_closed_cycle_is_what_the_damper_in_the_chain_takes():
+    """Muscle and air give back all they take; an operator's loop comes on top."""
+    for period, steps in ((0.1, 1500), (4.0, 1500)):
+        work, lost = cycle(on_chain(SOFT), period, steps)
+        assert work == pytest.approx(lost, rel=1e-3), period
+    for loop in LOOPS:
+        work, lost = cycle(on_chain(SOFT, loop), 2.0, 250)
+        assert work > 1.005 * lost > 0.0, loop
 
 
-def test_a_slow_cycle_costs_less_in_proportion_and_nothing_in_the_end():
-    slow, slower = (cycle(on_chain(SOFT), period, 2500)[0] for period in (4.0, 8.0))
-    assert slower > 0.0
-    assert slow / slower == pytest.approx(2.0, rel=0.02)
+# --- play on the sprocket between two muscles ----------------------------------------------------
 
 
-@pytest.mark.parametrize("loop", LOOPS)
-@pytest.mark.parametrize("period", [0.2, 5.0])
-def test_with_an_operator_a_cycle_costs_work_as_well(loop, period):
-    """The operator's loop comes on top of what the chain takes: ten times the error of the sum."""
-    work, lost, _ = cycle(on_chain(SOFT, loop), period, 2000)
-    assert work > 1.005 * lost > 0.0
+def with_play(play=PLAY, loop="none", **chain):
+    return on_chain(Chain(backlash=play, **chain), loop)
+
+
+def turned(muscle, travel, timestep):
+    """Shift of the chain and difference of pulls while its sprocket is turned, valves shut."""
+    row = pack(muscle).tolist()
+    ends = [charged(muscle, TENDON, PRESSURE, 0.0) for _ in range(2)]
+    for act in ends:
+        act[-3] = 0.0
+    shifts, apart = [], []
+    speeds = np.diff(travel, append=travel[-1]) / timestep
+    for x, v in zip(travel.tolist(), speeds.tolist(), strict=True):
+        lengths = TENDON - x, TENDON + x
+        pulls = [kernel.tension(row, a, at) for a, at in zip(ends, lengths, strict=True)]
+        shifts.append(ends[0][-3])
+        apart.append(pulls[0] - pulls[1])
+        assert ends[1][-3] == -ends[0][-3]
+        for act, at, speed, other in zip(ends, lengths, (-v, v), pulls[::-1], strict=True):
+            step(row, act, at, speed, timestep, other)
+    return np.array(shifts), np.array(apart)
+
+
+def sine(amplitude, cycles, steps):
+    return amplitude * np.sin(np.linspace(0.0, 2.0 * math.pi * cycles, cycles * steps + 1))
+
+
+def test_the_chain_slides_towards_the_stronger_pull_up_to_a_tooth():
+    chain = Chain(backlash=PLAY, seating_damping=DAMPING)
+    assert shift_rate(chain, 0.0, 130.0, 30.0, 1e-4) == pytest.approx(-0.1)
+    assert shift_rate(chain, 0.0, 30.0, 130.0, 1e-4) == pytest.approx(0.1)
+    for start, pull, tooth in ((2e-4, 0.0, 3e-4), (-2.9e-4, 5e3, -3e-4), (3e-4, -9e9, 3e-4)):
+        at = start + 1e-2 * shift_rate(chain, start, pull, 40.0, 1e-2)
+        assert at == pytest.approx(tooth, rel=1e-12)
+    assert shift_rate(chain, 3e-4, 0.0, 50.0, 1e-3) == 0.0
+    assert math.isnan(shift_rate(chain, 0.0, math.nan, 50.0, 1e-3))
+
+
+def test_elastic_teeth_give_beyond_the_play_per_pull_and_as_they_relax_in_time():
+    """At rest s = g/2 + c (T' - T), which a step of any length closes in on without overshoot."""
+    teeth = Chain(backlash=PLAY, seating_damping=DAMPING, tooth_compliance=2e-6)
+    resting = 3e-4 + 2e-6 * 120.0
+    for timestep in (1e-5, 1e-3, 1e9):
+        for side in (1.0, -1.0):
+            pulls = (30.0, 150.0)[:: int(side)]
+            at_rest = shift_rate(teeth, side * resting, *pulls, timestep)
+            assert at_rest == pytest.approx(0.0, abs=1e-9)
+            moved = side * timestep * shift_rate(teeth, side * 3e-4, *pulls, timestep)
+            assert 0.0 < moved <= 2e-6 * 120.0
+    apart = shift_rate(teeth, resting + 1e-7, 30.0, 150.0, 1e-9)
+    assert apart == pytest.approx(-1e-7 / (DAMPING * 2e-6), rel=1e-4)
+
+
+@pytest.mark.parametrize("timestep", [2e-4, 8e-3])
+def test_turning_it_to_and_fro_takes_work_and_never_gives_any(timestep):
+    """Muscles without loss: over a cycle all work is what sliding costs, (T - T')^2 / b.
+
+    Steps longer than the time constant of elastic teeth take more, as implicit Euler does.
+    """
+    travel = sine(1.5e-3, 2, 500)
+    for teeth in (0.0, 1e-6):
+        shifts, apart = turned(with_play(tooth_compliance=teeth), travel, timestep)
+        cycle = slice(-501, None)
+        work = -np.trapezoid(apart[cycle], travel[cycle])  # against the pull of muscle 1
+        sliding = np.diff(shifts)[-500:] / timestep
+        brake = DAMPING * float(np.sum(sliding**2)) * timestep
+        assert brake > 0.0
+        if timestep < DAMPING * teeth or teeth == 0.0:
+            assert work == pytest.approx(brake, rel=0.05), teeth
+        else:
+            assert work > brake
+
+
+# --- the longest step ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("pressure", [1e5, 5e5])
+def test_a_chain_settles_just_inside_its_step_limit_and_swings_up_beyond(pressure):
+    muscle = on_chain(Chain(compliance=1.5e-5, relaxation_time=5e-3))
+    row, tendon = pack(muscle).tolist(), 0.185
+    resting = charged(muscle, tendon, pressure)
+    for _ in range(400):  # to rest, in steps well inside
+        step(row, resting, tendon, 0.0, 1e-3)
+
+    def swing(share):
+        """Growth of a small deviation of the extension over 60 steps on shut valves."""
+        act, at = list(resting), resting[-2]
+        own = gauge_pressure(row, act, tendon)
+        longest = share * chain_step_limit(muscle, tendon - at, own)
+        act[-2] += 1e-9
+        for _ in range(60):
+            step(row, act, tendon, 0.0, longest)
+        return abs(act[-2] - at) / 1e-9
+
+    assert swing(0.97) < 0.2
+    assert swing(1.03) > 5.0
+    assert chain_step_limit(on_chain(Chain()), tendon, pressure) > 1e9
+
+
+def test_play_between_two_muscles_settles_inside_its_step_limit_and_swings_up_beyond():
+    muscle = with_play(seating_damping=200.0)
+    row = pack(muscle).tolist()
+
+    def growth(share):
+        longest = share * chain_step_limit(muscle, TENDON, PRESSURE)
+        ends = [charged(muscle, TENDON, PRESSURE, 0.0) for _ in range(2)]
+        ends[0][-3], ends[1][-3] = 1e-9, -1e-9
+        for _ in range(60):
+            pulls = [kernel.tension(row, act, TENDON) for act in ends]
+            for act, other in zip(ends, pulls[::-1], strict=True):
+                step(row, act, TENDON, 0.0, longest, other)
+        return abs(ends[0][-3]) / 1e-9
+
+    assert growth(0.95) < 0.3
+    assert growth(1.05) > 3.0
+
+
+# --- teeth of the sprocket -----------------------------------------------------------------------
+
+
+def test_a_pitch_on_the_chain_is_a_pitch_behind_it_and_in_between_it_ripples():
+    for travel in (-0.013, 0.0, 0.004):
+        pitch = chain_length(TEETH, travel + TEETH.ripple_pitch) - chain_length(TEETH, travel)
+        assert pitch == pytest.approx(TEETH.ripple_pitch, rel=1e-12)
+        near = chain_length(TEETH, travel + 1e-8) - chain_length(TEETH, travel - 1e-8)
+        assert chain_ratio(TEETH, travel) == pytest.approx(near / 2e-8, rel=1e-7)
+    grid = np.linspace(0.0, TEETH.ripple_pitch, 2001)
+    off = [chain_length(TEETH, x) - x for x in grid.tolist()]
+    assert (min(off), max(off)) == pytest.approx((-TEETH.ripple, TEETH.ripple), rel=1e-5)
+
+
+def test_on_teeth_work_on_the_tendon_is_the_work_on_the_muscle():
+    muscle = make("six_parameter", chain=TEETH, friction=Friction())
+    row, act = pack(muscle).tolist(), charged(muscle, 0.19, 3e5)
+    tendons = np.linspace(0.186, 0.196, 1001)
+    inside = [kernel.tension(row, act, x) for x in tendons.tolist()]
+    outside = [
+        kernel.tendon_force(row, act, pull, x, 0.0, 5e-4)
+        for x, pull in zip(tendons.tolist(), inside, strict=True)
+    ]
+    lengths = [length_at_muscle(row, act, x) for x in tendons.tolist()]
+    assert min(inside) > 10.0
+    assert np.trapezoid(outside, tendons) == pytest.approx(np.trapezoid(inside, lengths), rel=1e-6)
+
+
+def test_a_muscle_moves_at_the_speed_behind_the_teeth():
+    """Seen in the operator, whose memory follows the contraction."""
+    rates = []
+    for chain in (TEETH, Chain()):
+        muscle = make("six_parameter", "bouc_wen", chain=chain)
+        act = charged(muscle, 0.19, 3e5, z=0.0)
+        out = [0.0] * len(act)
+        kernel.state_rates(pack(muscle).tolist(), act, out, 0.19, 0.03, 0.0, 0.0, 5e-4)
+        rates.append(out[0])
+    ratio = chain_ratio(TEETH, 0.19)
+    assert abs(ratio - 1.0) > 0.02
+    assert rates[0] == pytest.approx(ratio * rates[1], rel=1e-9)

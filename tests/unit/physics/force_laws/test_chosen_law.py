@@ -62,67 +62,44 @@ def outside(monkeypatch):
 
 
 def assert_force_volume_and_work_agree(m, pressure):
+    """Work is the integral of the force, volume that of its slope; both by `law_derivatives`."""
     near, step = 1e-5, 50.0
 
-    def gained(kappa):
-        return law_volume(m, pressure, kappa)
+    def rise(function, at, by):
+        return (function(at + by) - function(at - by)) / (2.0 * by)
 
-    def work(kappa):
-        return law_work(m, pressure, kappa, gained(kappa))
+    def work_at(kappa):
+        return law_work(m, pressure, kappa, law_volume(m, pressure, kappa))
 
-    for kappa in PLACES:
-        rise = (work(kappa + near) - work(kappa - near)) / (2.0 * near)
-        assert rise == pytest.approx(law_force(m, pressure, kappa), rel=1e-4)
-        rise = (gained(kappa + near) - gained(kappa - near)) / (2.0 * near)
-        slope = law_force(m, pressure + step, kappa) - law_force(m, pressure - step, kappa)
-        assert rise == pytest.approx(slope / (2.0 * step), rel=1e-4)
-
-
-@pytest.mark.parametrize("pressure", [2.5e5, 4.5e5])
-@pytest.mark.parametrize("law", MUSCLES)
-def test_work_is_the_integral_of_the_force_and_volume_that_of_its_slope(law, pressure):
-    assert_force_volume_and_work_agree(parameters(MUSCLES[law]), pressure)
-
-
-@pytest.mark.parametrize("law", MUSCLES)
-def test_every_law_is_given_its_own_numbers(law):
-    """Each by its name from the muscle's record, in whose row another law has other places."""
-    muscle, pressure = MUSCLES[law], 3e5
-    card = FORCE_LAWS[law]
-    m = parameters(muscle)
-    length = muscle.braid or muscle.stroke
-    rest = [*dataclasses.astuple(muscle.force)[1:]]
-    rest += [getattr(length, name) for name in card.braid_fields]
-    for kappa in PLACES:
-        assert law_force(m, pressure, kappa) == card.force_function(pressure, kappa, *rest)
-        assert law_volume(m, pressure, kappa) == card.volume_function(pressure, kappa, *rest)
-    assert law_pushes(m) is card.pushes
-    assert law_volume_varies(m) is card.volume_varies
-
-
-@pytest.mark.parametrize("pressure", [2.5e5, 4.5e5])
-@pytest.mark.parametrize("law", MUSCLES)
-def test_derivatives_are_those_of_the_force(law, pressure):
-    m, near, step = parameters(MUSCLES[law]), 1e-5, 50.0
     for kappa in PLACES:
         force, rising, per_pressure, gained, work = law_derivatives(m, pressure, kappa)
         assert force == pytest.approx(law_force(m, pressure, kappa), rel=1e-12)
         assert gained == pytest.approx(law_volume(m, pressure, kappa), rel=1e-12)
-        assert work == pytest.approx(law_work(m, pressure, kappa, gained), rel=1e-12)
-        rise = law_force(m, pressure, kappa + near) - law_force(m, pressure, kappa - near)
-        assert rising == pytest.approx(rise / (2.0 * near), rel=1e-3)
-        slope = law_force(m, pressure + step, kappa) - law_force(m, pressure - step, kappa)
-        assert per_pressure == pytest.approx(slope / (2.0 * step), rel=1e-3)
-
-
-def test_work_of_a_law_from_outside_is_the_integral_of_its_force_from_zero(outside):
-    m = parameters(outside)
-    for kappa in (0.02, 0.15):
-        gained = law_volume(m, 3e5, kappa)
-        expected, _ = scipy.integrate.quad(
-            lambda at: law_force(m, 3e5, at), 0.0, kappa, epsabs=1e-12
+        assert work == pytest.approx(work_at(kappa), rel=1e-12)
+        assert rise(work_at, kappa, near) == pytest.approx(force, rel=1e-4)
+        slope = rise(lambda p, k=kappa: law_force(m, p, k), pressure, step)
+        assert per_pressure == pytest.approx(slope, rel=1e-3)
+        assert rise(lambda k: law_volume(m, pressure, k), kappa, near) == pytest.approx(
+            slope, rel=1e-4
         )
-        assert law_work(m, 3e5, kappa, gained) == pytest.approx(expected, rel=1e-8)
+        steeper = rise(lambda k: law_force(m, pressure, k), kappa, near)
+        assert rising == pytest.approx(steeper, rel=1e-3)
+
+
+@pytest.mark.parametrize("law", MUSCLES)
+def test_every_law_is_given_its_own_numbers_and_its_volume_and_work_belong_to_its_force(law):
+    """Each by its name from the muscle's record, in whose row another law has other places."""
+    muscle, card, m = MUSCLES[law], FORCE_LAWS[law], parameters(MUSCLES[law])
+    length = muscle.braid or muscle.stroke
+    rest = [*dataclasses.astuple(muscle.force)[1:]]
+    rest += [getattr(length, name) for name in card.braid_fields]
+    for kappa in PLACES:
+        assert law_force(m, 3e5, kappa) == card.force_function(3e5, kappa, *rest)
+        assert law_volume(m, 3e5, kappa) == card.volume_function(3e5, kappa, *rest)
+    assert law_pushes(m) is card.pushes
+    assert law_volume_varies(m) is card.volume_varies
+    for pressure in (2.5e5, 4.5e5):
+        assert_force_volume_and_work_agree(m, pressure)
 
 
 def test_a_law_from_outside_does_as_the_one_of_the_package_with_its_formula(outside):
@@ -132,28 +109,29 @@ def test_a_law_from_outside_does_as_the_one_of_the_package_with_its_formula(outs
     for kappa in PLACES:
         found, wanted = (law_derivatives(m, 3e5, kappa) for m in (ours, theirs))
         assert found == pytest.approx(wanted, rel=1e-3)
+        gained = law_volume(ours, 3e5, kappa)
+        expected, _ = scipy.integrate.quad(
+            lambda at: law_force(ours, 3e5, at), 0.0, kappa, epsabs=1e-12
+        )
+        assert law_work(ours, 3e5, kappa, gained) == pytest.approx(expected, rel=1e-8)
     assert law_volume_varies(ours)
     assert not law_volume_varies(theirs)
 
 
-@pytest.mark.parametrize("loop", LOOPS)
-def test_the_operator_of_a_muscle_is_given_its_own_numbers(loop):
-    group, m = LOOPS[loop], parameters(make(loop=loop))
-    card, count = OPERATORS[loop], group.state_count
-    z = [0.0] * count
-    for x, x_rate in ((0.03, 0.4), (0.01, -0.2), (0.02, 0.1)):
-        assert operator_output(m, z, x) == card.output(group, z, x)
-        assert operator_energy(m, z, x) == card.energy(group, z, x)
-        found, wanted = [7.0] * count, [0.0] * count
-        operator_rates(m, z, found, x, x_rate, 1e-3)
-        card.rates(group, z, wanted, x, x_rate, 1e-3)
-        assert found == wanted
-        z = (np.array(z) + 1e-3 * np.array(found)).tolist()
-    assert any(z)
-
-
-def test_without_an_operator_there_is_no_output_and_nothing_moves():
-    m, dz = parameters(make()), [7.0]
+def test_the_operator_of_a_muscle_is_given_its_own_numbers():
+    for loop, group in LOOPS.items():
+        m, card, count = parameters(make(loop=loop)), OPERATORS[loop], group.state_count
+        z = [0.0] * count
+        for x, x_rate in ((0.03, 0.4), (0.01, -0.2), (0.02, 0.1)):
+            assert operator_output(m, z, x) == card.output(group, z, x), loop
+            assert operator_energy(m, z, x) == card.energy(group, z, x), loop
+            found, wanted = [7.0] * count, [0.0] * count
+            operator_rates(m, z, found, x, x_rate, 1e-3)
+            card.rates(group, z, wanted, x, x_rate, 1e-3)
+            assert found == wanted, loop
+            z = (np.array(z) + 1e-3 * np.array(found)).tolist()
+        assert any(z)
+    m, dz = parameters(make()), [7.0]  # without an operator there is no output, nothing moves
     assert math.isnan(operator_output(m, [0.0], 0.1))
     assert math.isnan(operator_energy(m, [0.0], 0.1))
     operator_rates(m, [0.0], dz, 0.1, 0.1, 1e-3)
@@ -169,5 +147,5 @@ def test_a_code_that_stands_for_no_law_is_refused(code):
         lambda: law_force(m, 1e5, 0.1),
         lambda: operator_output(m, [0.0], 0.1),
     ):
-        with pytest.raises(EngineError, match=r"law = .* stands for no law known here"):
+        with pytest.raises(EngineError, match="stands for no law"):
             asked()

@@ -1,4 +1,4 @@
-"""The passive spring: what its four parameters mean, on either side of the slack point."""
+"""The passive spring: what its parameters mean on either side of slack, and its energy."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
 
-from pamsim.physics.force_laws.force_law import coefficients_of
+from pamsim.core.parameters import specs
 from pamsim.physics.passive import PassiveSpring, locking_force, tube_energy_and_slope, tube_force
 
 SPRINGS = [
@@ -17,13 +20,11 @@ SPRINGS = [
     (500.0, 0.1, 0.2, 3.0),
     (3e4, 5.0, 0.0, 200.0),
 ]
+"""Stiffness [N], softening, slack contraction, locking [-]."""
 EACH = pytest.mark.parametrize("spring", SPRINGS)
-LOCKING = pytest.mark.parametrize("spring", [spring for spring in SPRINGS if spring[3] > 0.0])
 
 
-def spring_force(
-    contraction: float, stiffness: float, softening: float, slack: float, locking: float
-) -> float:
+def spring_force(contraction, stiffness, softening, slack, locking):
     """Tube and locking of an unpressurised muscle, for which both know the same contraction."""
     spring = PassiveSpring(
         stiffness=stiffness, softening=softening, slack_contraction=slack, locking=locking
@@ -31,97 +32,36 @@ def spring_force(
     return tube_force(spring, contraction) + locking_force(spring, contraction)
 
 
-def stretched(stretch: float, spring: tuple[float, ...]) -> float:
+def stretched(stretch, spring):
     """Force at a stretch beyond the slack point."""
     return spring_force(spring[2] - stretch, *spring)
 
 
 @EACH
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_free_at_the_slack_point_with_the_stated_stiffness_on_both_sides(spring, side):
+def test_stretched_it_is_the_finitely_extensible_spring_up_to_95_percent_and_then_straight(spring):
+    """Warner 1972: F (1 - (x/x_lock)^2) = k x; beyond, continuous in force and slope, and finite.
+
+    A braid that never locks is linear to the bit.
+    """
     stiffness, softening, slack, locking = spring
-    assert spring_force(slack, *spring) == 0.0
-    d = side * 1e-4 / max(softening, locking)
-    slope = (4.0 * stretched(d, spring) - stretched(2.0 * d, spring)) / (2.0 * d)
-    assert slope == pytest.approx(stiffness, rel=1e-7)
-
-
-@EACH
-def test_contracted_it_lets_go_by_e_per_one_over_h(spring):
-    """Its distance from -k/h falls to an e-th per 1/h of contraction, locking or not."""
-    stiffness, softening, _, _ = spring
-    floor = stiffness / softening
-    for slackened in (0.0, 0.3, 2.0, 5.0):
-        left = stretched(-slackened / softening, spring) + floor
-        assert left == pytest.approx(floor * math.exp(-slackened), rel=1e-11)
-
-
-@EACH
-def test_falls_with_contraction_and_resists_with_k_over_h_at_most(spring):
-    stiffness, softening, slack, locking = spring
-    stretches = np.linspace(3.0, 0.0, 101)[:-1] / max(locking, 1.0)
-    contractions = np.concatenate(
-        [slack - stretches, slack + np.linspace(0.0, 20, 101) / softening]
-    )
-    forces = np.array([spring_force(float(k), *spring) for k in contractions])
-    assert np.all(np.diff(forces) < 0.0)
-    assert np.all(forces > -stiffness / softening)
-    assert forces[-1] == pytest.approx(-stiffness / softening, rel=1e-8)
-
-
-@LOCKING
-@pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.9, 0.9499])
-def test_stretched_it_is_the_finitely_extensible_spring(spring, share):
-    """Warner 1972: F (1 - (x/x_lock)^2) = k x."""
-    stretch = share / spring[3]
-    left = stretched(stretch, spring) * (1.0 - share) * (1.0 + share)
-    assert left == pytest.approx(spring[0] * stretch, rel=1e-9)
-
-
-@LOCKING
-def test_it_locks_towards_the_locking_stretch(spring):
-    """At 95 % of it the force is ten times, the stiffness 200 times that of a free spring."""
-    stiffness, _, _, locking = spring
-    edge, d = 0.95 / locking, 1e-5 / locking
-    assert stretched(edge, spring) / (stiffness * edge) == pytest.approx(1.0 / 0.0975, rel=1e-9)
-    before = 3.0 * stretched(edge, spring) - 4.0 * stretched(edge - d, spring)
-    slope = (before + stretched(edge - 2.0 * d, spring)) / (2.0 * d)
-    assert slope / stiffness == pytest.approx(1.9025 / 0.0975**2, rel=1e-5)
-
-
-@LOCKING
-def test_beyond_that_it_goes_on_straight_without_a_corner(spring):
-    """Continuous in force and slope at 95 %, and finite at and beyond the locking stretch."""
-    locking = spring[3]
-    edge, d = 0.95 / locking, 1e-7 / locking
-    at = stretched(edge, spring)
-    assert stretched(edge - d, spring) == pytest.approx(at, rel=1e-5)
-    assert stretched(edge + d, spring) == pytest.approx(at, rel=1e-5)
-    slope = spring[0] * (1.0 + 0.95**2) / (1.0 - 0.95**2) ** 2
-    for share in (0.9501, 1.0, 1.7, 20.0):
-        tangent = at + slope * (share - 0.95) / locking
-        assert stretched(share / locking, spring) == pytest.approx(tangent, rel=1e-9)
-
-
-@EACH
-def test_a_braid_that_never_locks_is_linear_to_the_bit(spring):
-    stiffness, softening, slack, _ = spring
-    for contraction in np.linspace(slack - 1.0, slack, 57).tolist():
+    for stretch in np.linspace(0.0, 1.0, 57).tolist():
+        contraction = slack - stretch
         force = spring_force(contraction, stiffness, softening, slack, 0.0)
         assert force.hex() == (stiffness * (slack - contraction)).hex()
-
-
-@EACH
-def test_locking_does_not_touch_the_contracted_side(spring):
-    for contraction in np.linspace(spring[2], spring[2] + 0.4, 57).tolist():
-        free = spring_force(contraction, *spring[:3], 0.0)
-        assert spring_force(contraction, *spring).hex() == free.hex()
-
-
-def test_default_spring_is_no_spring():
-    for contraction in (-0.3, 0.0, 0.25):
-        assert spring_force(contraction, *coefficients_of(PassiveSpring())[:4]) == 0.0
-        assert tube_force(PassiveSpring(), contraction) == 0.0
+    if locking == 0.0:
+        return
+    for share in (0.01, 0.3, 0.6, 0.9, 0.9499):
+        left = stretched(share / locking, spring) * (1.0 - share) * (1.0 + share)
+        assert left == pytest.approx(stiffness * share / locking, rel=1e-9)
+    edge, d = 0.95 / locking, 1e-5 / locking
+    at = stretched(edge, spring)
+    before = 3.0 * at - 4.0 * stretched(edge - d, spring)
+    slope = (before + stretched(edge - 2.0 * d, spring)) / (2.0 * d)
+    stated = stiffness * (1.0 + 0.95**2) / (1.0 - 0.95**2) ** 2
+    assert slope == pytest.approx(stated, rel=1e-5)
+    for share in (0.9501, 1.0, 1.7, 20.0):
+        tangent = at + stated * (share - 0.95) / locking
+        assert stretched(share / locking, spring) == pytest.approx(tangent, rel=1e-9)
 
 
 def test_a_parallel_spring_pulls_as_it_pushes_and_is_twice_as_strong_at_its_stretch():
@@ -135,27 +75,66 @@ def test_a_parallel_spring_pulls_as_it_pushes_and_is_twice_as_strong_at_its_stre
         assert pulled == pytest.approx(linear * (1.0 + (stretch / 0.02) ** 2), rel=1e-9)
 
 
-@pytest.mark.parametrize("parallel", [0.0, 3e3, -2e3])
-@pytest.mark.parametrize("contraction", [-0.05, 0.003, 0.12])
-def test_force_is_the_slope_of_the_energy_and_its_own_slope_that_of_the_force(
-    parallel, contraction
-):
-    spring = PassiveSpring(
-        stiffness=9e3, softening=30.0, slack_contraction=0.01, parallel=parallel, hardening=40.0
-    )
-
-    def at(kappa):
-        return tube_energy_and_slope(spring, kappa, tube_force(spring, kappa))
-
-    step = 1e-6
-    (low, _), (high, _) = at(contraction - step), at(contraction + step)
-    force = tube_force(spring, contraction)
-    assert force == pytest.approx((low - high) / (2.0 * step), rel=1e-6)
-    change = tube_force(spring, contraction + step) - tube_force(spring, contraction - step)
-    assert at(contraction)[1] == pytest.approx(change / (2.0 * step), rel=1e-6)
+def test_force_is_the_slope_of_the_energy_and_its_own_slope_that_of_the_force():
+    for parallel in (0.0, 3e3, -2e3):
+        spring = PassiveSpring(
+            stiffness=9e3, softening=30.0, slack_contraction=0.01, parallel=parallel, hardening=40.0
+        )
+        for contraction in (-0.05, 0.003, 0.12):
+            step = 1e-6
+            low, at, high = (
+                (force, *tube_energy_and_slope(spring, kappa, force))
+                for kappa in (contraction - step, contraction, contraction + step)
+                for force in (tube_force(spring, kappa),)
+            )
+            assert at[0] == pytest.approx((low[1] - high[1]) / (2.0 * step), rel=1e-6)
+            assert at[2] == pytest.approx((high[0] - low[0]) / (2.0 * step), rel=1e-6)
 
 
-def test_nan_is_passed_on():
+def test_default_spring_is_no_spring_and_nan_is_passed_on():
+    for contraction in (-0.3, 0.0, 0.25):
+        assert tube_force(PassiveSpring(), contraction) == 0.0
+        assert locking_force(PassiveSpring(), contraction) == 0.0
     for stiffness, softening, slack, _ in SPRINGS:
         for locking in (0.0, 18.0):  # a braid that never locks as well
             assert math.isnan(spring_force(math.nan, stiffness, softening, slack, locking))
+
+
+# --- over the whole range of the parameters ------------------------------------------------------
+
+RANGES = {name: (spec.low, spec.high) for name, spec in specs(PassiveSpring)}
+ANY_SPRING = st.tuples(
+    st.floats(1.0, RANGES["stiffness"][1]),
+    st.floats(*RANGES["softening"], allow_subnormal=False),
+    st.floats(*RANGES["slack_contraction"], allow_subnormal=False),
+    st.one_of(st.just(0.0), st.floats(0.1, RANGES["locking"][1])),
+)
+CONTRACTIONS = st.floats(-0.2, 0.5, allow_subnormal=False)
+some = settings(max_examples=60, derandomize=True, deadline=None, database=None)
+
+
+def stored(contraction, spring):
+    """Energy per nominal length [N] against the slack point: the closed integral of the law."""
+    stiffness, softening, slack, locking = spring
+    x = slack - contraction
+    if x <= 0.0:
+        return stiffness / softening * (math.expm1(softening * x) / softening - x)
+    if locking == 0.0:
+        return 0.5 * stiffness * x * x
+    edge, room = 0.95 / locking, 1.0 - 0.95**2
+    inside = min(x, edge)
+    energy = -0.5 * stiffness / locking**2 * math.log1p(-((inside * locking) ** 2))
+    at, slope = stiffness * edge / room, stiffness * (1.0 + 0.95**2) / room**2
+    return energy + (x - inside) * (at + 0.5 * slope * (x - inside))
+
+
+@some
+@given(ANY_SPRING, CONTRACTIONS, CONTRACTIONS)
+def test_work_depends_on_the_ends_alone_and_is_stored(spring, start, end):
+    """What the spring takes up between two contractions is the difference of a positive energy."""
+    kinks = [spring[2], *([spring[2] - 0.95 / spring[3]] if spring[3] else [])]
+    inner = [kink for kink in kinks if min(start, end) < kink < max(start, end)]
+    work, _ = quad(lambda k: -spring_force(k, *spring), start, end, points=inner or None, limit=200)
+    before, after = stored(start, spring), stored(end, spring)
+    assert min(before, after) >= -1e-15 * spring[0]
+    assert work == pytest.approx(after - before, rel=1e-7, abs=1e-9 * max(before, after, 1e-6))

@@ -1,4 +1,4 @@
-"""Bouc-Wen hysteresis where it has a closed form, and at the limits of its shape parameters."""
+"""Bouc-Wen hysteresis where it has a closed form, and what holds for all of its shapes."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from pamsim.physics.hysteresis.bouc_wen import bouc_wen_rate
+from pamsim.physics.hysteresis.bouc_wen import BoucWen, bouc_wen_rate, bouc_wen_rates
 
 TRAVEL = 0.005
 
 
-def driven(start: float, end: float, sigma: float, sharpness: float) -> float:
+def driven(end: float, sigma: float, sharpness: float, start: float = 0.0) -> float:
     """z after the input has moved by ``end`` yield travels in one direction."""
     direction = math.copysign(1.0, end)
 
@@ -25,45 +27,61 @@ def driven(start: float, end: float, sigma: float, sharpness: float) -> float:
     return float(solved.y[0, -1])
 
 
-@pytest.mark.parametrize("sigma", [0.5, 0.7, 2.0])
-@pytest.mark.parametrize("distance", [0.1, 1.0, 3.0, -1.0])
-def test_virgin_curves(sigma, distance):
+def test_virgin_curves():
     """From rest dz/dx = (1 - z^n)/D: an exponential for n = 1, a hyperbolic tangent for n = 2."""
-    size, sign = abs(distance), math.copysign(1.0, distance)
-    assert driven(0.0, distance, sigma, 1.0) == pytest.approx(sign * (1.0 - math.exp(-size)))
-    assert driven(0.0, distance, sigma, 2.0) == pytest.approx(sign * math.tanh(size))
+    for sigma in (0.5, 0.7, 2.0):
+        for distance in (0.1, 1.0, 3.0, -1.0):
+            exponential = math.copysign(-math.expm1(-abs(distance)), distance)
+            assert driven(distance, sigma, 1.0) == pytest.approx(exponential)
+            assert driven(distance, sigma, 2.0) == pytest.approx(math.tanh(distance))
 
 
-def test_sharper_knees_approach_ideal_plasticity_from_below():
-    distances = np.linspace(0.1, 2.0, 20)
-    ideal = np.minimum(distances, 1.0)
-    missing = [
-        ideal - [driven(0.0, float(distance), 0.5, sharpness) for distance in distances]
-        for sharpness in (1.0, 2.0, 5.0, 20.0)
-    ]
-    assert np.all(np.array(missing) >= -1e-9)
-    largest = np.max(missing, axis=1)
-    assert np.all(np.diff(largest) < 0.0)
-    assert largest[-1] < 0.1
-
-
-@pytest.mark.parametrize("sharpness", [1.0, 3.0, 20.0])
-def test_sigma_one_half_unloads_along_the_initial_slope(sharpness):
-    for z in np.linspace(-1.0, 1.0, 21).tolist():
-        unloading = bouc_wen_rate(z, -1.0 if z > 0.0 else 1.0, TRAVEL, 0.5, sharpness)
-        assert abs(unloading) == pytest.approx(1.0 / TRAVEL, rel=1e-14)
-
-
-@pytest.mark.parametrize("sigma", [0.5, 1.0, 10.0])
-@pytest.mark.parametrize("sharpness", [1.0, 20.0])
-def test_slopes_at_the_ends(sigma, sharpness):
+def test_rates_at_the_ends_and_when_it_unloads():
     """1/D from rest; none left at saturation; 2 sigma / D when a saturated loop turns back."""
-    shape = (TRAVEL, sigma, sharpness)
-    assert bouc_wen_rate(0.0, 1.0, *shape) == pytest.approx(1.0 / TRAVEL)
-    assert bouc_wen_rate(1.0, 1.0, *shape) == pytest.approx(0.0, abs=1e-12 / TRAVEL)
-    assert bouc_wen_rate(1.0, -1.0, *shape) == pytest.approx(-2.0 * sigma / TRAVEL)
+    for sigma in (0.5, 1.0, 10.0):
+        for sharpness in (1.0, 3.0, 20.0):
+            shape = (TRAVEL, sigma, sharpness)
+            assert bouc_wen_rate(0.0, 1.0, *shape) == pytest.approx(1.0 / TRAVEL)
+            assert bouc_wen_rate(1.0, 1.0, *shape) == pytest.approx(0.0, abs=1e-12 / TRAVEL)
+            assert bouc_wen_rate(1.0, -1.0, *shape) == pytest.approx(-2.0 * sigma / TRAVEL)
+            for z in np.linspace(-1.0, 1.0, 21).tolist():
+                unloading = bouc_wen_rate(z, -1.0 if z > 0.0 else 1.0, TRAVEL, 0.5, sharpness)
+                assert abs(unloading) == pytest.approx(1.0 / TRAVEL, rel=1e-14)
 
 
-def test_nan_is_passed_on():
+def test_the_operator_hands_its_fields_on_by_their_meaning_and_nan_is_passed_on():
+    group = BoucWen(yield_contraction=0.02, sigma=1.5, sharpness=3.0)
+    rates = [0.0]
+    for z, rate in ((0.4, 0.3), (0.4, -0.3)):
+        bouc_wen_rates(group, [z], rates, 0.1, rate, 1e-3)
+        named = {"yield_travel": 0.02, "sigma": 1.5, "sharpness": 3.0}
+        assert rates == [bouc_wen_rate(z, rate, **named)]
     assert math.isnan(bouc_wen_rate(math.nan, 1.0, TRAVEL, 0.5, 1.0))
     assert math.isnan(bouc_wen_rate(0.1, math.nan, TRAVEL, 0.5, 1.0))
+
+
+SHAPES = st.tuples(st.floats(1e-3, 0.5), st.floats(0.5, 10.0), st.floats(1.0, 20.0))
+"""Yield travel D, sigma, sharpness n, over the whole range that the parameters allow."""
+LEVELS = st.floats(-1.0, 1.0, allow_subnormal=False)
+
+
+@settings(max_examples=60, derandomize=True, deadline=None, database=None)
+@given(SHAPES, LEVELS, st.floats(-1e3, 1e3), st.floats(1e-3, 1e3), st.lists(LEVELS, max_size=60))
+def test_any_shape_is_passive_odd_and_a_function_of_the_path_and_stays_inside_one(
+    shape, z, velocity, factor, steps
+):
+    """Passive with the storage D z^2 / 2: z dx >= D z dz at every state, hence on every path.
+
+    The rate grows in proportion to the speed, so that z depends on the path alone.
+    """
+    rate = bouc_wen_rate(z, velocity, *shape)
+    assert z * velocity - shape[0] * z * rate >= -1e-12 * abs(velocity)
+    assert bouc_wen_rate(-z, -velocity, *shape) == -rate
+    fast = bouc_wen_rate(z, factor * velocity, *shape)
+    assert fast == pytest.approx(factor * rate, rel=1e-12, abs=1e-300)
+    assert bouc_wen_rate(z, 0.0, *shape) == 0.0
+    # Explicit Euler as the engine takes it: no step beyond D/n and D/sigma leaves [-1, 1].
+    largest = shape[0] * min(1.0 / shape[2], 1.0 / shape[1])
+    for step in steps:
+        z += bouc_wen_rate(z, step * largest, *shape)
+        assert abs(z) <= 1.0 + 1e-12

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import cmath
-import itertools
 import math
 
 import numpy as np
@@ -12,7 +11,6 @@ import pytest
 from pamsim.fitting.maxwell import maxwell_loop
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
-    fractional_derivative_weights,
     loop_distance,
     simulate_fractional,
 )
@@ -21,8 +19,6 @@ from pamsim.physics.hysteresis.fractional_maxwell import (
     FractionalMaxwell,
     branch_rate,
     branch_weight,
-    density,
-    density_slope_and_integral,
 )
 from tests.unit.physics.hysteresis.operator_runs import run
 
@@ -30,18 +26,14 @@ ORDER, BETA, STIFFNESS = element()
 PUBLISHED = FractionalMaxwell(order=ORDER, time_constant=BETA, span=1.0)
 
 
-def observed_orders(errors: list[float]) -> list[float]:
-    return [math.log2(a / b) for a, b in itertools.pairwise(errors)]
-
-
-def band_error(group: FractionalMaxwell, points: int) -> float:
+def band_error(group: FractionalMaxwell) -> float:
     """Largest relative error of the sum's complex stiffness between 0.05 and 50 Hz."""
-    omega = np.geomspace(0.05, 50.0, points) * (2.0 * math.pi)
+    omega = np.geomspace(0.05, 50.0, 100) * (2.0 * math.pi)
     exact = [complex_stiffness(w, group.order, group.time_constant, 1.0) for w in omega.tolist()]
-    approximate = np.zeros(points, dtype=complex)
-    for k in range(group.state_count):
-        rate = branch_rate(group, k)
-        approximate += branch_weight(group, k) * 1j * omega / (1j * omega + rate)
+    approximate = sum(
+        branch_weight(group, k) * 1j * omega / (1j * omega + branch_rate(group, k))
+        for k in range(group.state_count)
+    )
     return float(np.max(np.abs(approximate / np.array(exact) - 1.0)))
 
 
@@ -54,78 +46,27 @@ def test_complex_stiffness_solves_the_equation():
     assert abs(complex_stiffness(1e40, 0.5, 1.0, 3.0)) == pytest.approx(3.0)
 
 
-def test_density_adds_up_to_one_and_matches_its_integral_and_slope():
-    for order in (0.2, 0.5, 0.8):
-        logs = np.linspace(-60.0, 60.0, 40001)
-        values = np.array([density(math.exp(z), order, 1.0) for z in logs])
-        step = logs[1] - logs[0]
-        assert values.sum() * step == pytest.approx(1.0, abs=1e-4)
-        half = 22000
-        rise, below = density_slope_and_integral(math.exp(logs[half]), order, 1.0)
-        assert np.trapezoid(values[: half + 1], logs[: half + 1]) == pytest.approx(below, abs=1e-4)
-        slope = (values[half + 1] - values[half - 1]) / (2.0 * step)
-        assert rise == pytest.approx(slope, rel=1e-4)
+def test_the_sum_of_branches_meets_the_element_within_the_stated_bound():
+    assert band_error(PUBLISHED) < 5e-4
+    for order, beta, branches, bound in (
+        (0.1, 1.0, 16, 5e-4),
+        (0.5, 1.0, 16, 1e-3),
+        (0.7, 0.1, 24, 5e-4),
+        (0.27, 0.01, 16, 5e-4),
+    ):
+        group = FractionalMaxwell(order=order, time_constant=beta, span=1.0, branches=branches)
+        assert band_error(group) < bound, order
 
 
-def test_relaxation_of_order_one_half_has_its_closed_form():
-    """E_1/2(-sqrt t) = exp(t) erfc(sqrt t): a check by a function that is not in the code."""
-    group = FractionalMaxwell(branches=40, order=0.5, time_constant=1.0, span=1.0)
-    for t in (0.01, 0.1, 1.0, 10.0):
-        found = sum(
-            branch_weight(group, k) * math.exp(-branch_rate(group, k) * t) for k in range(40)
-        )
-        assert found == pytest.approx(math.exp(t) * math.erfc(math.sqrt(t)), abs=2e-4)
-
-
-def test_stated_bound_holds_over_the_band():
-    assert band_error(PUBLISHED, points=400) < 5e-4
-
-
-@pytest.mark.parametrize(
-    ("order", "beta", "branches", "bound"),
-    [(0.1, 1.0, 16, 5e-4), (0.5, 1.0, 16, 1e-3), (0.7, 0.1, 24, 5e-4), (0.27, 0.01, 16, 5e-4)],
-)
-def test_other_elements_are_met_as_well(order, beta, branches, bound):
-    group = FractionalMaxwell(order=order, time_constant=beta, span=1.0, branches=branches)
-    assert band_error(group, points=100) < bound
-
-
-@pytest.mark.parametrize("order", [0.05, 0.27, 0.6, 0.95])
-def test_weights_are_positive_and_add_up_to_one(order):
+def test_weights_are_positive_and_add_up_to_one():
     """Positive weights make any such sum passive; the sum is the instantaneous stiffness."""
-    for branches, error in ((16, 5e-5), (64, 1e-7)):
-        group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches)
-        weights = [branch_weight(group, k) for k in range(branches)]
-        assert min(weights) > 0.0
-        if order <= 0.6:
-            assert math.fsum(weights) == pytest.approx(1.0, abs=error)
-
-
-@pytest.mark.parametrize("order", [0.27, 0.5, 0.8])
-def test_derivative_converges_at_its_order(order):
-    """D^a t^3 = 6 t^(3-a) / Gamma(4-a); the L1 scheme has the order 2 - a."""
-    errors = []
-    for count in (50, 100, 200, 400):
-        t = np.linspace(0.0, 1.0, count + 1)
-        exact = 6.0 * t ** (3.0 - order) / math.gamma(4.0 - order)
-        weights = fractional_derivative_weights(order, len(t))
-        found = np.convolve(np.diff(t**3, prepend=0.0), weights)[: len(t)]
-        found /= t[1] ** order * math.gamma(2.0 - order)
-        errors.append(float(np.max(np.abs(found - exact))))
-    assert observed_orders(errors)[-1] == pytest.approx(2.0 - order, abs=0.1)
-
-
-@pytest.mark.parametrize("order", [0.27, 0.6])
-def test_reference_converges_at_its_order(order):
-    """Made-up solution: q = t^3 gives F = K_e beta^a D^a q and x = q + F/K_e."""
-    beta, stiffness, errors = 0.7, 5.0, []
-    for count in (50, 100, 200, 400):
-        t = np.linspace(0.0, 2.0, count + 1)
-        force = stiffness * beta**order * 6.0 * t ** (3.0 - order) / math.gamma(4.0 - order)
-        found = simulate_fractional(t**3 + force / stiffness, t[1], order, beta, stiffness)
-        errors.append(float(np.max(np.abs(found - force))))
-    assert observed_orders(errors)[-1] == pytest.approx(2.0 - order, abs=0.1)
-    assert errors[-1] < 1e-2 * stiffness
+    for order in (0.05, 0.27, 0.6, 0.95):
+        for branches, error in ((16, 5e-5), (64, 1e-7)):
+            group = FractionalMaxwell(order=order, time_constant=BETA, span=1.0, branches=branches)
+            weights = [branch_weight(group, k) for k in range(branches)]
+            assert min(weights) > 0.0
+            if order <= 0.6:
+                assert math.fsum(weights) == pytest.approx(1.0, abs=error), order
 
 
 def test_engine_operator_follows_the_reference():
@@ -138,13 +79,12 @@ def test_engine_operator_follows_the_reference():
     assert np.max(np.abs(found - reference)) < 2e-3 * np.max(np.abs(reference))
 
 
-@pytest.mark.parametrize("hertz", [1.0, 3.5, 10.0])
+@pytest.mark.parametrize("hertz", [3.5, 10.0])
 def test_simulated_loop_lies_on_the_printed_one(hertz):
     """(13) within 1 % of F_0, after the slow branches have forgotten the start."""
-    omega, force = 2.0 * math.pi * hertz, 125.0
+    omega, force, step = 2.0 * math.pi * hertz, 125.0, 1e-3
     stiffness = complex_stiffness(omega, ORDER, BETA, STIFFNESS)
     size, phase = force / abs(stiffness), cmath.phase(stiffness)
-    step = 1e-3
     count = round(8.0 / hertz / step)
     t = step * np.arange(1, count + 1)
     # Displacement that gives F_0 sin(w t) in the end; it starts from zero, as the operator does.
@@ -161,24 +101,7 @@ def test_loop_points_are_where_the_paper_puts_them():
     omega, force = 22.0, 148.0
     lag = force / complex_stiffness(omega, ORDER, BETA, STIFFNESS)
     loop = maxwell_loop(ORDER, BETA, STIFFNESS, omega, force)
-    assert loop.at_force == pytest.approx(lag.real)
-    assert loop.at_zero == pytest.approx(lag.imag)
+    assert (loop.at_force, loop.at_zero) == pytest.approx((lag.real, lag.imag))
     x = np.array([loop.at_force, loop.at_zero])
     points = loop_distance(x, np.array([force, 0.0]), force, omega, ORDER, BETA, STIFFNESS)
     assert points == pytest.approx(np.zeros(2), abs=1e-12)
-
-
-def test_claims_of_the_paper_about_frequency():
-    """Dynamic stiffness grows with frequency and the loop narrows, at the published numbers."""
-    values = [complex_stiffness(2.0 * math.pi * f, ORDER, BETA, STIFFNESS) for f in (3.5, 4.5, 8.5)]
-    assert sorted(values, key=abs) == values
-    assert sorted(values, key=lambda k: -cmath.phase(k)) == values
-
-
-def test_slope_falls_with_the_order_as_in_figure_3():
-    """K_e 150 kN/m, c 200000, w 9 rad/s: the slope falls as alpha does (0.8, 0.5, 0.2)."""
-    slopes = []
-    for order in (0.8, 0.5, 0.2):
-        beta = (200000.0 / 150000.0) ** (1.0 / order)
-        slopes.append(2500.0 / maxwell_loop(order, beta, 150000.0, 9.0, 2500.0).at_force)
-    assert slopes == sorted(slopes, reverse=True)

@@ -17,8 +17,7 @@ from pamsim.physics.hysteresis.prandtl_ishlinskii import (
 )
 from tests.unit.physics.hysteresis.operator_runs import path, run
 
-many = settings(max_examples=80, derandomize=True, deadline=None, database=None)
-VALUES = st.floats(-3.0, 3.0, allow_subnormal=False)
+many = settings(max_examples=50, derandomize=True, deadline=None, database=None)
 POSITIVE = st.floats(0.05, 2.0, allow_subnormal=False)
 
 
@@ -44,48 +43,27 @@ def test_play_by_hand():
 
 
 @many
-@given(play_sums(), st.lists(VALUES, min_size=1, max_size=30))
-def test_inverse_composed_with_the_operator_is_the_identity(operator, inputs):
+@given(play_sums(), st.lists(st.floats(-3.0, 3.0, allow_subnormal=False), max_size=25))
+def test_operator_and_inverse_undo_each_other_in_either_order(operator, inputs):
     inverse = operator.inverse()
-    memory, undo = operator.virgin(), inverse.virgin()
-    for x in inputs:
-        memory, y = operator.step(memory, x)
-        undo, back = inverse.step(undo, y)
-        assert back == pytest.approx(x, abs=1e-12 * max(1.0, inverse.linear))
+    for first, second in ((operator, inverse), (inverse, operator)):
+        memory, undo = first.virgin(), second.virgin()
+        for x in inputs:
+            memory, y = first.step(memory, x)
+            undo, back = second.step(undo, y)
+            assert back == pytest.approx(x, abs=1e-12 * max(10.0, inverse.linear))
 
 
-@many
-@given(play_sums(), st.lists(VALUES, min_size=1, max_size=25))
-def test_operator_composed_with_its_inverse_is_the_identity(operator, inputs):
-    inverse = operator.inverse()
-    memory, undo = operator.virgin(), inverse.virgin()
-    for y in inputs:
-        undo, x = inverse.step(undo, y)
-        memory, back = operator.step(memory, x)
-        assert back == pytest.approx(y, abs=1e-11)
-
-
-@given(play_sums())
-def test_inverse_of_the_inverse_is_the_operator(operator):
-    twice = operator.inverse().inverse()
-    assert twice.linear == pytest.approx(operator.linear)
-    assert twice.thresholds == pytest.approx(operator.thresholds)
-    assert twice.weights == pytest.approx(operator.weights, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("linear", "thresholds", "weights"),
-    [
+def test_what_has_no_inverse_is_refused():
+    for linear, thresholds, weights in (
         (0.0, (1.0,), (1.0,)),
         (1.0, (1.0,), (-1.0,)),
         (1.0, (1.0, 1.0), (0.1, 0.1)),
         (1.0, (0.0, 1.0), (0.1, 0.1)),
         (1.0, (1.0,), (0.1, 0.1)),
-    ],
-)
-def test_what_has_no_inverse_is_refused(linear, thresholds, weights):
-    with pytest.raises(InputError):
-        PlaySum(linear=linear, thresholds=thresholds, weights=weights)
+    ):
+        with pytest.raises(InputError):
+            PlaySum(linear=linear, thresholds=thresholds, weights=weights)
 
 
 @pytest.mark.parametrize("decay", [0.5, 1.0, 3.0])
