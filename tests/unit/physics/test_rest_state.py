@@ -47,3 +47,6 @@ def test_quieten_relaxes_creep_where_the_muscle_is_and_leaves_play_and_air():
     assert act[-4] == contraction(row, length_at_muscle(row, act, 0.2))
     assert act[-5] == 0.0
     assert act[-3:] == before[-3:]
+    measured = make(command="measured")  # whose air is the pressure itself
+    rest_state.quieten(pack(measured).tolist(), act, 0.2, 3e5)
+    assert act[-1] == 3e5 + measured.chamber.atmosphere
