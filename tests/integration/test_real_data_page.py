@@ -258,6 +258,6 @@ def test_what_is_declined_is_what_the_results_leave_open(mas20):
 def test_every_picture_is_small_and_has_a_caption():
     """That they exist is tested with all other links."""
     shown = re.findall(r"!\[[^]]+\]\((images/[\w.]+)\)\n\n\*[^*]+\*\n", TEXT)
-    assert len(shown) == TEXT.count("](images/") == 7
+    assert len(shown) == TEXT.count("](images/") == 8
     for name in shown:
         assert (ROOT / "docs" / name).stat().st_size < 150e3
