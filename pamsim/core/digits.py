@@ -18,6 +18,5 @@ def significant_digits(value: float, interval: Sequence[float] | None) -> int:
     largest = max(abs(value), *map(abs, interval))
     if not math.isfinite(largest):
         return FEWEST_DIGITS
-    return max(
-        FEWEST_DIGITS, 2 + math.floor(math.log10(2.0 * largest / abs(interval[1] - interval[0])))
-    )
+    half_width = 0.5 * abs(interval[1] - interval[0])
+    return max(FEWEST_DIGITS, 2 + math.floor(math.log10(largest / half_width)))
