@@ -214,6 +214,11 @@ def identified(folder: Path, link: Link) -> dict[str, Any]:
     }
 
 
+def protocol(day: str) -> str:
+    """Name of a day in a recording."""
+    return day.replace(" ", "_").replace("-", "_")
+
+
 def recording(folder: Path, chamber: str, *days: str) -> Path:
     """Logs of some days as a recording of one chamber."""
     made = OUT / f"{chamber} {days[0]}"
@@ -221,7 +226,7 @@ def recording(folder: Path, chamber: str, *days: str) -> Path:
     wanted, measured = CHAMBERS[chamber]
     text = RECORDING.format(rig=OUT / "regulator", wanted=wanted, measured=measured)
     for log in files(folder, *days):
-        day = log.parent.name.replace(" ", "_").replace("-", "_")
+        day = protocol(log.parent.name)
         shutil.copy(log, made / f"{day}_{log.stem[-1]}.txt")
         text += TRIAL.format(file=f"{day}_{log.stem[-1]}.txt", day=day, rate=RATE, weight=WEIGHT)
     (made / "recording.toml").write_text(text, encoding="utf-8")
@@ -274,7 +279,7 @@ def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
         rig=rig.with_parameters({"valve.conductance_exhaust": same}),
         effects=EFFECTS,
         nuisance=("valve.conductance_fill",),
-        hold_out=[RIGHT[0].replace(" ", "_").replace("-", "_")],
+        hold_out=[protocol(RIGHT[0])],
         threads=workers,
     )
     print(report.summary())

@@ -39,7 +39,7 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     import pamsim
     from pamsim.effects.catalog import effect as look_up
     from pamsim.engine.parameters import rig_parameter
-    from pamsim.report.link_page import Hidden
+    from pamsim.report.diagnosis_headline import Hidden
 
     rig = pamsim.load_rig(_RIG)
     found = look_up(effect)

@@ -14,7 +14,7 @@ from pamsim.cli.output import progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
-    from pamsim.report.link_page import Hidden
+    from pamsim.report.diagnosis_headline import Hidden
 
 _FINE = ("no_gap", "named")
 

@@ -137,7 +137,7 @@ def best_fits(
         fitter: of the trials.
         model: to be added to.
         found: promises beside it, the largest first.
-        known: signatures about the rig as it is.
+        known: signatures, see `Searched`.
         most: effects that are fitted.
         forms: of each that are fitted.
         least: promise from which one is fitted; a share of the largest if left out.
@@ -279,7 +279,7 @@ def _worth_fitting(
     known: Sequence[Signature],
     material: float,
 ) -> tuple[FloatArray, list[Promise]]:
-    """Rows (f,) that neither a model nor other forms take away, and promises that are fitted."""
+    """Rows (f,) that neither a model nor other forms take away, and promises beside it to fit."""
     left, found = promises(model, now, forms_of(fitter, model, known))
     unknown = fitter.by_link(left**2) - fitter.counts
     least = np.maximum(material * fitter.counts, _OF_LEFT * unknown)

@@ -10,7 +10,8 @@ import pytest
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
+from pamsim.report.diagnosis_headline import Hidden
+from pamsim.report.link_page import SUPPORTED, write_link_diagnosis
 from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
 from pamsim.report.style import finish_axes, new_figure, series_look

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from pamsim.diagnosis.diagnose import diagnose
+from pamsim.report.diagnosis_headline import headline
 from pamsim.report.link_figure import link_bars
-from pamsim.report.link_page import headline, write_link_diagnosis
+from pamsim.report.link_page import write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.row_errors import loop_branches, row_errors
 from pamsim.report.style import BLUE, VERMILION
