@@ -83,7 +83,10 @@ class ImportedLog:
             )
         lines += [f"not sure: {one.column}: {'; '.join(one.warnings)}" for one in self.columns
                   if one.warnings]  # fmt: skip
-        lines += [f"not used: {column}: {why}" for column, why in self.unused.items()]
+        by_reason: dict[str, list[str]] = {}
+        for column, why in self.unused.items():
+            by_reason.setdefault(why, []).append(column)
+        lines += [f"not used, {why}: {', '.join(names)}" for why, names in by_reason.items()]
         each = {} if isinstance(self.drive, str) else self.drive
         driven = ", ".join(f"{muscle} {kind}" for muscle, kind in each.items()) or self.drive
         lines.append(f"driven by: {driven}")

@@ -186,8 +186,9 @@ def check_timestep(model: mujoco.MjModel, limits: Iterable[MuscleLimits]) -> Non
         require(
             # They hold the start pressures in every experiment, whatever its command.
             muscle.regulator,
-            f"in which the pressure regulator of {muscle.name} settles; take a shorter step, a"
-            " larger valve.tube_volume behind a tube, or a wider valve.regulator_band",
+            f"in which the pressure regulator that holds {muscle.name}'s start pressure settles;"
+            " take a shorter step, a larger valve.tube_volume behind a tube, or a wider"
+            " valve.regulator_band",
         )
         require(
             muscle.chain,

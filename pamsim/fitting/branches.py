@@ -55,12 +55,12 @@ def branch_section(
     for fitted in fits:
         values = {c.name: c for c in fitted.fit.coefficients}
         k1, k2 = values["k1"], values["k2"]
-        steepness = _identified(abs(k1.value) * (high - low))
+        steepness = _number(abs(k1.value) * (high - low), held=k1.held)
         if k1.interval95 is not None and k1.interval95[0] * k1.interval95[1] > 0.0:
             steepness["interval95"] = sorted(abs(end) * (high - low) for end in k1.interval95)
         place = (-k2.value / k1.value - low) / (high - low)
         spec = known[f"middle_{fitted.part}"]
-        middle = _identified(min(max(place, spec.low), spec.high))
+        middle = _number(min(max(place, spec.low), spec.high), held=k1.held and k2.held)
         if middle["value"] != place:
             middle["note"] = (
                 f"the steepest point lies outside the measured pressures, at {place:.2f}"
@@ -69,12 +69,14 @@ def branch_section(
     if nominal_length is not None:
         contraction = 1.0 - float(np.min(table.length)) / nominal_length
         note = {"note": "the shortest measured length"}
-        entries["high_contraction"] = _identified(contraction) | note
+        entries["high_contraction"] = _number(contraction) | note
     return {"muscle.hysteresis": entries}
 
 
-def _identified(number: float) -> dict[str, Any]:
-    return {"value": number, "unit": "1", "source": "identified"}
+def _number(value: float, *, held: bool = False) -> dict[str, Any]:
+    if held:
+        return {"value": value, "unit": "1", "source": "assumed", "note": "held in the fit"}
+    return {"value": value, "unit": "1", "source": "identified"}
 
 
 def _branch(

@@ -96,12 +96,13 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     read: list[tuple[Trial, Columns, Collection[str]]] = []
     trials: list[Trial] = []
     notes: list[str] = []
+    unused: dict[tuple[str, ...], list[str]] = {}
     for number, one in enumerate(table["trial"], start=1):
         own = table["columns"] is not None
         columns = read_columns(index.parent / one["file"], numbers_only=own)
         if own:
             columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
-        read.append(_trial(one, columns, notes))
+        read.append(_trial(one, columns, notes, unused))
         trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
     if table["columns"] is None:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([columns for _, columns, _ in read])
@@ -128,6 +129,11 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
     rig = str(beside) if os.path.isfile(beside / "params.toml") else table["rig"]
+    notes += [
+        f"{', '.join(names) if len(names) < len(read) else 'every file'}: not used:"
+        f" {', '.join(map(repr, columns))}"
+        for columns, names in unused.items()
+    ]
     return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes))
 
 
@@ -183,9 +189,15 @@ def _checked(table: object, where: str) -> dict[str, Any]:
 
 
 def _trial(
-    table: Mapping[str, Any], columns: Columns, notes: list[str]
+    table: Mapping[str, Any],
+    columns: Columns,
+    notes: list[str],
+    unused: dict[tuple[str, ...], list[str]],
 ) -> tuple[Trial, Columns, Collection[str]]:
-    """The trial of an entry, those of its file's columns that are known, and its channels."""
+    """The trial of an entry, those of its file's columns that are known, and its channels.
+
+    Adds to the notes, and to the trials by the columns of theirs that are not used.
+    """
     drive: DriveLike = table["drive"]
     muscles = _named_muscles(columns, drive)
     if not muscles:
@@ -214,9 +226,10 @@ def _trial(
     jitter = recording_checks.clock(columns)
     recording_checks.units(columns, driven)
     used = {"time_s", *command, *channels}
-    unused = [*columns.ignored, *(column for column in columns.cells if column not in used)]
     notes += [f"{name}: {note}" for note in (jitter, *columns.notes) if note]
-    notes += [f"{name}: column {column!r} is not used" for column in unused]
+    left = (*columns.ignored, *(column for column in columns.cells if column not in used))
+    if left:
+        unused.setdefault(left, []).append(name)
     time = columns.values["time_s"]
     trial = Trial(
         name=name,

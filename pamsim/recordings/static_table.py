@@ -80,7 +80,8 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
         raise InputError(
             f"{columns.path}: {', '.join(there)} alone: give all of {', '.join(starts)}"
         )
-    notes = [f"{name}: column {column!r} is not used" for column in columns.ignored]
+    left = ", ".join(map(repr, columns.ignored))
+    notes = [f"{name}: not used: {left}"] if left else []
     notes += [] if loaded else [f"{name}: no column load_kg, so no load"]
     return StaticTable(
         name=columns.path.stem,

@@ -39,7 +39,7 @@ def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
     """
     figure, (ax,) = new_figure(0.9 + 0.55 * len(links), width_in=_WIDTH_IN)
     states = [("before", VERMILION), ("after", BLUE)] if repaired else [("before", GREEN)]
-    if not repaired and any(one["more_left"] for one in links):
+    if not repaired and any(one["more_left"] is not False for one in links):
         states = [("before", VERMILION)]
     most = 2.0
     for place, one in enumerate(links):

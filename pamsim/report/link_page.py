@@ -45,6 +45,10 @@ SUPPORTED: Mapping[str, tuple[str, str]] = {
         "where simulation and measurement part, and that no effect tried explains it",
         "the nearest effect, or a learned curve, as the cause",
     ),
+    "undecided": (
+        "that no effect tried predicts unseen parts of the recording better",
+        "that the model agrees, or that something is missing: no repeats show which",
+    ),
 }
 """Verdict -> what a paper may state of it, and what not."""
 

@@ -64,7 +64,7 @@ BAD_INPUT = (
     ("step --pressure 300,0 --timestep-ms 0.3", "not a whole number of time steps"),
     (
         "step --pressure 300,0 --timestep-ms 40 --sample-hz 25",
-        "a time step of 40 ms is longer than the 21 ms in which the pressure regulator of muscle_1",
+        "a time step of 40 ms is longer than the 21 ms in which the pressure regulator that holds",
     ),
     ("step --pressure 300,0 --timestep-ms 0", "time step"),
     ("step --pressure 9,0 --backend gpu", "no backend 'gpu'"),

@@ -89,6 +89,11 @@ def test_printed_arctangent_comes_back_from_a_length_loop(tmp_path, run):
     # the same numbers that the operator has for defaults
     assert entries["steepness_rising"]["value"] == pytest.approx(4.1606, rel=1e-3)
     assert entries["middle_falling"]["value"] == pytest.approx(0.2695, rel=1e-3)
+    run("fit", path, "--model", "arctangent", "--hold-out", "none", "--hold", f"k1={k1 / 1000}",
+        "--out", tmp_path / "held")  # fmt: skip
+    held = section(tmp_path / "held", "hysteresis")
+    assert held["steepness_rising"]["source"] == "assumed"  # k1 alone fixes it
+    assert held["middle_rising"]["source"] == "identified"
 
 
 MAXWELL = (0.45, 0.05, 5e3)  # alpha [-], beta [s], Ke [N/m]

@@ -151,7 +151,7 @@ def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
     for words in (
         "is flexor.pressure in psi, absolute",
         "not sure: phi: unit deg by its size; sign turned",
-        "not used: battery",
+        "not used, name not known: battery",
     ):
         assert words in shown
     index = tomllib.loads((out / "recording.toml").read_text())

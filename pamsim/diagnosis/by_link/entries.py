@@ -41,11 +41,12 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
             signals=link.ends,
             before=found.before[link],
             after=found.after[link],
-            left=found.unexplained[link].excess,
-            p_value=found.unexplained[link].p_value,
-            more_left=found.unexplained[link].counts(ALPHA),
+            left=left.excess,
+            p_value=left.p_value,
+            more_left=None if left.undecided else left.counts(ALPHA),
         )
         for link in found.links
+        for left in [found.unexplained[link]]
     )
 
 

@@ -46,6 +46,11 @@ class Remainder:
         """Excess that repeats show and that does not count [noise variance]; else 0."""
         return max(self.excess, 0.0) if self.excluded(alpha) else 0.0
 
+    @property
+    def undecided(self) -> bool:
+        """Whether something material is left that may be noise: no repeats decide it."""
+        return not self.known and self.excess >= LEAST
+
     def excluded(self, alpha: float) -> bool:
         """Whether repeats show nothing material."""
         return self.known and not self.counts(alpha)

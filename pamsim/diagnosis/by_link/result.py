@@ -22,6 +22,11 @@ from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
 
 SCHEMA = "pamsim-diagnosis/3"
 FILE = "diagnosis.json"
+_LEFT = {
+    True: "   more than noise is left",
+    False: "",
+    None: "   more than the estimated noise is left",
+}
 
 
 class Verdict(StrEnum):
@@ -37,6 +42,8 @@ class Verdict(StrEnum):
     """Something is missing, not all of which is certain to its name."""
     UNEXPLAINED = "unexplained"
     """Something is missing the place of which is not certain, or that no effect tried explains."""
+    UNDECIDED = "undecided"
+    """More is left than the estimated noise, and without repeats it may be noise all the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +57,8 @@ class LinkEntry:
         after: the same with the effects of which at least the place is certain.
         left: part of it that repeats share; noise is none of it, and chance may make it negative.
         p_value: of a link in which nothing is left; 1 where no repeats show it.
-        more_left: whether what is left is certain and material.
+        more_left: whether what is left is certain and material; None if it is material and no
+            repeats show whether it is noise.
     """
 
     link: str
@@ -59,7 +67,7 @@ class LinkEntry:
     after: float
     left: float
     p_value: float
-    more_left: bool
+    more_left: bool | None
 
     @json_property
     def floor(self) -> float:
@@ -312,7 +320,9 @@ class LinkReport:
         left = bool(self.remainder)
         levels = {one.level for one in self.effects}
         if not levels:
-            return Verdict.UNEXPLAINED if left else Verdict.NO_GAP
+            if left:
+                return Verdict.UNEXPLAINED
+            return Verdict.UNDECIDED if self.undecided else Verdict.NO_GAP
         if levels == {""}:
             return Verdict.UNEXPLAINED
         if left and not levels & {"place", ""}:
@@ -334,6 +344,11 @@ class LinkReport:
     def remainder(self) -> dict[str, float]:
         """Link -> what is certainly left in it [variance of the noise]."""
         return {one.link: one.left for one in self.links if one.more_left}
+
+    @property
+    def undecided(self) -> dict[str, float]:
+        """Link -> what is left and may be noise all the same [variance of the noise]."""
+        return {one.link: one.left for one in self.links if one.more_left is None}
 
     def summary(self) -> str:
         """The result in words."""
@@ -368,7 +383,7 @@ class LinkReport:
         lines = [f"not tried: {name}: {why}" for name, why in skipped.items()]
         lines.append(f"{'link':28s}{'before':>10s}{'after':>10s}   [variance of the noise]")
         for one in self.links:
-            left = "   more than noise is left" if one.more_left else ""
+            left = _LEFT[one.more_left]
             lines.append(f"{one.link:28s}{one.before:10.4g}{one.after:10.4g}{left}")
         if self.gap:
             what = "readings left out, RMS" if self.at_rest else "whole chain, RMS"

@@ -19,6 +19,13 @@ def verdict_sentence(result: LinkReport) -> str:
     """What is missing and how certain that is, effect by effect, and what is left."""
     sentences = [effect_sentence(one) for one in result.effects]
     left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
+    if result.undecided:
+        where = " and ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
+        sentences.append(
+            f"{'' if sentences else 'No effect tried is certain. '}More is left than the estimated"
+            f" noise, in its variance: {where}. Without repeats it may be slow noise or a missing"
+            " effect; record every input three times or more."
+        )
     if not sentences and not left:
         if result.at_rest:
             return (

@@ -136,7 +136,7 @@ def test_angles_at_rest_are_read_in_si_with_start_and_load_if_there_are(table):
     found = table(text, read_static_table)
     np.testing.assert_allclose(found.start, [[2.5e5, 2.6e5]])
     np.testing.assert_allclose(found.load, [0.0])
-    assert "column 'remark' is not used" in found.notes[0]
+    assert "not used: 'remark'" in found.notes[0]
     assert "no load" in found.notes[1]
 
 

@@ -114,8 +114,7 @@ def test_what_is_missing_odd_or_unused_is_said(read):
     for note in (
         "pressure_2 was not measured in any trial",
         "force_1 was not measured",
-        "'room_c' is not used",
-        "'u1' is not used",
+        "every file: not used: 'room_c', 'u1'",
         "not uniform: 0.0017 to 0.0023 s",
     ):
         assert note in notes

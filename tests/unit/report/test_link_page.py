@@ -46,6 +46,10 @@ def test_the_headline_claims_no_more_than_is_certain():
         (report(effect("form")), "Missing: a leak of air from the muscles"),
         (report(effect("place")), "Missing: something at the valves and the air"),
         (report(more_left=True), "No effect tried explains the gap in muscle and joint"),
+        (
+            report(more_left=None),
+            "Undecided: without repeats, what is left may be noise or a missing effect",
+        ),
     ):
         assert headline(one.to_dict()) == expected
 

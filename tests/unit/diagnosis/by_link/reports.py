@@ -73,8 +73,8 @@ def link(name, signals, before, after, *, more_left=False):
         signals=signals,
         before=before,
         after=after,
-        left=0.4 if more_left else 0.001,
-        p_value=0.001 if more_left else 0.6,
+        left=0.001 if more_left is False else 0.4,
+        p_value={True: 0.001, False: 0.6, None: 1.0}[more_left],
         more_left=more_left,
     )
 
@@ -161,5 +161,6 @@ VERDICTS = {
     "named_with_remainder": report(effect("form"), more_left=True),
     "ambiguous": report(effect("place", ties=True), following=following()),
     "unexplained": report(more_left=True),
+    "undecided": report(more_left=None),
 }
 """Verdict -> a result that comes to it."""

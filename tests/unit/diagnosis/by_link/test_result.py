@@ -13,6 +13,7 @@ import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.entries import far_from_stated
+from pamsim.diagnosis.by_link.remainder import Remainder
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
 
@@ -54,6 +55,23 @@ def test_what_is_left_is_stated_beside_what_was_found():
         "Something more is missing in muscle and joint (0.4 of the noise variance)."
     )
     assert "Unexplained: something is missing in muscle" in VERDICTS["unexplained"].sentence
+
+
+def test_what_no_repeats_decide_is_no_agreement():
+    alone, beside = report(more_left=None), report(effect("family"), more_left=None)
+    assert "No gap" not in alone.sentence
+    assert "No effect tried is certain. More is left than the estimated noise" in alone.sentence
+    assert "muscle and joint (0.4). Without repeats" in beside.sentence
+    assert beside.verdict.value == "ambiguous"
+    assert alone.to_dict()["links"][1]["more_left"] is None
+    assert "more than the estimated noise is left" in "\n".join(alone.lines())
+    known, alone = (
+        Remainder(excess=0.4, p_value=1.0),
+        Remainder(excess=0.4, p_value=1.0, known=False),
+    )
+    assert alone.undecided
+    assert not known.undecided
+    assert not replace(alone, excess=0.04).undecided
 
 
 def test_json_has_the_rivals_that_tie_and_what_is_left():
