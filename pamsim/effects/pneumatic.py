@@ -176,7 +176,7 @@ EFFECTS = (
         upstream_of_pressure=True, rare=True,
     ),
     Effect(
-        link="air", family="tube_resistance", name="tube_resistance",
+        link="air", family="tube_resistance", name="tube_resistance", form="laminar",
         missing="the resistance of the tube between the valves with their sensor and the muscle",
         equation="V / (R T) P_valve' = mdot - (P_valve - P) / R_tube",
         parameters=(
@@ -185,6 +185,20 @@ EFFECTS = (
         ),
         look_alikes=("pressure_lag", "valve_flow", "supply_sag"),
         separating="a second pressure sensor at the muscle while it is filled from empty",
+        probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
+    ),
+    Effect(
+        link="air", family="tube_resistance", name="tube_resistance", form="turbulent",
+        missing="pressure that a long tube takes in proportion to the flow squared",
+        equation="V / (R T) P_valve' = mdot - v, P_valve - P = K v |v| / rho",
+        parameters=(
+            # 4 m of a hose of 4 mm: as much as 1e8 Pa s/kg at 5 g/s of air at 4 bar.
+            size("valve.tube_friction", 1e11, 0.0, 5e12),
+            shape("valve.tube_volume", 1e-5, 4e-6, 1e-4, starts=(3e-5,)),
+        ),
+        look_alikes=("pressure_lag", "valve_flow", "supply_sag"),
+        separating="fill and vent from several pressures: a vent to 63 % takes the longer, the"
+        " higher the pressure that it begins at",
         probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
     ),
     Effect(

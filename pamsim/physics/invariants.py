@@ -29,7 +29,7 @@ from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached
 from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
 from pamsim.physics.supply import sags
-from pamsim.physics.valves import MEASURED, PULSE
+from pamsim.physics.valves import MEASURED, PULSE, has_tube
 
 NOTHING, FINITE, PRESSURE, TENSION, MASS = 0.0, 1.0, 2.0, 3.0, 4.0
 """Codes of what is broken."""
@@ -113,11 +113,11 @@ def broken_invariant(
             return TENSION
     if m.command == MEASURED:
         return NOTHING
-    at_valve = before.tube_pressure if m.valve.tube_resistance > 0.0 else pressure
+    at_valve = before.tube_pressure if has_tube(m.valve) else pressure
     gained = pressure ** (1.0 - 1.0 / m.chamber.polytropic_index) * ds.air
     if m.chamber.heat_rate > 0.0:  # which changes the air state too
         gained = ds.ambient_air
-    if m.valve.tube_resistance > 0.0:
+    if has_tube(m.valve):
         gained += m.valve.tube_volume * ds.tube_pressure
     gained /= GAS_CONSTANT * m.chamber.temperature
     allowed = _rounding_of_flow(m, pressure, at_valve, timestep)
@@ -192,6 +192,6 @@ def _rounding_of_flow(m: Parameters, pressure: float, at_valve: float, timestep:
     through_gap = gaps * upstream / per_volume
     flow = 2.0 * upstream * (conductance * REFERENCE_DENSITY + through_gap)
     stored = 0.0
-    if m.valve.tube_resistance > 0.0:
+    if has_tube(m.valve):
         stored = m.valve.tube_volume * upstream / (per_volume * timestep)
     return uncertain * steep * flow + _OPERATIONS * _ROUNDING * stored

@@ -35,7 +35,7 @@ from pamsim.physics.static_muscle import (
 )
 from pamsim.physics.supply import sags
 from pamsim.physics.tension import effective_pressure
-from pamsim.physics.valves import MEASURED
+from pamsim.physics.valves import MEASURED, has_tube
 
 
 def tension(
@@ -195,7 +195,7 @@ def state_rates(
         ds.opening = (opening - s.opening) / timestep
     flow = flow_through_valves(m, at_valve_abs, opening, sag)
     ds.tube_pressure = 0.0
-    if m.valve.tube_resistance > 0.0:
+    if has_tube(m.valve):
         after, flow = tube_step(m, at_valve_abs, pressure_abs, flow, timestep)
         ds.tube_pressure = (after - s.tube_pressure) / timestep
     flow += crossing - leak_flow(m, pressure_abs)

@@ -20,6 +20,7 @@ from pamsim.physics.valves import (
     PULSE,
     VALVE,
     clamped_opening,
+    has_tube,
     past_dead_zone,
 )
 
@@ -108,7 +109,7 @@ def line_rate(m: Parameters, s: States, command: float, timestep: float) -> floa
 
 def pressure_at_valve(m: Parameters, s: States, pressure_abs: float) -> float:
     """Absolute pressure at the valves [Pa]: the chamber's, or that at the near end of a tube."""
-    if m.valve.tube_resistance > 0.0 and m.command != MEASURED and s.tube_pressure != 0.0:
+    if has_tube(m.valve) and m.command != MEASURED and s.tube_pressure != 0.0:
         return s.tube_pressure
     return pressure_abs
 
@@ -161,22 +162,41 @@ def cross_flow(m: Parameters, other: Parameters, pressure_abs: float, beyond_abs
     return size * mean_density * (beyond_abs - pressure_abs)
 
 
+def _flow_along(laminar: float, turbulent: float, difference: float) -> float:
+    """Flow v along a line [kg/s] that loses a difference of pressure R v + k v |v| [Pa]."""
+    steepness = laminar + math.sqrt(laminar * laminar + 4.0 * turbulent * abs(difference))
+    if steepness > 0.0:
+        return 2.0 * difference / steepness
+    return 0.0 * difference  # not a plain 0: a NaN must not stop the flow silently
+
+
 def tube_step(
     m: Parameters, before: float, pressure_abs: float, inflow: float, timestep: float
 ) -> tuple[float, float]:
     """Absolute pressure at the tube's near end after a time step [Pa], and mean flow out [kg/s].
 
-    The tube is a small volume V of air at constant temperature T, then a resistance R > 0, through
-    which laminar flow at a mean density that varies little goes on into the muscle:
+    The tube is a small volume V of air at constant temperature T, then a line through which v goes
+    on into the muscle, with a laminar resistance R, at a mean density that varies little, and
+    turbulent friction K at the density rho of the mean pressure:
 
-        V / (R_air T) dp/dt = w - (p - P) / R
+        V / (R_air T) dp/dt = w - v,    p - P = R v + K v |v| / rho
 
-    For constant w and P the step is solved exactly, so that little volume needs no short step. Of p
-    before the step, P in the muscle [Pa, absolute] and the inflow w from the valves [kg/s].
+    For constant w and P the pressure tends to that at which v = w. It does so by an exponential of
+    the slope between both flows, which the laminar step has exactly: little volume needs no short
+    step, and no step overshoots. Of p before the step, P in the muscle [Pa, absolute] and the
+    inflow w from the valves [kg/s].
     """
-    level = pressure_abs + m.valve.tube_resistance * inflow
     per_mass = GAS_CONSTANT * m.chamber.temperature
-    emptying = m.valve.tube_resistance * m.valve.tube_volume / per_mass
-    after = before + (level - before) * -math.expm1(-timestep / emptying)
+    laminar = m.valve.tube_resistance
+    turbulent = m.valve.tube_friction * per_mass / (0.5 * (before + pressure_abs))
+    level = pressure_abs + (laminar + turbulent * abs(inflow)) * inflow
+    outflow = _flow_along(laminar, turbulent, before - pressure_abs)
+    flows = abs(outflow) + abs(inflow)
+    if outflow * inflow < 0.0:
+        flows = (outflow * outflow + inflow * inflow) / flows
+    emptying = (laminar + turbulent * flows) * m.valve.tube_volume / per_mass
+    after = level
+    if emptying > 0.0:
+        after = before + (level - before) * -math.expm1(-timestep / emptying)
     # No air is lost: the rest of the inflow stays in the tube.
     return after, inflow - m.valve.tube_volume * (after - before) / (per_mass * timestep)

@@ -10,7 +10,7 @@ from pamsim.physics.friction import rubs
 from pamsim.physics.muscle import Muscle
 from pamsim.physics.record import parameters
 from pamsim.physics.static_muscle import limited, static_force, volume_at_nominal_length
-from pamsim.physics.valves import WIDEST_DEAD_ZONE
+from pamsim.physics.valves import WIDEST_DEAD_ZONE, has_tube
 
 
 def chain_step_limit(muscle: Muscle, tendon_length: float, pressure: float) -> float:
@@ -59,7 +59,7 @@ def regulator_time_constant(muscle: Muscle) -> float:
     rate = chamber.polytropic_index * GAS_CONSTANT * chamber.temperature * flow
     dead = min(valve.dead_zone * (1.0 + abs(valve.dead_zone_asymmetry)), WIDEST_DEAD_ZONE)
     room = volume_at_nominal_length(parameters(muscle))
-    if valve.tube_resistance > 0.0:
+    if has_tube(valve):
         # The regulator then sees the pressure in the tube, whose air stays at its temperature.
         room = min(room, valve.tube_volume * chamber.polytropic_index)
     return valve.regulator_band * (1.0 - dead) * room / max(rate, 1e-300)

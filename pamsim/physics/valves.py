@@ -84,12 +84,23 @@ class ValvePair(ParameterGroup, group="valve"):
         "R, pressure difference per mass flow along the line from valves and sensor to muscle",
         0.0,
     )
+    tube_friction: float = quantity(
+        "[0, 1e15] 1/m^4",
+        "K, pressure difference along that line times the air's density per mass flow squared,"
+        " turbulent; f L/(2 D A^2) of Darcy's friction factor f, length, diameter and section",
+        0.0,
+    )
     tube_volume: float = quantity(
         "[1e-6, 1e-2] m^3",
         "V of the tube at the valves, in addition to the dead volume; limits the time step",
         5e-6,
     )
     delay: float = quantity("[0, 1] s", "dead time of the command; in simulate only", 0.0)
+
+
+def has_tube(valve: ValvePair) -> bool:
+    """Whether the line between valves and muscle takes pressure from the air that flows in it."""
+    return valve.tube_resistance + valve.tube_friction > 0.0
 
 
 def clamped_opening(command: float) -> float:

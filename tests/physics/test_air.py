@@ -21,6 +21,7 @@ from tests.unit.physics.flat import (
 )
 
 TUBE = {"valve.tube_resistance": 3e8, "valve.tube_volume": 2e-5}
+HOSE = {"valve.tube_friction": 2e12, "valve.tube_volume": 2e-5}
 
 
 def prepare(changes, pressures, timestep=None, command="valve"):
@@ -42,8 +43,8 @@ def first_muscle(model, data):
 
 @pytest.mark.parametrize(
     "changes",
-    [{}, TUBE, TUBE | {"chamber.heat_rate": 3.0}],
-    ids=["valves", "tube", "tube, heat"],
+    [{}, TUBE, HOSE, TUBE | HOSE | {"chamber.heat_rate": 3.0}],
+    ids=["valves", "tube", "turbulent", "both, heat"],
 )
 def test_air_mass_is_the_integral_of_valve_flow_over_a_fill_vent_cycle(changes):
     """Mass from P V / (R T), by the ideal gas law and not by the state's own name."""

@@ -47,6 +47,7 @@ EFFECTS = {
     "valve_hysteresis": {"valve.hysteresis": 0.1},
     "valve_slew": {"valve.travel_time": 0.05},
     "tube_resistance": {"valve.tube_resistance": 2e8},
+    "tube_friction": {"valve.tube_friction": 1e12},
     "heat": {"chamber.heat_rate": 2.0},
     "braid_friction": {"braid.friction": 7e-4},
     "sprocket_ripple": {"chain.ripple": 1e-4},

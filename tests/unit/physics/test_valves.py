@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from pamsim.core.parameters import specs
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
@@ -246,13 +247,17 @@ def test_a_valve_that_sticks_stays_at_a_reversal_for_all_of_its_hysteresis():
     assert reached(0.0, 1.0, PULSE, hysteresis=0.2) == 0.0
 
 
+def hose(**valve):
+    return SimpleNamespace(
+        valve=SimpleNamespace(**{"tube_resistance": 0.0, "tube_friction": 0.0} | valve),
+        chamber=SimpleNamespace(temperature=AIR[2]),
+    )
+
+
 @pytest.mark.parametrize("step", [1e-5, 5e-4, 0.1])
 def test_a_step_of_the_tube_is_the_solution_and_loses_no_air(step):
     volume, resistance, chamber, before = 6e-6, 8e7, 3e5, 2.6e5
-    tube = SimpleNamespace(
-        valve=SimpleNamespace(tube_resistance=resistance, tube_volume=volume),
-        chamber=SimpleNamespace(temperature=AIR[2]),
-    )
+    tube = hose(tube_resistance=resistance, tube_volume=volume)
     for inflow in (-2e-4, 0.0, 3e-4):
 
         def rate(_, state, inflow=inflow):
@@ -263,6 +268,41 @@ def test_a_step_of_the_tube_is_the_solution_and_loses_no_air(step):
         after, out = tube_step(tube, before, chamber, inflow, step)
         assert after == pytest.approx(found.y[0, -1], rel=1e-9)
         assert out * step == pytest.approx(found.y[1, -1], rel=1e-6, abs=1e-16)
+
+
+@pytest.mark.parametrize("resistance", [0.0, 8e7])
+@pytest.mark.parametrize("inflow", [-2e-3, -1e-4, 0.0, 3e-3])
+def test_flow_through_a_turbulent_tube_is_the_solution_and_overshoots_at_no_step(
+    resistance, inflow
+):
+    volume, friction, chamber, before = 6e-6, 4e11, 3e5, 3.4e5
+    tube = hose(tube_resistance=resistance, tube_friction=friction, tube_volume=volume)
+    per_mass = GAS_CONSTANT * AIR[2]
+
+    def lost(flow, pressure):
+        density = 0.5 * (pressure + chamber) / per_mass
+        return resistance * flow + friction * flow * abs(flow) / density
+
+    def rate(_, state):
+        difference = state[0] - chamber
+        out = brentq(lambda flow: lost(flow, state[0]) - difference, -1.0, 1.0, xtol=1e-15)
+        return [per_mass / volume * (inflow - out), out]
+
+    span, steps = 0.004, 4000
+    found = solve_ivp(rate, (0.0, span), [before, 0.0], rtol=1e-9, atol=1e-12, method="LSODA")
+    pressure, out = before, 0.0
+    for _ in range(steps):
+        pressure, flow = tube_step(tube, pressure, chamber, inflow, span / steps)
+        out += flow * span / steps
+    assert pressure == pytest.approx(found.y[0, -1], rel=1e-4)
+    assert out == pytest.approx(found.y[1, -1], rel=5e-3, abs=1e-9)
+    kept = inflow * span - out  # no air is lost
+    assert kept == pytest.approx(volume * (pressure - before) / per_mass, abs=1e-15)
+    for step in (1e-3, 0.1, 10.0):
+        after, _ = tube_step(tube, before, chamber, inflow, step)
+        level = chamber + lost(inflow, before)
+        assert min(before, level) <= after <= max(before, level)
+    assert after == pytest.approx(level, rel=1e-9)
 
 
 @pytest.mark.parametrize("dead_zone", [0.0, 0.3])
