@@ -26,7 +26,7 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 if sys.platform == "linux":
     os.environ.setdefault("MUJOCO_GL", "egl" if _has_egl() else "disable")
 
-# Every step of every simulation, in processes that tests start too, see `pamsim.checks`.
+# Every step of every simulation, see `pamsim.checks`; tests of commands leave that out again.
 os.environ["PAMSIM_CHECK"] = "1"
 
 # A first call may compile a law, which takes seconds: the time of one example is no measure.
