@@ -53,6 +53,20 @@ def _spans(
     " muscles and joints: flexor=measured,knee=angle. What was commanded, or measured, if left"
     " out.",
 )
+@click.option(
+    "--beside",
+    type=options.PATH,
+    multiple=True,
+    help="Of each log, what another logger recorded meanwhile, with a clock of its own.",
+)
+@click.option(
+    "--shared",
+    default="",
+    help="Columns of both with one signal, sync=trigger: by it the clocks' offset is found.",
+)
+@click.option(
+    "--offset", default="", help="Or what the log's clock shows when the other is at 0: 1.25s."
+)
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
 @click.option(
     "--rate", default="", help="Of the rows, if there is no clock, or of an even clock: 200Hz."

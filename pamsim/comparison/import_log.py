@@ -6,6 +6,7 @@ import json
 import os
 import re
 import shutil
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,11 +14,12 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from pamsim.comparison.joined_logs import join_logs
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.units import FloatArray
+from pamsim.core.units import FloatArray, parse_quantity
 from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
@@ -39,6 +41,8 @@ from pamsim.recordings.trial import Trial, of_rig
 
 Spans: TypeAlias = Sequence[tuple[float, float]]
 """Begin and end of parts of a log [s]."""
+
+PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
 _AGAINST = -0.7
 """Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
@@ -100,10 +104,13 @@ class ImportedLog:
 
 
 def import_log(
-    logs: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    logs: PathOrPaths,
     *,
     rig: str | os.PathLike[str] | Rig,
     out: str | os.PathLike[str],
+    beside: PathOrPaths = (),
+    shared: str = "",
+    offset: str = "",
     columns: Sequence[str] = (),
     drive: str = "",
     protocol: str = "",
@@ -121,6 +128,11 @@ def import_log(
             Columns without header are ``column_1`` and so on.
         rig: name or folder of the rig they are of, or a loaded one.
         out: folder to write.
+        beside: of each log, what another logger recorded meanwhile with a clock of its own; both
+            become one table on the clock of the log.
+        shared: columns of both that hold one signal, ``sync=trigger``, by which the clocks' offset
+            is found.
+        offset: or what a log's clock shows when the other is at 0, such as ``1.25 s``.
         columns: what is known of some, ``knee.angle=-phi:deg`` or ``knee.torque=F*0.0069m:N``:
             quantity, sign, name and, if known, a factor and the unit; the others are guessed.
         drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
@@ -142,8 +154,20 @@ def import_log(
         InputError: for a log that cannot be read, nothing that drives a muscle, or a file that is
             there already.
     """
-    files = [Path(log) for log in ([logs] if isinstance(logs, str | os.PathLike) else logs)]
+    files, others = _paths(logs), _paths(beside)
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
+    if others or shared or offset:
+        with tempfile.TemporaryDirectory() as scratch:
+            joined, clocks = _joined(files, others, shared, offset, loaded, Path(scratch))
+            try:
+                found = import_log(
+                    joined, rig=loaded, out=out, columns=columns, drive=drive, protocol=protocol,
+                    rate=rate, period=period, segments=segments, lead_in=lead_in, load=load,
+                    force=force,
+                )  # fmt: skip
+            except InputError as error:
+                raise InputError(str(error).replace(f"{scratch}{os.sep}", "")) from None
+        return replace(found, notes=(*clocks, *found.notes))
     table = read_columns(files[0], numbers_only=True)
     stated = [_stated(text, loaded) for text in columns]
     guesses, unused = guess_columns(
@@ -215,6 +239,27 @@ def import_log(
         seconds=float(sum(trial.time[-1] for trial in trials)),
         notes=_notes(trials, kind, bool(cut or segments)),
     )
+
+
+def _paths(given: PathOrPaths) -> list[Path]:
+    return [Path(one) for one in ([given] if isinstance(given, str | os.PathLike) else given)]
+
+
+def _joined(
+    logs: Sequence[Path], others: Sequence[Path], shared: str, offset: str, rig: Rig, folder: Path
+) -> tuple[list[Path], list[str]]:
+    """Logs joined with those of another logger in a folder, and what was found of the clocks."""
+    if len(others) != len(logs):
+        raise InputError(f"{len(logs)} logs and {len(others)} `beside` them; give one for each")
+    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
+    joined = [
+        folder / f"{log.stem}_and_{other.stem}.csv" for log, other in zip(logs, others, strict=True)
+    ]
+    clocks = [
+        join_logs(log, other, path, names=rig.names, shared=shared, offset=known)
+        for log, other, path in zip(logs, others, joined, strict=True)
+    ]
+    return joined, clocks
 
 
 def _stated(text: str, rig: Rig) -> Guess:

@@ -269,3 +269,40 @@ def test_without_pyarrow_one_line_says_what_to_install(rig, tmp_path, monkeypatc
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(InputError, match=r"pip install 'pamsim\[parquet\]'"):
         pamsim.import_log(tmp_path / "log.parquet", rig=rig, out=tmp_path / "data")
+
+
+def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, monkeypatch, capsys):
+    jerk = np.exp(-(((TIME - 1.7) / 0.2) ** 2))  # once: all else repeats in a second
+    angle, later = ANGLE + 0.05 * jerk, 0.37
+    keep = ("t_ms", "P flexor [psia]", "P extensor [psia]")
+    first = {**{name: LOG[name] for name in keep}, "sync": angle}
+    second = {"time [s]": TIME - later, "phi": np.degrees(angle), "trigger": -2.0 * angle}
+    log = write(tmp_path / "air.txt", first)
+    beside = write(tmp_path / "arm.txt", second)
+    twice = {**second, "time [s]": np.where(TIME == TIME[4], TIME[3], TIME)}
+    stands = write(tmp_path / "stands.txt", twice)
+    asked = ("import", log, "--rig", rig, "--out", tmp_path / "out")
+    by = ("--beside", beside)
+    code, shown, _ = run(monkeypatch, capsys, *asked, *by, "--shared", "sync=trigger")
+    assert code == 0
+    assert "arm.txt lies beside air.txt by an offset of 0.3700 +- " in shown
+    (trial,) = read_recordings(tmp_path / "out").trials
+    np.testing.assert_allclose(trial.measured["elbow.angle"], angle, atol=1e-3)
+    np.testing.assert_allclose(trial.measured["flexor.pressure"], FLEXOR, atol=1.0)
+    code, shown, _ = run(monkeypatch, capsys, *asked, *by, "--force", "--offset", "0.37s")
+    assert (code, "an offset of 0.37 s as stated" in shown) == (0, True)
+    (again,) = read_recordings(tmp_path / "out").trials
+    np.testing.assert_allclose(again.measured["elbow.angle"], angle, atol=1e-9)
+    for more, why in (
+        (by, "nothing lays its clock beside that of"),
+        ((*by, "--shared", "sync=phase"), "no column 'phase' to find the offset of the clocks by"),
+        ((*by, "--offset", "90s"), "have no time in common: the second runs from 89.6"),
+        (("--beside", stands, "--offset", "1s"), "time: the clock stands or runs back at 0.03 s"),
+        (
+            ("--beside", beside, "--beside", beside, "--offset", "1s"),
+            "1 logs and 2 --beside them; give one for each",
+        ),
+    ):
+        code, _, error = run(monkeypatch, capsys, *asked, "--force", *more)
+        assert (code, error.count("\n")) == (2, 1)
+        assert why in error

@@ -1,0 +1,122 @@
+"""Two logs of one experiment by different loggers, as one table on the clock of the first."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from pamsim.comparison.clock_fit import ClockFit, fit_clock
+from pamsim.core.errors import InputError
+from pamsim.core.files import complete_file
+from pamsim.core.units import FloatArray, to_si
+from pamsim.recordings.column_guess import guess_columns
+from pamsim.recordings.columns import Columns
+from pamsim.recordings.signals import SignalNames
+from pamsim.recordings.table_reader import read_columns
+
+_ANY = 1e6
+"""Pressure of a supply [Pa] for the guesses of columns, of which only the clock is taken."""
+
+
+def join_logs(
+    log: Path,
+    beside: Path,
+    out: Path,
+    *,
+    names: SignalNames,
+    shared: str = "",
+    offset: float | None,
+) -> str:
+    """Write the rows of a log with what a second logger recorded at the same times.
+
+    The columns of the second are interpolated, so that rows outside of it are left out, as are
+    columns that are no numbers. A name that both have ends in ``_2`` in the second's.
+
+    Args:
+        log: a table with a clock that runs on.
+        beside: another, with a clock of its own.
+        out: CSV file to write.
+        names: of the rig's signals, to know the clocks by.
+        shared: columns of both with one signal, ``sync=trigger``, or ``sync`` if they have one
+            name; the offset is found by it.
+        offset: or what the first clock shows when the second is at 0 [s].
+
+    Returns:
+        What was found of the clocks, in a sentence.
+
+    Raises:
+        InputError: for a log that cannot be read or has no clock, a column that is not there, a
+            shared signal by which no offset is certain, or logs that have no time in common.
+    """
+    first, second = (read_columns(path, numbers_only=True) for path in (log, beside))
+    (_, time), (other_clock, other) = (_clock(table, names) for table in (first, second))
+    own, equals, other_own = (part.strip() for part in shared.partition("="))
+    pair = (own, other_own if equals else own) if shared else ()
+    if pair:
+        for table, column in zip((first, second), pair, strict=True):
+            table.require(column, " to find the offset of the clocks by")
+        try:
+            fit = fit_clock(time, first.numbers(pair[0]), other, second.numbers(pair[1]))
+        except InputError as error:
+            raise InputError(f"{log} and {beside}: {shared} {error}") from None
+    elif offset is None:
+        raise InputError(
+            f"{beside}: nothing lays its clock beside that of {log}; name a signal that both have"
+            " recorded by `shared`, or state `offset`"
+        )
+    else:
+        fit = ClockFit(offset=offset, offset_error=0.0)
+    at = fit.offset + fit.rate * other
+    both = (time >= at[0]) & (time <= at[-1])
+    if np.count_nonzero(both) < 2:
+        raise InputError(
+            f"{log} and {beside} have no time in common: the second runs from {at[0]:.4g} to"
+            f" {at[-1]:.4g} s of the first, which has {time[0]:.4g} to {time[-1]:.4g} s"
+        )
+    columns = _numbers(first, ())
+    columns = {name: values[both] for name, values in columns.items()}
+    units = dict(first.units)
+    for name, values in _numbers(second, (other_clock, *pair[1:])).items():
+        free = name if name not in columns else f"{name}_2"
+        columns[free] = np.interp(time[both], at, values)
+        units[free] = second.units.get(name, "")
+    with complete_file(out) as part, part.open("w", encoding="utf-8", newline="") as text:
+        table = csv.writer(text)
+        table.writerow(columns)
+        if any(units.values()):
+            table.writerow([units.get(name, "") or "-" for name in columns])
+        table.writerows(zip(*(map(repr, v.tolist()) for v in columns.values()), strict=True))
+    known = f" = {shared}" if shared else " as stated"
+    return f"{beside.name} lies beside {log.name} by {_words(fit)}{known}"
+
+
+def _words(fit: ClockFit) -> str:
+    if fit.offset_error == 0.0:
+        return f"an offset of {fit.offset:.6g} s"
+    fast = 1e6 * (1.0 / fit.rate - 1.0)
+    return (
+        f"an offset of {fit.offset:.4f} +- {fit.offset_error:.2g} s, its clock"
+        f" {abs(fast):.0f} +- {1e6 * fit.rate_error:.0f} ppm {'fast' if fast > 0.0 else 'slow'},"
+        f" by the signal (correlation {fit.correlation:.4f})"
+    )
+
+
+def _clock(table: Columns, names: SignalNames) -> tuple[str, FloatArray]:
+    """Column of a log's clock, and its times [s]."""
+    guesses, _ = guess_columns(table, names, supply=_ANY)
+    one = next((guess for guess in guesses if guess.quantity == "time"), None)
+    if one is None:
+        raise InputError(f"{table.path}: no clock among {', '.join(table.cells)}; name it time_s")
+    time = to_si(1.0, one.unit, "s", where=str(table.path)) * table.numbers(one.column)
+    table.refuse(
+        np.diff(time, prepend=-np.inf) <= 0.0,
+        lambda i: f"{one.column}: the clock stands or runs back at {time[i]:g} s",
+    )
+    return one.column, time
+
+
+def _numbers(table: Columns, without: tuple[str, ...]) -> dict[str, FloatArray]:
+    numbers = {name: c.numbers for name, c in table.cells.items() if name not in without}
+    return {name: v for name, v in numbers.items() if v is not None and np.isfinite(v).all()}
