@@ -1,4 +1,4 @@
-"""Two clocks of one signal: what was planted comes back, and what they do not determine is refused."""
+"""Two clocks of one signal: what was planted comes back, what they do not determine is refused."""
 
 from __future__ import annotations
 
