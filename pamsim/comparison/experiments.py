@@ -33,6 +33,7 @@ REST_DURATION = 6.0
 
 _REST_HZ = 20.0  # of a run whose end alone counts
 _ON_GRID = 0.02  # share of a sample by which written times may miss a grid
+_ON_STEP = 1e-6  # share of a period, by rounding
 
 
 def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experiment:
@@ -72,6 +73,21 @@ def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experime
         load=trial.load,
         name=trial.name,
     )
+
+
+def on_steps(experiment: Experiment, timestep: float) -> Experiment:
+    """An experiment whose sampling period is a whole number of time steps [s], the next shorter.
+
+    A clock that jitters is sampled on a grid that a rig with longer steps than the shipped ones
+    does not have; what is read between samples is interpolated.
+    """
+    steps = 1.0 / (experiment.sample_rate * timestep)
+    whole = max(round(steps), 1)
+    if abs(steps - whole) <= _ON_STEP * whole:
+        return experiment
+    rate = 1.0 / (max(math.floor(steps), 1) * timestep)
+    duration = math.ceil(experiment.duration * rate - _ON_GRID) / rate
+    return replace(experiment, sample_rate=rate, duration=duration)
 
 
 def start_pressures(trial: Trial) -> FloatArray:
@@ -211,8 +227,13 @@ def sensed_runs(
 ) -> list[Recording]:
     """Simulate rigs; those that differ in their sensors alone share a model and are run once.
 
+    Each is sampled as its experiment asks, or more often where the time steps do not allow that.
     Options are those of `pamsim.engine.batch.simulate_batch`.
     """
+    jobs = [
+        (rig, on_steps(one, float(rig.model.opt.timestep) if timestep is None else timestep))
+        for rig, one in jobs
+    ]
     keys = [(id(rig.model), identity(experiment)) for rig, experiment in jobs]
     different = dict(zip(reversed(keys), reversed(jobs), strict=True))
     runs = simulate_batch(

@@ -24,7 +24,6 @@ from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
 from pamsim.recordings.trial import Trial
@@ -193,9 +192,7 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
     for one in tried:
         try:
             jobs = [(rig, t, as_read(rig, experiment_of(t))) for t in (*one.before, *one.after)]
-            for *_, experiment in jobs:
-                whole_steps(1.0 / experiment.sample_rate, rig.model.opt.timestep)
-        except InputError:  # such as a set point below the atmosphere, or a clock between steps
+        except InputError:  # such as a set point below the atmosphere
             continue
         if all(_within_supply(rig, experiment) for *_, experiment in jobs[len(one.before) :]):
             possible.append((one, jobs))

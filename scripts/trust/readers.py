@@ -1,18 +1,19 @@
 """Whether broken input is refused in one line, quickly, or read; nothing else.
 
-    python scripts/trust/readers.py [--runs 1000] [--subprocesses 0] [--reader NAME] [--seed 0]
-        [--json FILE]
+    python scripts/trust/readers.py [--grammar] [--runs 1000] [--subprocesses 0] [--reader NAME]
+        [--seed 0] [--json FILE]
 
 Each run spoils a good file (bytes turned, cut, doubled, moved; numbers too long, too large, not a
 number; nesting too deep; NUL, surrogates, formulas) and reads it: a rig's ``params.toml`` and its
 MJCF, ``recording.toml``, a CSV of a recording, measured tables, quantities with units, a saved
-policy, a checkpoint. Allowed are a result and an `InputError` or `EngineError` of one line. A run
-fails by another exception, by a message of several lines or of more than 1,000 characters, by 1 s
-of processor time, by more than 1 GiB of memory, or by the end of the process. With
-``--subprocesses`` the command line reads as many spoilt files as well, each in a process of its
-own: allowed are exit codes 0, 1 and 2, no traceback, and for 2 one line of at most 1,000
-characters; time and memory are those beyond what the good file takes. FILE is written after each
-reader; those in it that this call does not run stay. Exits 1 if a run fails.
+policy, a checkpoint. With ``--grammar`` the files are drawn from the grammar of their format
+instead (`grammars`), well-formed and meaningless. Allowed are a result and an `InputError` or
+`EngineError` of one line. A run fails by another exception, by a message of several lines or of
+more than 1,000 characters, by 1 s of processor time, by more than 1 GiB of memory, or by the end of
+the process. With ``--subprocesses`` the command line reads as many such files as well, each in a
+process of its own: allowed are exit codes 0, 1 and 2, no traceback, and for 2 one line of at most
+1,000 characters; time and memory are those beyond what the good file takes. FILE is written after
+each reader; those in it that this call does not run stay. Exits 1 if a run fails.
 """
 
 from __future__ import annotations
@@ -49,6 +50,7 @@ from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.table_reader import read_columns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
+import grammars
 from records import head, parser, write
 
 SECONDS, BYTES = 1.0, 1 << 30
@@ -101,12 +103,19 @@ class Reader:
     Attributes:
         make: writes good files into a folder; returns the one to spoil.
         read: reads it, from that folder.
+        grammar: draws one.
         command: arguments of ``pamsim`` that read it; None if no command does.
     """
 
     make: Callable[[Path], Path]
     read: Callable[[Path], object]
+    grammar: Callable[[np.random.Generator], bytes]
     command: Callable[[Path], list[str]] | None = None
+
+    def bad(self, good: bytes, seed: int, run: int, *, drawn: bool) -> bytes:
+        """Content of a run: drawn from the grammar, or a good one with faults."""
+        rng = np.random.default_rng([seed, run])
+        return self.grammar(rng) if drawn else spoilt(good, rng)
 
 
 def _rig(folder: Path) -> Path:
@@ -148,7 +157,7 @@ def _text(content: str) -> Callable[[Path], Path]:
 
 def _policy(folder: Path) -> Path:
     path = folder / "policy.npz"
-    shutil.copyfile(Path(__file__).parents[1] / "results" / "policy_step.npz", path)
+    shutil.copyfile(grammars.POLICY, path)
     return path
 
 
@@ -170,7 +179,7 @@ def _arrays(ending: str) -> Callable[[Path], Path]:
 
 
 def _rig_command(path: Path) -> list[str]:
-    return ["effects", "--rig", str(path.parent)]
+    return ["list", "effects", "--rig", str(path.parent)]
 
 
 def _recording_command(path: Path) -> list[str]:
@@ -184,15 +193,20 @@ def _import_command(path: Path) -> list[str]:
 
 
 READERS = {
-    "params.toml": Reader(_rig, lambda path: pamsim.load_rig(path.parent), _rig_command),
-    "MJCF": Reader(_mjcf, lambda path: pamsim.load_rig(path.parent), _rig_command),
-    "recording.toml": Reader(_recording, pamsim.read_recordings, _recording_command),
+    "params.toml": Reader(
+        _rig, lambda path: pamsim.load_rig(path.parent), grammars.params, _rig_command
+    ),
+    "MJCF": Reader(_mjcf, lambda path: pamsim.load_rig(path.parent), grammars.mjcf, _rig_command),
+    "recording.toml": Reader(
+        _recording, pamsim.read_recordings, grammars.recording, _recording_command
+    ),
     "CSV of a recording": Reader(
-        _csv, lambda path: pamsim.read_recordings(path.parent), _recording_command
+        _csv, lambda path: pamsim.read_recordings(path.parent), grammars.log, _recording_command
     ),
     "measured table": Reader(
         _table,
         lambda path: read_measured(path, 0.3),
+        grammars.force_map,
         lambda path: ["fit", str(path), "--model", "six_parameter", "--nominal-length", "0.3m"],
     ),
     "quantity": Reader(
@@ -200,15 +214,19 @@ READERS = {
         lambda path: parse_quantity(
             path.read_bytes().decode("utf-8", "surrogateescape"), "kPa", "Pa", where="--pressure"
         ),
+        grammars.quantity,
     ),
-    ".npz log": Reader(_arrays(".npz"), read_columns, _import_command),
-    ".mat log": Reader(_arrays(".mat"), read_columns, _import_command),
-    ".parquet log": Reader(_arrays(".parquet"), read_columns, _import_command),
+    ".npz log": Reader(_arrays(".npz"), read_columns, grammars.npz, _import_command),
+    ".mat log": Reader(_arrays(".mat"), read_columns, grammars.mat, _import_command),
+    ".parquet log": Reader(
+        _arrays(".parquet"), read_columns, grammars.parquet_table, _import_command
+    ),
     "checkpoint": Reader(
         _text('{"settings": "ab", "fits": {"a": {"values": {"b": 1.0}}}}'),
         lambda path: CheckpointFile(path).load(),
+        grammars.checkpoint,
     ),
-    "policy": Reader(_policy, read_policy),
+    "policy": Reader(_policy, read_policy, grammars.policy),
 }
 
 
@@ -239,7 +257,7 @@ def _too_long(number: int, frame: object) -> None:
     raise _TooLongError
 
 
-def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]:
+def batch(name: str, drawn: bool, seed: int, first: int, count: int) -> list[tuple[int, str]]:
     """Faults of some runs, by their numbers; in a process of its own."""
     reader = READERS[name]
     found: list[tuple[int, str]] = []
@@ -252,7 +270,7 @@ def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, resource.RLIM_INFINITY))
         for run in range(first, first + count):
-            path.write_bytes(spoilt(good, np.random.default_rng([seed, run])))
+            path.write_bytes(reader.bad(good, seed, run, drawn=drawn))
             signal.setitimer(signal.ITIMER_VIRTUAL, SECONDS)
             try:
                 what = fault(reader, path)
@@ -265,9 +283,11 @@ def batch(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]
     return found
 
 
-def subprocess_faults(reader: Reader, seed: int, runs: int, name: str) -> dict[str, list[int]]:
+def subprocess_faults(
+    reader: Reader, drawn: bool, seed: int, runs: int, name: str
+) -> dict[str, list[int]]:
     """Faults of the command line, each run in a process of its own."""
-    if reader.command is None:
+    if reader.command is None or runs == 0:
         return {}
     found: dict[str, list[int]] = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -278,7 +298,7 @@ def subprocess_faults(reader: Reader, seed: int, runs: int, name: str) -> dict[s
         if usual.code not in (0, 1) or usual.text:
             raise ValueError(f"pamsim {' '.join(command)} fails with the good file: {usual.text}")
         for run in tqdm(range(runs), desc=f"{name}, command line", unit="run"):
-            path.write_bytes(spoilt(good, np.random.default_rng([seed, run])))
+            path.write_bytes(reader.bad(good, seed, run, drawn=drawn))
             what = _command_fault(_called(command), usual)
             if what:
                 found.setdefault(what, []).append(run)
@@ -329,6 +349,7 @@ def main() -> None:
     """Run, print, write."""
     asked = parser(__doc__, runs=1000, subprocesses=0, seed=0)
     asked.add_argument("--reader", choices=READERS)
+    asked.add_argument("--grammar", action="store_true", help="draw files from their grammar")
     options = asked.parse_args()
     result = head("python scripts/trust/readers.py --runs N --subprocesses M --seed S")
     result["readers"] = {}
@@ -339,16 +360,18 @@ def main() -> None:
         faults: dict[str, list[int]] = {}
         for first in tqdm(range(0, options.runs, BATCH), desc=name, unit="batch"):
             count = min(BATCH, options.runs - first)
-            for run, what in _in_a_process(name, options.seed, first, count):
+            for run, what in _in_a_process(name, options.grammar, options.seed, first, count):
                 faults.setdefault(what, []).append(run)
-        called = subprocess_faults(READERS[name], options.seed, options.subprocesses, name)
+        called = subprocess_faults(
+            READERS[name], options.grammar, options.seed, options.subprocesses, name
+        )
         for what, runs in (*faults.items(), *called.items()):
             print(f"{name}: {len(runs)} x {what} (such as run {runs[0]})")
         commands = 0 if READERS[name].command is None else options.subprocesses
         own = {"seed": options.seed, **_counted("runs", options.runs, faults)}
         own |= _counted("subprocesses", commands, called)
         failed += sum(map(len, (*faults.values(), *called.values())))
-        result["readers"][name] = own
+        result["readers"].setdefault(name, {})["drawn" if options.grammar else "spoilt"] = own
         write(result, options.json)
     print(f"{failed} failed")
     sys.exit(int(failed > 0))
@@ -366,20 +389,22 @@ def _counted(kind: str, runs: int, faults: Mapping[str, list[int]]) -> dict[str,
 _pool: list[ProcessPoolExecutor] = []
 
 
-def _in_a_process(name: str, seed: int, first: int, count: int) -> list[tuple[int, str]]:
+def _in_a_process(
+    name: str, drawn: bool, seed: int, first: int, count: int
+) -> list[tuple[int, str]]:
     """Runs of one batch; where the process ends in them, one by one to find out which."""
     if not _pool:
         _pool.append(ProcessPoolExecutor(1))
     try:
-        return _pool[0].submit(batch, name, seed, first, count).result()
+        return _pool[0].submit(batch, name, drawn, seed, first, count).result()
     except BrokenProcessPool:
         _pool.clear()
         if count == 1:
             return [(first, "the process ended")]
         half = count // 2
         return [
-            *_in_a_process(name, seed, first, half),
-            *_in_a_process(name, seed, first + half, count - half),
+            *_in_a_process(name, drawn, seed, first, half),
+            *_in_a_process(name, drawn, seed, first + half, count - half),
         ]
 
 

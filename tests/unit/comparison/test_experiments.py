@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.comparison.experiments import at_times, experiment_of, grid_rate
+from pamsim.comparison.experiments import (
+    at_times,
+    experiment_of,
+    grid_rate,
+    on_steps,
+    sensed_signals,
+)
 from pamsim.core.errors import InputError, SimulationError
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, write_recording
@@ -68,6 +74,21 @@ def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
 @pytest.fixture(scope="module")
 def rig():
     return pamsim.load_rig("mas20_arm")
+
+
+def test_a_clock_that_jitters_is_simulated_in_the_steps_that_a_rig_has(rig):
+    jittering = np.arange(100) / 100.0
+    jittering[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
+    one = trial(time=jittering)
+    job = (rig, one, experiment_of(one))
+    own, longer = (sensed_signals([job], timestep=step)[0] for step in (None, 3e-3))
+    moved = np.ptp(own["angle"])
+    assert moved > 0.1
+    assert np.abs(longer["angle"] - own["angle"]).max() < 0.05 * moved
+    at = on_steps(experiment_of(trial()), 3e-3)  # 3 steps in each of 10 ms, and up to the end
+    assert at.sample_rate == pytest.approx(1.0 / 9e-3)
+    assert at.duration * at.sample_rate == pytest.approx(110.0)
+    assert on_steps(job[2], 5e-4) is job[2]
 
 
 @pytest.mark.parametrize("kind", ["pressure_set", "valve"])

@@ -1,0 +1,204 @@
+"""Whether any command line ends in a result, one line, or an interruption; nothing else.
+
+    python scripts/trust/command_lines.py [--runs 1000] [--seed 0] [--seconds 2] [--json FILE]
+
+Commands and options are drawn from the command line's own tree, values of any kind: right ones,
+names of other things, numbers at the edges, files of another format. What still runs after
+``--seconds`` is interrupted as by Ctrl-C, at that moment wherever it is. A run fails by another
+exception, by an exit code other than 0, 1, 2 and 130, by no line or several lines of error with
+code 2, or if it does not end in 10 s more. Exits 1 if a run fails.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import traceback
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import click
+import matplotlib as mpl
+import numpy as np
+from tqdm import tqdm
+
+import pamsim
+from pamsim.cli.main import BAD_INPUT, INTERRUPTED, cli, main
+from pamsim.recordings.recording import write_recording
+from pamsim.recordings.rig_file import shipped_rigs
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+import grammars
+from records import head, parser, write
+
+BATCH = 25
+ENDLESS = 10.0
+"""Time for an interrupted command to end [s]: it may have to finish a fit's simulation."""
+ELSEWHERE = frozenset({"view", "train"})
+"""Commands that open a window, or need an extra. ``--verbose``, which asks for tracebacks, is left
+out, too."""
+
+
+def prepared(folder: Path) -> list[str]:
+    """Good files and folders of every kind, and some that are none."""
+    rig = pamsim.load_rig("mas20_arm")
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 2e5), duration=0.3, load=1.2)
+    write_recording(folder / "data", "mas20_arm", {"step": pamsim.simulate(rig, step)})
+    shutil.copytree(shipped_rigs() / "mas20_arm", folder / "rig")
+    shutil.copyfile(grammars.POLICY, folder / "policy.npz")
+    (folder / "study.toml").write_text('schema = "pamsim-sweep/1"\n', encoding="utf-8")
+    (folder / "empty").mkdir()
+    rng = np.random.default_rng(0)
+    for name, content in (
+        ("map.csv", grammars.force_map(rng)),
+        ("log.csv", grammars.log(rng)),
+        ("bytes", rng.bytes(200)),
+    ):
+        (folder / name).write_bytes(content)
+    return [*sorted(path.name for path in folder.iterdir()), "data/recording.toml", "no_such"]
+
+
+def leaves(
+    group: click.Group, path: tuple[str, ...] = ()
+) -> list[tuple[tuple[str, ...], click.Command]]:
+    """Every command with the words that name it."""
+    found: list[tuple[tuple[str, ...], click.Command]] = []
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if isinstance(command, click.Group):
+            found += leaves(command, (*path, name))
+        elif command is not None and name not in ELSEWHERE:
+            found.append(((*path, name), command))
+    return found
+
+
+def word(rng: np.random.Generator, parameter: click.Parameter, files: list[str]) -> str:
+    """A value for a parameter, more often than not of its kind."""
+    kind, pick = parameter.type, rng.random()
+    if isinstance(kind, click.Choice) and pick < 0.7:
+        return str(kind.choices[int(rng.integers(len(kind.choices)))])
+    if pick < 0.4:
+        return files[int(rng.integers(len(files)))]
+    if pick < 0.7:
+        number = f"{grammars.number(rng):.6g}"
+        unit = grammars.UNITS[int(rng.integers(len(grammars.UNITS)))]
+        return (number, number + unit, f"{number},{number}", f"joint.shaft.damping={number}")[
+            int(rng.integers(4))
+        ]
+    known = ("mas20_arm", "coulomb_friction", "air_leak", "step", "staircase", "six_parameter", "1")
+    some = known if pick < 0.9 else grammars.WORDS
+    return some[int(rng.integers(len(some)))]
+
+
+def line(rng: np.random.Generator, files: list[str]) -> list[str]:
+    """A command line."""
+    every = leaves(cli)
+    path, command = every[int(rng.integers(len(every)))]
+    words = list(path)
+    for parameter in command.params:
+        if isinstance(parameter, click.Argument):
+            count = int(rng.integers(0, 3)) if parameter.nargs < 0 else int(rng.random() < 0.95)
+            words += [word(rng, parameter, files) for _ in range(count)]
+        elif parameter.name != "verbose" and rng.random() < (0.9 if parameter.required else 0.15):
+            flag = (*parameter.opts, *parameter.secondary_opts)
+            words.append(flag[int(rng.integers(len(flag)))])
+            if not getattr(parameter, "is_flag", False):
+                words.append("out" if "--out" in flag else word(rng, parameter, files))
+    return [*words, *(["--no-open"] if path[-1] == "demo" else [])]
+
+
+class _EndlessError(BaseException):
+    pass
+
+
+def fault(words: list[str], seconds: float) -> str:
+    """What is wrong with how a command line ends; empty if nothing is."""
+
+    def interrupt(*_: object) -> None:
+        signal.signal(signal.SIGALRM, endless)
+        signal.setitimer(signal.ITIMER_REAL, ENDLESS)
+        signal.raise_signal(signal.SIGINT)
+
+    def endless(*_: object) -> None:
+        raise _EndlessError
+
+    error, code = io.StringIO(), None
+    sys.argv = ["pamsim", *words]
+    signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
+            main()
+    except SystemExit as ended:
+        code = ended.code
+    except _EndlessError:
+        return f"does not end in {ENDLESS:g} s after it was interrupted"
+    except BaseException as other:
+        frame = traceback.extract_tb(other.__traceback__)[-1]
+        return f"{type(other).__name__}: {str(other)[:80]!r} at {Path(frame.filename).name}"
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    text = error.getvalue()
+    if "Traceback" in text:
+        return f"a traceback: {text.splitlines()[-1][:80]}"
+    if code not in (0, 1, BAD_INPUT, INTERRUPTED):
+        return f"exit code {code}"
+    errors = [one for one in text.splitlines() if one.strip() and "warning" not in one.lower()]
+    shown = [one for one in errors if "error:" in one.lower()]
+    if code == BAD_INPUT and len(shown) != 1:
+        return f"{len(shown)} lines of error: {errors[:2]}"
+    return ""
+
+
+def batch(seed: int, first: int, count: int, seconds: float) -> list[tuple[int, str, str]]:
+    """Number, fault and words of the runs that fail; in a process of its own."""
+    mpl.use("agg")
+    warnings.simplefilter("ignore")
+    found: list[tuple[int, str, str]] = []
+    before = Path.cwd()
+    for run in range(first, first + count):
+        with tempfile.TemporaryDirectory() as folder:
+            os.chdir(folder)
+            words = line(np.random.default_rng([seed, run]), prepared(Path(folder)))
+            what = fault(words, seconds)
+            os.chdir(before)
+        if what:
+            found.append((run, what, " ".join(words)))
+    return found
+
+
+def run() -> None:
+    """Run, print, write."""
+    asked = parser(__doc__, runs=1000, seed=0)
+    asked.add_argument("--seconds", type=float, default=2.0)
+    options = asked.parse_args()
+    faults: list[tuple[int, str, str]] = []
+    for first in tqdm(range(0, options.runs, BATCH), unit="batch"):
+        count = min(BATCH, options.runs - first)
+        try:
+            with ProcessPoolExecutor(1) as pool:
+                job = (options.seed, first, count, options.seconds)
+                found = pool.submit(batch, *job).result()
+        except BrokenProcessPool:
+            found = [(first, "the process ended", "")]
+        for one in found:
+            print(json.dumps(one))
+        faults += found
+    result = head("python scripts/trust/command_lines.py --runs N --seed S")
+    result |= {"seed": options.seed, "runs": options.runs, "failed": faults}
+    write(result, options.json)
+    print(f"{len(faults)} failed")
+    sys.exit(int(bool(faults)))
+
+
+if __name__ == "__main__":
+    run()
