@@ -201,7 +201,9 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
         before, after = (
             _shares(trials, [next(signals) for _ in trials]) for trials in (one.before, one.after)
         )
-        changed = [c for c in before if abs(before[c] - after[c]) > _CHANGED]
+        # A reading that drives nothing is judged by itself: other channels may be off anyway.
+        own = one.correction.reads(one.before[0]) or before
+        changed = [c for c in own if abs(before[c] - after[c]) > _CHANGED]
         lost, left = sum(before[c] for c in changed), sum(after[c] for c in changed)
         if left <= _LEFT * lost and lost - left >= _GAIN:
             yield _Helpful(

@@ -75,6 +75,14 @@ class Correction:
             lead_in=lead,
         )
 
+    def reads(self, trial: Trial) -> list[str]:
+        """Channels that it changes; none if it changes the clock or what drives a trial, too."""
+        columns = self.changed.keys() | self.taken.keys()
+        driving = command_columns(trial.drives, trial.muscle_names)
+        if self.clock != 1.0 or columns & set(driving):
+            return []
+        return [channel for channel in trial.measured if column_of(channel) in columns]
+
     def _command(self, columns: Sequence[str], values: FloatArray) -> FloatArray:
         own = dict(zip(columns, values.T, strict=True))
         return np.column_stack([self._corrected(column, own) for column in columns])

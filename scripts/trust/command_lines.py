@@ -14,6 +14,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import multiprocessing
 import os
 import shutil
 import signal
@@ -21,8 +22,7 @@ import sys
 import tempfile
 import traceback
 import warnings
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import click
@@ -39,7 +39,6 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import grammars
 from records import head, parser, write
 
-BATCH = 25
 ENDLESS = 10.0
 """Time for an interrupted command to end [s]: it may have to finish a fit's simulation."""
 ELSEWHERE = frozenset({"view", "train"})
@@ -159,21 +158,13 @@ def fault(words: list[str], seconds: float) -> str:
     return ""
 
 
-def batch(seed: int, first: int, count: int, seconds: float) -> list[tuple[int, str, str]]:
-    """Number, fault and words of the runs that fail; in a process of its own."""
-    mpl.use("agg")
-    warnings.simplefilter("ignore")
-    found: list[tuple[int, str, str]] = []
-    before = Path.cwd()
-    for run in range(first, first + count):
-        with tempfile.TemporaryDirectory() as folder:
-            os.chdir(folder)
-            words = line(np.random.default_rng([seed, run]), prepared(Path(folder)))
-            what = fault(words, seconds)
-            os.chdir(before)
-        if what:
-            found.append((run, what, " ".join(words)))
-    return found
+def one_run(seed: int, number: int, seconds: float, found: Connection) -> None:
+    """Send fault and words of a run, in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
+        found.send((fault(words, seconds), " ".join(words)))
+        os.chdir("/")
 
 
 def run() -> None:
@@ -181,18 +172,25 @@ def run() -> None:
     asked = parser(__doc__, runs=1000, seed=0)
     asked.add_argument("--seconds", type=float, default=2.0)
     options = asked.parse_args()
-    faults: list[tuple[int, str, str]] = []
-    for first in tqdm(range(0, options.runs, BATCH), unit="batch"):
-        count = min(BATCH, options.runs - first)
+    mpl.use("agg")
+    warnings.simplefilter("ignore")
+    with tempfile.TemporaryDirectory() as folder:  # compiles, and imports what all runs need
+        prepared(Path(folder))
+    leaves(cli)
+    fork, faults = multiprocessing.get_context("fork"), list[tuple[int, str, str]]()
+    for number in tqdm(range(options.runs), unit="run"):
+        ours, theirs = fork.Pipe(duplex=False)
+        process = fork.Process(target=one_run, args=(options.seed, number, options.seconds, theirs))
+        process.start()
+        theirs.close()
         try:
-            with ProcessPoolExecutor(1) as pool:
-                job = (options.seed, first, count, options.seconds)
-                found = pool.submit(batch, *job).result()
-        except BrokenProcessPool:
-            found = [(first, "the process ended", "")]
-        for one in found:
-            print(json.dumps(one))
-        faults += found
+            what, words = ours.recv()
+        except EOFError:
+            what, words = "the process ended", ""
+        process.join()
+        if what:
+            faults.append((number, what, words))
+            print(json.dumps(faults[-1]), flush=True)
     result = head("python scripts/trust/command_lines.py --runs N --seed S")
     result |= {"seed": options.seed, "runs": options.runs, "failed": faults}
     write(result, options.json)

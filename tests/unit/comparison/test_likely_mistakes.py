@@ -112,6 +112,21 @@ def test_columns_under_each_others_names():
     same(of(trial(**forces), "force1_n and force2_n look swapped"), trial())
 
 
+def test_readings_that_drive_nothing_are_judged_by_themselves():
+    every = ("pressure_1", "pressure_2", "angle", "force_1", "force_2")
+    for drive, text, expected in (
+        ("pressure_set", "the measured pressures", ["pressure_1", "pressure_2"]),
+        ("pressure_set", "all pressures", []),
+        ("measured", "the measured pressures", []),
+        ("pressure_set", "the sign of angle_deg", ["angle"]),
+        ("pressure_set", "force1_n and force2_n look swapped", ["force_1", "force_2"]),
+        ("pressure_set", "time_s", []),
+    ):
+        one = trial(drive=drive)
+        found = {tuple(c.reads(one)) for c in corrections(one, every) if c.text.startswith(text)}
+        assert found == {tuple(expected)}, (drive, text)
+
+
 def test_what_is_not_missed_has_no_mistake():
     texts = [one.text for one in corrections(trial(), ("angle",))]
     assert not any("force" in text or text.startswith("the set points") for text in texts)
