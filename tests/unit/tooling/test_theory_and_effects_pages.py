@@ -21,10 +21,12 @@ from pamsim.effects.catalog import FORMS, effect
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.muscle import PLAIN_GROUPS
+from tests.records import recorded, script
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
-GALLERY: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "effect_gallery.py"))
+GALLERY: dict[str, Any] = vars(script("effect_gallery"))
+LEARNING: dict[str, Any] = vars(script("learning_curves"))
 FIELDS: dict[str, Any] = runpy.run_path(str(ROOT / "scripts" / "parameter_page.py"))
 LABELS = [one.label for forms in FORMS.values() for one in forms]
 
@@ -68,6 +70,16 @@ def test_every_effect_has_a_small_picture_of_what_the_simulation_does(tmp_path):
     assert len(kept) > 1000
     assert kept.shape == again.shape
     assert abs(kept - again).max() < 1.0  # point of print
+
+
+def test_the_learning_curves_are_those_of_the_records(tmp_path):
+    LEARNING["draw"](tmp_path / "again.svg")
+    kept, again = curves(LEARNING["PICTURE"]), curves(tmp_path / "again.svg")
+    assert LEARNING["PICTURE"].stat().st_size < 30_000
+    points = [len(recorded(f"results/{name}")["curve"]["steps"]) for name in LEARNING["COLOURS"]]
+    assert len(points) == 3
+    assert kept.size == 2 * sum(points)
+    np.testing.assert_allclose(kept, again, atol=1.0)  # point of print
 
 
 def test_the_theory_names_every_file_with_a_law_and_the_source_of_every_law():
