@@ -50,4 +50,6 @@ def save_small_svg(figure: Figure, path: Path) -> None:
     with complete_file(path) as part, matplotlib.rc_context(fixed):
         figure.savefig(part, format="svg", metadata={"Date": None, "Creator": None})
         text = part.read_text(encoding="utf-8")
-        part.write_text(re.sub(r"(\.\d)\d+", r"\1", text), encoding="utf-8")
+        # Inside the tags alone: between them stand the labels.
+        short = re.sub(r"<[^>]+>", lambda tag: re.sub(r"(\.\d)\d+", r"\1", tag[0]), text)
+        part.write_text(short, encoding="utf-8")

@@ -72,6 +72,16 @@ def test_every_effect_has_a_small_picture_of_what_the_simulation_does(tmp_path):
     assert abs(kept - again).max() < 1.0  # point of print
 
 
+def test_no_two_labels_of_an_axis_of_a_picture_are_the_same():
+    pictures = [*GALLERY["PICTURES"].glob("*.svg"), LEARNING["PICTURE"]]
+    for path in pictures:
+        for axes in re.split(r'<g id="axes_\d+">', path.read_text(encoding="utf-8"))[1:]:
+            for axis in "xy":
+                tick = rf'<g id="{axis}tick_\d+">.*?>([^<>]+)</text>'
+                labels = re.findall(tick, axes, re.DOTALL)
+                assert len(labels) == len(set(labels)) > 1, (path.name, labels)
+
+
 def test_the_learning_curves_are_those_of_the_records(tmp_path):
     LEARNING["draw"](tmp_path / "again.svg")
     kept, again = curves(LEARNING["PICTURE"]), curves(tmp_path / "again.svg")
