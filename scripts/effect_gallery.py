@@ -14,14 +14,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib
 import numpy as np
+from pictures import DOCUMENTS, GREY, on_any_ground, save_small_svg
 
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, rig_name
 from pamsim.comparison.experiments import sensed_runs
 from pamsim.comparison.protocols import DURATION, PROTOCOLS
-from pamsim.core.files import complete_file
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.effects import (
     command,
@@ -39,11 +38,10 @@ from pamsim.engine.rig import Rig
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
 from pamsim.twins.noise import ANGLE_NOISE, PRESSURE_NOISE
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+DOCS = DOCUMENTS.parent
 PAGE = DOCS / "effects.md"
-PICTURES = DOCS / "images" / "effects"
+PICTURES = DOCUMENTS / "effects"
 RIG = "mas20_arm"
-GREY = "#78828c"  # can be read on white and on black
 EVERY = 3  # of the samples is drawn
 
 LAYERS = {
@@ -172,7 +170,6 @@ def _draw_one(
 ) -> None:
     with page_style():
         figure, (left, right) = new_figure(2.0, 1, 2)
-        figure.patch.set_alpha(0.0)
         time = time[::EVERY]
         left.plot(time, angle[::EVERY] * DEG_PER_RAD, color=VERMILION)
         right.plot(time, pressure[::EVERY, 0] / 1e3, color=BLUE, label="muscle 1")
@@ -182,25 +179,13 @@ def _draw_one(
         finish_axes(right, x="time [s]", y="change of pressure [kPa]")
         for axes in (left, right):
             axes.set_xlim(0.0, DURATION)
-            axes.patch.set_alpha(0.0)
-            axes.grid(True, axis="y", color=GREY, alpha=0.35)
-            axes.tick_params(colors=GREY, labelcolor=GREY)
-            for text in (axes.xaxis.label, axes.yaxis.label):
-                text.set_color(GREY)
+            on_any_ground(figure, axes)
             low, high = axes.get_ylim()
             axes.set_ylim(min(low, -0.01), max(high, 0.01))  # what changes nothing is a flat line
         right.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, labelcolor=GREY
         )
-    with (
-        complete_file(path) as part,
-        matplotlib.rc_context(
-            {"svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans"], "svg.hashsalt": "pamsim"}
-        ),
-    ):
-        figure.savefig(part, format="svg", metadata={"Date": None, "Creator": None})
-        text = part.read_text(encoding="utf-8")
-        part.write_text(re.sub(r"(\.\d)\d+", r"\1", text), encoding="utf-8")
+    save_small_svg(figure, path)
 
 
 def main(names: Sequence[str]) -> None:

@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import pamsim
-from pamsim.comparison.experiments import at_times, experiment_of
 
 INPUTS = ("triangle", "loaded_steps")  # in a test: ("triangle",)
 DURATION = 2.0  # in a test: 0.5
@@ -35,7 +34,8 @@ print(hidden.hidden)  # in SI; kept apart from the recording
 
 # %%
 trial = pamsim.read_recordings("recording").trials[0]
-simulated = at_times(pamsim.simulate(pamsim.load_rig("mas20_arm"), experiment_of(trial)), trial)
+again = pamsim.simulate("mas20_arm", pamsim.experiment_of(trial))
+simulated = pamsim.at_times(again, trial)
 plt.figure(figsize=(7, 3))
 plt.plot(trial.time, np.degrees(trial.measured["angle"]), color="black", label="recorded")
 plt.plot(trial.time, np.degrees(simulated["angle"]), color="#0072b2", label="simulated")

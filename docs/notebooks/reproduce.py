@@ -12,7 +12,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import pamsim
-from pamsim.engine.batch import simulate_batch
 from pamsim.linear.step_identification import identify_step
 from pamsim.papers.printed_steps import find_start, printed_experiment
 from pamsim.recordings.printed import mas20_steps
@@ -30,7 +29,7 @@ print(len(rows), "distinct rows, the first:", rows[0])
 # %%
 start = find_start("vent")
 print(start.meaning)
-runs = simulate_batch([(rig, printed_experiment(row, start)) for row in rows])
+runs = pamsim.simulate_batch([(rig, printed_experiment(row, start)) for row in rows])
 simulated = np.degrees([run.completed().angle[-1] for run in runs])
 printed = np.degrees([row.angle for row in rows])
 print(f"{np.sqrt(np.mean((simulated - printed) ** 2)):.2f} deg RMS")

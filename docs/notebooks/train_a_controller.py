@@ -14,10 +14,8 @@ import numpy as np
 
 import pamsim
 import pamsim.envs
-from pamsim.controllers.joint_control import JointControl
-from pamsim.controllers.neural_policy import NeuralPolicy
-from pamsim.envs.closed_loop import run_episode, score
-from pamsim.recordings.policy_file import PolicyFile
+from pamsim.controllers import JointControl, NeuralPolicy, PolicyFile
+from pamsim.envs import run_episode, score
 
 GENERATIONS = 30  # in a test: 1
 UNSEEN = 5  # in a test: 1

@@ -22,6 +22,7 @@ from pamsim.engine import by_address, function_table
 from pamsim.engine.function_table import KIND
 from pamsim.engine.jit import OPTIONS, fingerprint, hand_to_numba, reached_functions
 from pamsim.engine.memory import compiled_as
+from pamsim.engine.refused_law import refusal
 from pamsim.physics.chosen_law import (
     OF_LAW,
     OF_OPERATOR,
@@ -95,17 +96,7 @@ def _compiled(
             return by_address.compiled(function, key, {"Parameters": record})
     except (NumbaError, UnsupportedBytecodeError) as error:
         raise InputError(
-            f"the law {group.law!r} cannot be compiled: {_reason(error)}; its functions may use"
-            " numbers, arrays of them, math, and functions of that kind, or run with"
+            f"the law {group.law!r} cannot be compiled: {refusal(error, reached)}; its functions"
+            " may use numbers, arrays of them, math, and functions of that kind, or run with"
             " backend='python'"
         ) from error
-
-
-def _reason(error: Exception) -> str:
-    """What the compiler met in the innermost function that it was handed, as one line."""
-    # Its message goes from callers to callees. Below what we handed over lies its own library.
-    *_, innermost = str(error).split("_giving.<locals>.give")
-    lines = [line.strip().removeprefix("TypingError: ") for line in innermost.splitlines()]
-    around = ("Failed in", "' ", "':", "With argument", "Rejected as")
-    telling = [line for line in lines if line and not line.startswith(around)]
-    return next(iter(telling), type(error).__name__).rstrip(".:")

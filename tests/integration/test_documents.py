@@ -29,7 +29,13 @@ def snippets(language):
     for page in (page for page in PAGES if page.name not in IN_ONE_FOLDER):
         for number, (kind, text) in enumerate(BLOCK.findall(page.read_text(encoding="utf-8"))):
             if kind == language:
-                yield pytest.param(text, id=f"{page.name}-{number}")
+                marks = [pytest.mark.slow] if "stable_baselines3" in text else []
+                yield pytest.param(small(text), id=f"{page.name}-{number}", marks=marks)
+
+
+def small(text):
+    """A text with the small settings that it states for a test."""
+    return re.sub(r"= .+  # in a test: (.+)", r"= \1", text)
 
 
 def run(command, folder):
@@ -47,6 +53,8 @@ def run(command, folder):
 def test_python_snippets_run(text, tmp_path, monkeypatch, capsys):
     """In this process: to import everything again takes longer than most of them."""
     monkeypatch.chdir(tmp_path)
+    if "stable_baselines3" in text:
+        pytest.importorskip("stable_baselines3", reason="the extra rl is not installed")
     names: dict[str, object] = {"__name__": "__main__"}
     exec(compile(text, "snippet", "exec"), names)
     for made in names.values():  # what ends with the process there
@@ -80,9 +88,8 @@ def test_a_notebook_runs_with_the_small_settings_that_it_states(path, tmp_path, 
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("agg")
     text = path.read_text(encoding="utf-8")
-    small, count = re.subn(r"= .+  # in a test: (.+)", r"= \1", text)
-    assert count
-    exec(compile(small, path.name, "exec"), {"__name__": "__main__"})
+    assert small(text) != text
+    exec(compile(small(text), path.name, "exec"), {"__name__": "__main__"})
     assert plt.get_fignums()
     plt.close("all")
 

@@ -1,12 +1,15 @@
-"""Results of all jobs have the same verbs, and `pamsim.plot` draws them."""
+"""Results of all jobs have the same verbs, a picture, and a table."""
 
 from __future__ import annotations
 
 import inspect
 import json
+import math
 import typing
 from pathlib import Path
 
+import numpy as np
+import pyarrow
 import pytest
 from matplotlib.figure import Figure
 
@@ -66,6 +69,50 @@ def test_verbs_give_text_json_files_and_a_picture(results, tmp_path):
             figure = pamsim.plot(result)
             assert isinstance(figure, Figure), name
             assert figure.axes, name
+
+
+def rows_of(columns):
+    assert len({len(column) for column in columns.values()}) == 1
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def test_a_table_has_a_row_for_each_sample_or_parameter_in_si(results, folder):
+    tables = {name: pamsim.table(one) for name, one in results.items() if "synth" not in name}
+    for name, columns in tables.items():
+        assert bool(rows_of(columns)) == (name != "diagnosis of recordings"), name  # finds nothing
+        assert pyarrow.table(columns).column_names == list(columns), name
+    run = results["recording"]
+    recorded, (trial,) = tables["recording"], pamsim.read_recordings(folder / "recording").trials
+    np.testing.assert_array_equal(recorded["time"], run.time)
+    np.testing.assert_array_equal(recorded["pressure_2"], run.pressure[:, 1])
+    for channel in ("time", "angle", "pressure_2"):
+        np.testing.assert_allclose(pamsim.table(trial)[channel], recorded[channel], rtol=1e-6)
+    (damping,) = rows_of(tables["calibration"])
+    (known,) = results["calibration"].to_dict()["parameters"]
+    assert damping["parameter"] == "joint.shaft.damping"
+    assert (damping["value"], damping["unit"]) == (known["value"], "N*m*s/rad")
+    assert known["interval95"] is None  # of a search that was not finished
+    assert math.isnan(damping["low"])
+    assert damping["before"] == pytest.approx(0.3247)
+    for name in ("fit", "identification"):
+        result, rows = results[name], rows_of(tables[name])
+        fits = result.fits if name == "fit" else result.candidates
+        assert list(dict.fromkeys(row["model"] for row in rows)) == [
+            getattr(one, "model", None) or one.name for one in fits
+        ]
+        without = [row for row in rows if math.isnan(row["low"])]
+        assert all(math.isnan(row["high"]) for row in without)
+        assert all(row["low"] <= row["value"] <= row["high"] for row in rows if row not in without)
+    for name in ("diagnosis of recordings", "diagnosis of a loop"):
+        found = results[name].to_dict()["effects"]
+        sizes = {(e["effect"], p): (e["level"], s) for e in found for p, s in e["sizes"].items()}
+        rows = {(row["effect"], row["parameter"]): row for row in rows_of(tables[name])}
+        assert list(rows) == list(sizes)
+        for at, (level, size) in sizes.items():
+            assert (rows[at]["level"], rows[at]["unit"]) == (level, size["unit_si"])
+            assert rows[at]["value"] == size["value_si"]
+    with pytest.raises(InputError, match="no table of a SyntheticRecording; give a result"):
+        pamsim.table(results["synthetic recording"])
 
 
 def test_a_saved_recording_is_read_back(results, folder):

@@ -67,6 +67,11 @@ def test_the_planted_order_is_recommended(zeros, tmp_path):
         assert result.shown[name].value == pytest.approx(value, rel=0.05)
     assert f"* {result.recommended}: fits 97." in result.summary()
     assert float(result.transfer_function().dcgain()) == pytest.approx(3.0, rel=0.05)
+    columns = pamsim.table(result)
+    gains = [
+        v for v, name in zip(columns["value"], columns["parameter"], strict=True) if name == "K"
+    ]
+    assert gains == [fit["K"].value for fit in result.models.values()]
     model, measured = pamsim.plot(result).axes[1].get_lines()
     turned = np.interp(W, *model.get_data())
     np.testing.assert_allclose(measured.get_ydata(), turned, atol=6.0)  # deg; errors of 2 %

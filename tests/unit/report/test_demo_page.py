@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pamsim.comparison.compared_signal import Comparison
+from pamsim.diagnosis.by_link.result import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.report.diagnosis_headline import Hidden
 from pamsim.report.link_page import SUPPORTED, write_link_diagnosis
@@ -16,6 +17,7 @@ from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
 from pamsim.report.style import finish_axes, new_figure, series_look
 from pamsim.report.trial_signals import trial_signals
+from tests.records import page
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
 HIDDEN = Hidden(
@@ -81,6 +83,12 @@ def test_a_quantity_has_one_interval(tmp_path):
 @pytest.mark.parametrize("verdict", list(VERDICTS))
 def test_every_verdict_says_what_it_supports(verdict, tmp_path):
     assert SUPPORTED[verdict][0] in page_of(VERDICTS[verdict], tmp_path)
+
+
+def test_the_questions_state_of_every_verdict_what_its_page_supports():
+    assert list(SUPPORTED) == [verdict.value for verdict in Verdict]
+    rows = [f"| `{name}` | {may} | {may_not} |" for name, (may, may_not) in SUPPORTED.items()]
+    assert "\n".join(rows) in page("faq")
 
 
 def test_a_p_value_at_the_least_that_can_be_is_a_bound():

@@ -33,7 +33,7 @@ def study(runs=RUNS, columns=COLUMNS, **options):
 
 def test_a_row_is_what_the_function_returns_also_in_processes(tmp_path):
     here = sweep(study(units={"gain": "kPa/deg"}), out=tmp_path / "here")
-    found = here.columns()
+    found = pamsim.table(here)
     assert found["error"][:5].tolist() == [1.0, 0.5, 0.5, 0.25, 0.25]
     assert found["note"][3] == "pd 2"
     assert found["outcome"].tolist() == ["completed"] * 5 + ["refused"]

@@ -16,6 +16,8 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 import pamsim
+import pamsim.controllers
+import pamsim.envs
 
 ROOT = Path(__file__).parents[3]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -67,6 +69,10 @@ def test_the_front_door_lists_what_it_has_and_no_room_hides_a_function():
         assert name in dir(pamsim)
         assert importlib.util.find_spec(f"pamsim.{name}") is None
     assert not hasattr(pamsim, "identfy")
+    for room in (pamsim.controllers, pamsim.envs):
+        assert set(room.__all__) <= set(dir(room))
+        assert all(callable(getattr(room, name)) or name.isupper() for name in room.__all__)
+        assert not hasattr(room, "Suiet")
 
 
 def test_ci_and_the_workflow_run_the_commands_of_the_readme_and_targets_that_exist():
