@@ -10,7 +10,7 @@ from pathlib import Path
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording_reader import read_recordings
-from pamsim.recordings.static_table import StaticTable, read_static_table
+from pamsim.recordings.static_table import PRINTED, StaticTable, read_static_table
 from pamsim.recordings.trial import Trial, of_rig
 
 
@@ -67,6 +67,11 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     recordings = [s for s in sources if Path(s).is_dir() or Path(s).suffix == ".toml"]
     for source in sources:
         if source not in recordings:
+            if not (Path(source).exists() or source == PRINTED):
+                raise InputError(
+                    f"no data at {source}: give the folder of a recording, as `pamsim import`"
+                    " writes it, or the CSV of a table at rest"
+                )
             table = read_static_table(source)
             tables.append(table)
             notes += table.notes

@@ -109,7 +109,7 @@ class RecordingCheck:
         """The check as a few lines for a screen."""
         repeats = ", ".join(f"{name} x {count}" for name, count in self.protocols.items())
         lines = [
-            f"rig {self.rig}: {sum(self.protocols.values())} trials, {self.seconds:.4g} s:"
+            f"rig {self.rig}: {_trials(sum(self.protocols.values()))}, {self.seconds:.4g} s:"
             f" {repeats}",
             f"held out: {_some(self.held_out)}",
             f"{'channel':20s}{'from':>10s}{'to':>10s}{'noise':>10s}{'missed':>10s}",
@@ -121,7 +121,7 @@ class RecordingCheck:
         lines += [f"suspicious: {text}" for text in self.suspicions]
         lines += [f"note: {text}" for text in self.notes]
         lines.append(
-            f"effects, by {len(self.run['trials'])} trials of"
+            f"effects, by {_trials(len(self.run['trials']))} of"
             f" {self.run['simulated_seconds']:.3g} s together:"
         )
         lines.append(f"{'would show':32s}{'from':>10s}{'typical':>10s} {'unit':16s}mostly in")
@@ -285,6 +285,10 @@ def _standing_still(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> 
                 (drive,) = (k for k in IMPOSED if JOINT_DRIVES[k].of == rig.joints[joint])
                 text += f"; if a machine holds it, state {joint} = {drive!r} in the drive"
             yield text
+
+
+def _trials(count: int) -> str:
+    return "1 trial" if count == 1 else f"{count} trials"
 
 
 def _some(names: Sequence[str], most: int = 6) -> str:

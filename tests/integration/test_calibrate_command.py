@@ -275,7 +275,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path):
         ("DATA --resume --out EMPTY", "nothing to resume"),
         ("DATA --threads 0", "0 threads"),
         ("DATA DATA", "is given twice"),
-        ("none.csv", "cannot read"),
+        ("none.csv", "give the folder of a recording, as `pamsim import`"),
     ):
         places = {"DATA": recording, "EMPTY": tmp_path}
         code, _, err = run(*(places.get(word, word) for word in line.split()))

@@ -177,7 +177,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         (["alraouf2025", "--threads", "2"], "--threads does not apply to a length-pressure loop"),
         (["alraouf2025", "--effects", "creep"], "no effect 'creep' that opens a loop"),
         (["alraouf2026"], "alraouf2026"),
-        ([tmp_path / "none.csv"], "cannot read"),
+        ([tmp_path / "none.csv"], "give the folder of a recording, as `pamsim import`"),
         ([leak[0], "mas20"], "recordings alone, or one table"),
         ([leak[0], "--effects", "air_lek"], "did you mean 'air_leak'"),
         ([*leak, "--nuisance", "force.scal"], "did you mean 'force.scale'"),
