@@ -123,7 +123,7 @@ def kind_of(sources: Sequence[Source]) -> Kind:
         return Kind.LOOP
     if not path.exists() and name == PRINTED_TABLE:
         return Kind.TABLE
-    if path.suffix.lower() != ".csv":
+    if path.suffix.lower() != ".csv" or not path.exists():  # of what is not there errors say more
         return Kind.RECORDINGS
     return Kind.LOOP if _has_length(path) else Kind.TABLE
 
