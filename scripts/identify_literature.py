@@ -46,9 +46,9 @@ import pamsim
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.fit_percent import fit_percent
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.signal_record import SignalRecord
 
 RESULTS = Path("scripts/results")
 RULE = "initial state and a constant, by least squares over the whole second half"

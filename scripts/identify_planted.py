@@ -39,10 +39,10 @@ from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.choice import recommend
+from pamsim.identification.continuous_fit import fit_continuous
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.pole_coordinates import pole_coordinates
+from pamsim.identification.signal_record import SignalRecord
 
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01
 DRIFT = 0.1

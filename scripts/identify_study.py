@@ -36,10 +36,10 @@ from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_tests import residual_independence
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
+from pamsim.identification.residual_tests import residual_independence
+from pamsim.identification.signal_record import SignalRecord
 
 RESULTS = Path("scripts/results")
 KEPT = Path("out/identify_study")
@@ -249,7 +249,7 @@ def records_digest() -> str:
 
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
-    mark = fingerprint("pamsim.linear.", __file__)
+    mark = fingerprint("pamsim.identification.", __file__)
     tasks = [("fit", name, seed) for name in SCENARIOS for seed in range(RUNS)]
     tasks += [("compare", name, seed) for name in PEER_SCENARIOS for seed in range(PEER_RUNS)]
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)

@@ -27,9 +27,9 @@ from pamsim.controllers.sampled_controller import SampledController, rows, sampl
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.signal_record import SignalRecord
 
 _STEPS = 2e4 * np.array([0.0, 1.0, 0.0, -1.0, 0.0])  # Pa
 _RATE = 50.0  # Hz

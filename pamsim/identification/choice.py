@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pamsim.identification.identified_model import FitStatus, IdentifiedModel
 from pamsim.identification.models import Candidate
+from pamsim.identification.residual_tests import what_is_missing
+from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.structure_choice import p_value_of_improvement
 from pamsim.inference.criteria import aicc_above_best
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_tests import what_is_missing
-from pamsim.linear.signal_record import SignalRecord
 
 _LEVEL = 0.05  # probability of accepting a parameter that does not help, per comparison
 _TIE = 2.0  # difference of AICc below which two models are equally supported

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.signals import Signal, UsedTrial
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.response_bands import (
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.response_bands import (
     FrequencyResponse,
     StepResponse,
     frequency_response,
     step_response_band,
 )
+from pamsim.identification.signals import Signal, UsedTrial
 
 _POINTS = 300
 _STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for

@@ -17,14 +17,14 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
+from pamsim.identification.continuous_structure import HIGHEST_ORDER
+from pamsim.identification.frequency_fit import fit_frequency_response
 from pamsim.identification.frequency_table import frequency_response_of
+from pamsim.identification.identified_model import FitStatus, IdentifiedModel
 from pamsim.identification.models import ModelSet
 from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.criteria import aicc_above_best
-from pamsim.linear.continuous_structure import HIGHEST_ORDER
-from pamsim.linear.frequency_fit import fit_frequency_response
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.recordings.columns import Columns
 
 SCHEMA = "pamsim-identify-frequency/2"
@@ -73,12 +73,12 @@ class FrequencyIdentification:
         """Return the shown model as a continuous ``control.TransferFunction``.
 
         Args:
-            pade_order: as in `pamsim.linear.transfer_function.continuous`.
+            pade_order: as in `pamsim.identification.transfer_function.continuous`.
 
         Raises:
             InputError: a dead time comes without ``pade_order``.
         """
-        from pamsim.linear.transfer_function import continuous  # takes a second
+        from pamsim.identification.transfer_function import continuous  # takes a second
 
         return continuous(self.shown, pade_order=pade_order)
 

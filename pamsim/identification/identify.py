@@ -17,6 +17,7 @@ from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.result import Identification
+from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.signals import (
     Signal,
     SignalTable,
@@ -25,7 +26,6 @@ from pamsim.identification.signals import (
     signal,
     used_trial,
 )
-from pamsim.linear.signal_record import SignalRecord
 from pamsim.recordings.trial import TrialSet
 
 _SAME = 1e-9  # of an input's size, below which a difference is rounding

@@ -8,17 +8,17 @@ import numpy as np
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.identification.signals import SignalTable, UsedTrial
-from pamsim.linear.continuous_fit import fit_structure
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.local_models import (
+from pamsim.identification.continuous_fit import fit_structure
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.local_models import (
     LocalModel,
     LocalModelMap,
     OperatingPoint,
     local_model_map,
 )
-from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.signal_record import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.signals import SignalTable, UsedTrial
 
 Piece = tuple[SignalRecord, OperatingPoint]
 

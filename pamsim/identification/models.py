@@ -12,18 +12,22 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous_fit import fit_structure
+from pamsim.identification.continuous_structure import STARTS, ContinuousStructure
+from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
+from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.residual_tests import (
+    Independence,
+    residual_independence,
+    residual_nonlinearity,
+)
+from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.structure_choice import (
     StructureChoice,
     choice_by_free_run,
     choice_by_likelihood,
 )
-from pamsim.linear.continuous_fit import fit_structure
-from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_tests import Independence, residual_independence, residual_nonlinearity
-from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.structure_scan import RoughFit, scan_structures
+from pamsim.identification.structure_scan import RoughFit, scan_structures
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")

@@ -15,17 +15,17 @@ from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
 from pamsim.identification.choice import Recommendation
+from pamsim.identification.continuous_structure import ContinuousStructure
 from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
+from pamsim.identification.discrete_structure import DiscreteStructure
+from pamsim.identification.identified_model import IdentifiedModel, TrialScore
+from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.identification.structure_choice import AICC, LIKELIHOOD, StructureChoice
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.identified_model import IdentifiedModel, TrialScore
-from pamsim.linear.local_models import Dependence, LocalModelMap
 
 SCHEMA = "pamsim-identify/4"
 
@@ -82,12 +82,12 @@ class Identification:
         Args:
             si: whether between signals in SI units, as controllers of pamsim compute; otherwise
                 between the columns as they are written, as everywhere else in this result.
-            pade_order: as in `pamsim.linear.transfer_function.continuous`.
+            pade_order: as in `pamsim.identification.transfer_function.continuous`.
 
         Raises:
             InputError: a dead time comes without ``pade_order``.
         """
-        from pamsim.linear.transfer_function import continuous  # takes a second
+        from pamsim.identification.transfer_function import continuous  # takes a second
 
         system = continuous(self.shown.fit, pade_order=pade_order)
         return system if si else system * np.diag([self._gain(into) for into in self.inputs])

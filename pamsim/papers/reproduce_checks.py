@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.linear.first_second_order import second_order_step
-from pamsim.linear.step_identification import StepIdentification
+from pamsim.identification.first_second_order import second_order_step
+from pamsim.identification.step_identification import StepIdentification
 from pamsim.papers.calibration_record import CalibrationRecord
 from pamsim.papers.printed_steps import IDENTIFIED_ROW, Row, rms_error_deg
 from pamsim.papers.torque_law import best_torque_laws

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.frequency import SCHEMA, FrequencyIdentification
-from pamsim.linear.response_bands import frequency_response
+from pamsim.identification.response_bands import frequency_response
 from pamsim.report.identify_figures import magnitude_and_phase
 from pamsim.report.numbers import fixed, interval, quantity
 from pamsim.report.page import write_page

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
-from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
-from pamsim.linear.step_identification import StepIdentification, identify_step
-from pamsim.linear.transfer_function import continuous, step_response
+from pamsim.identification.first_second_order import first_order_step, second_order_step, unit_step
+from pamsim.identification.step_identification import StepIdentification, identify_step
+from pamsim.identification.transfer_function import continuous, step_response
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.numerics import propagated, root
 from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document

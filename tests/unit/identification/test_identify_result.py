@@ -10,7 +10,7 @@ import pytest
 from pamsim.identification.identify import identify
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
-from tests.unit.linear.planted import record, refuses, sampled, steps
+from tests.unit.identification.planted import record, refuses, sampled, steps
 
 TS, GAIN, LAG = 0.02, 1e-6, 0.4
 FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}

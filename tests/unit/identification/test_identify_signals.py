@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
+from pamsim.identification.continuous_fit import fit_continuous
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.signals import (
     default_input,
@@ -15,10 +16,9 @@ from pamsim.identification.signals import (
     table_of,
     used_trial,
 )
-from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.recordings.trial import Trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.linear.planted import refuses
+from tests.unit.identification.planted import refuses
 
 N = 100
 TIME = np.arange(N) / 100.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.linear.first_second_order import second_order_step
+from pamsim.identification.first_second_order import second_order_step
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
 from pamsim.papers.printed_steps import Row, rms_error_deg
 from pamsim.papers.reproduce_checks import (

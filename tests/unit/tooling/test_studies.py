@@ -11,8 +11,8 @@ import pytest
 from scipy.signal import dlsim
 
 import pamsim
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.signal_record import SignalRecord
 from tests.records import page, recorded, script, words
 
 blind, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]

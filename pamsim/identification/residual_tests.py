@@ -24,10 +24,10 @@ import scipy.special
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.separable_fit import column_scale
-from pamsim.linear.signal_record import SignalRecord, checked_records
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.separable_fit import column_scale
+from pamsim.identification.signal_record import SignalRecord, checked_records
 
 _f_tail: Any = scipy.special.fdtrc
 

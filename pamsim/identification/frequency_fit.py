@@ -14,13 +14,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous_fit import (
+    contains_zero,
+    continuous_estimates,
+    vague_parameter,
+)
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.identified_model import NOT_SETTLED, SINGULAR, FitStatus, IdentifiedModel
+from pamsim.identification.optimum import Optimum, student_quantile
+from pamsim.identification.separable_fit import Separable, linearise, minimise, sandwich_covariance
 from pamsim.inference.record_checks import finite_samples
 from pamsim.inference.trial_noise import WHITE, fit_trial_noise
-from pamsim.linear.continuous_fit import contains_zero, continuous_estimates, vague_parameter
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import NOT_SETTLED, SINGULAR, FitStatus, IdentifiedModel
-from pamsim.linear.optimum import Optimum, student_quantile
-from pamsim.linear.separable_fit import Separable, linearise, minimise, sandwich_covariance
 
 ComplexArray = NDArray[np.complex128]
 

@@ -8,14 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous_fit import delay_starts
+from pamsim.identification.continuous_structure import (
+    HIGHEST_ORDER,
+    MOST_INTEGRATORS,
+    ContinuousStructure,
+)
+from pamsim.identification.instrumental_variables import instrumental_variable_starts
+from pamsim.identification.pole_coordinates import pole_coordinates
+from pamsim.identification.separable_fit import Solution, rough_minimum
+from pamsim.identification.signal_record import SignalRecord, time_range
 from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
 from pamsim.inference.trial_noise import WHITE
-from pamsim.linear.continuous_fit import delay_starts
-from pamsim.linear.continuous_structure import HIGHEST_ORDER, MOST_INTEGRATORS, ContinuousStructure
-from pamsim.linear.instrumental_variables import instrumental_variable_starts
-from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.separable_fit import Solution, rough_minimum
-from pamsim.linear.signal_record import SignalRecord, time_range
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried

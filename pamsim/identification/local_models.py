@@ -15,8 +15,8 @@ import scipy.special
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.optimum import student_quantile
+from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.optimum import student_quantile
 
 _chi2_tail: Any = scipy.special.chdtrc
 _student_cdf: Any = scipy.special.stdtr

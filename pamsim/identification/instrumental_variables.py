@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.held_input import chain_derivatives, chain_modes
+from pamsim.identification.pole_coordinates import constants_of_roots, pole_coordinates
+from pamsim.identification.separable_fit import column_scale
+from pamsim.identification.signal_record import SignalRecord, time_range
 from pamsim.inference.trial_noise import WHITE
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.held_input import chain_derivatives, chain_modes
-from pamsim.linear.pole_coordinates import constants_of_roots, pole_coordinates
-from pamsim.linear.separable_fit import column_scale
-from pamsim.linear.signal_record import SignalRecord, time_range
 
 _ROUNDS = 4
 _SETTLED = 1e-2  # change of the poles' coordinates that ends the rounds

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lsim
 
-from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.held_input import chain_derivatives, chain_modes
-from tests.unit.linear.planted import lags, refuses, sampled, steps
+from pamsim.identification.first_second_order import first_order_step, second_order_step
+from pamsim.identification.held_input import chain_derivatives, chain_modes
+from tests.unit.identification.planted import lags, refuses, sampled, steps
 
 U = steps(np.random.default_rng(41), 300, 12)
 TIME = np.linspace(0.0, 5.0, 501)

@@ -2,7 +2,7 @@
 
 ARX least squares minimises the one-step prediction error. It is unbiased only if the noise enters
 through 1/A(z); a sensor's white noise on the output, or a model order below the system's, biases
-the poles. Output error (:mod:`pamsim.linear.discrete_fit`) has neither bias.
+the poles. Output error (:mod:`pamsim.identification.discrete_fit`) has neither bias.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.discrete_structure import DiscreteStructure, regression
+from pamsim.identification.separable_fit import scaled_solution
 from pamsim.inference.record_checks import varying_output
-from pamsim.linear.discrete_structure import DiscreteStructure, regression
-from pamsim.linear.separable_fit import scaled_solution
 
 
 class UnderdeterminedError(InputError):

@@ -6,11 +6,11 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.linear.frequency_fit import fit_frequency_response
-from pamsim.linear.identified_model import FitStatus
-from pamsim.linear.transfer_function import continuous
+from pamsim.identification.frequency_fit import fit_frequency_response
+from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.transfer_function import continuous
 from tests.unit.core.refusals import all_refused
-from tests.unit.linear.planted import lags
+from tests.unit.identification.planted import lags
 
 W = np.geomspace(0.1, 100.0, 50)
 PAIR = [1.0 / 25.0, 2.0 * 0.1 / 5.0, 1.0]  # wn = 5 rad/s, zeta = 0.1

@@ -16,24 +16,29 @@ from numpy.typing import ArrayLike
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
-from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
-from pamsim.inference.trial_noise import TrialNoise
-from pamsim.linear.arx import ArxModel, UnderdeterminedError, fit_arx, time_constants_from_arx
-from pamsim.linear.continuous_fit import continuous_estimates, merged_lags
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.first_second_order import unit_step
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.identified_model import (
+from pamsim.identification.arx import (
+    ArxModel,
+    UnderdeterminedError,
+    fit_arx,
+    time_constants_from_arx,
+)
+from pamsim.identification.continuous_fit import continuous_estimates, merged_lags
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.first_second_order import unit_step
+from pamsim.identification.fit_percent import fit_percent
+from pamsim.identification.identified_model import (
     NOT_SETTLED,
     SINGULAR,
     FitStatus,
     IdentifiedModel,
     trial_score,
 )
-from pamsim.linear.optimum import Optimum, student_quantile
-from pamsim.linear.separable_fit import inverse_information
+from pamsim.identification.optimum import Optimum, student_quantile
+from pamsim.identification.separable_fit import inverse_information
+from pamsim.inference.bounded_least_squares import Fit, bounded_least_squares, one_by_one
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
+from pamsim.inference.trial_noise import TrialNoise
 
 OUTPUT_ERROR = "output error, unit gain"
 ARX_UNIT = "ARX least squares, unit gain"
@@ -246,7 +251,7 @@ def fit_step(time: ArrayLike, response: ArrayLike, *, order: int) -> IdentifiedM
 
     The step happens at ``time[0]``, from rest at 0. Time constants are sought as logarithms between
     a tenth of a sample and a hundred record lengths, from several fixed starts. A response with a
-    gain, a dead time or an offset is a record: `pamsim.linear.continuous_fit.fit_continuous`.
+    gain, a dead time or an offset is a record for `fit_continuous`.
 
     The 95 % intervals come from the Jacobian at the optimum and Student's t. They assume white
     residuals and the right model order. Residuals of a wrong order or of a sampled mechanism are

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.noise_weighted_fit import noise_weighted_fit
+from pamsim.identification.separable_fit import Separable, minimise
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import TrialNoise
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.noise_weighted_fit import noise_weighted_fit
-from pamsim.linear.separable_fit import Separable, minimise
-from tests.unit.linear.planted import record
+from tests.unit.identification.planted import record
 
 
 @pytest.mark.parametrize("colour", [(), (-0.8, 0.2)])

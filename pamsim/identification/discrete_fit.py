@@ -11,25 +11,25 @@ import scipy.signal
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.estimate import Estimate
-from pamsim.inference.trial_noise import TrialNoise, fit_trial_noise
-from pamsim.linear.arx import UnderdeterminedError
-from pamsim.linear.discrete_structure import (
+from pamsim.identification.arx import UnderdeterminedError
+from pamsim.identification.discrete_structure import (
     DiscreteStructure,
     centred_regression,
     from_differences,
 )
-from pamsim.linear.identified_model import (
+from pamsim.identification.identified_model import (
     NOT_SETTLED,
     FitStatus,
     IdentifiedModel,
     pooled_fit_percent,
     score_trials,
 )
-from pamsim.linear.noise_weighted_fit import noise_weighted_fit
-from pamsim.linear.optimum import Optimum, student_quantile
-from pamsim.linear.separable_fit import column_scale
-from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
+from pamsim.identification.noise_weighted_fit import noise_weighted_fit
+from pamsim.identification.optimum import Optimum, student_quantile
+from pamsim.identification.separable_fit import column_scale
+from pamsim.identification.signal_record import SignalRecord, checked_records, time_range
+from pamsim.inference.estimate import Estimate
+from pamsim.inference.trial_noise import TrialNoise, fit_trial_noise
 
 _lfilter: Any = scipy.signal.lfilter
 

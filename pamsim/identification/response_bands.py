@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.discrete_structure import DiscreteStructure
+from pamsim.identification.identified_model import IdentifiedModel
 from pamsim.inference.record_checks import finite_samples, uniform_interval
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.identified_model import IdentifiedModel
 
 
 @dataclass(frozen=True, eq=False)

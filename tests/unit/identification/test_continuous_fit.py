@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.identified_model import FitStatus
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.signal_record import SignalRecord
 from tests.unit.core.refusals import all_refused
-from tests.unit.linear.planted import record
+from tests.unit.identification.planted import record
 
 T1, T2 = 0.0926, 0.57873
 PAIR = [1.0 / 36.0, 2.0 * 0.3 / 6.0, 1.0]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_tests import residual_independence
-from tests.unit.linear.planted import record, refuses
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
+from pamsim.identification.residual_tests import residual_independence
+from tests.unit.identification.planted import record, refuses
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.held_input import chain_derivatives, chain_modes
+from pamsim.identification.separable_fit import Linearised, Separable, linearise
+from pamsim.identification.signal_record import SignalRecord, time_range
 from pamsim.inference.trial_noise import TrialNoise
-from pamsim.linear.held_input import chain_derivatives, chain_modes
-from pamsim.linear.separable_fit import Linearised, Separable, linearise
-from pamsim.linear.signal_record import SignalRecord, time_range
 
 HIGHEST_ORDER = 6
 MOST_INTEGRATORS = 2

@@ -11,18 +11,18 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.estimate import Estimate, Interval
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import (
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.identified_model import (
     NOT_SETTLED,
     SINGULAR,
     FitStatus,
     IdentifiedModel,
     score_trials,
 )
-from pamsim.linear.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
-from pamsim.linear.optimum import Optimum
-from pamsim.linear.signal_record import SignalRecord, checked_records, time_range
+from pamsim.identification.noise_weighted_fit import NoiseWeightedFit, noise_weighted_fit
+from pamsim.identification.optimum import Optimum
+from pamsim.identification.signal_record import SignalRecord, checked_records, time_range
+from pamsim.inference.estimate import Estimate, Interval
 
 # Counts of start values per pole coordinate: fewer where the combinations multiply.
 _LAGS = {0: 1, 1: 12, 2: 8, 3: 7, 4: 6, 5: 6, 6: 6}

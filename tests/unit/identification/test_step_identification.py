@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pamsim.core.encoding import to_dict
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.identified_model import FitStatus
-from pamsim.linear.response_bands import step_response_band
-from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.step_identification import fit_step, identify_step
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.first_second_order import first_order_step, second_order_step
+from pamsim.identification.fit_percent import fit_percent
+from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.response_bands import step_response_band
+from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.step_identification import fit_step, identify_step
 from tests.unit.core.refusals import all_refused
 
 T1, T2 = 0.090314, 0.57873  # Matiskova 2021, equation (31)

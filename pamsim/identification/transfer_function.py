@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.linear.arx import ArxModel, PoleStatus, time_constants_from_arx
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.response_bands import time_from_0
+from pamsim.identification.arx import ArxModel, PoleStatus, time_constants_from_arx
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.discrete_structure import DiscreteStructure
+from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.response_bands import time_from_0
 
 _control: Any = control
 _expm: Any = scipy.linalg.expm

@@ -17,10 +17,8 @@ import numpy as np
 import scipy.special
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
-from pamsim.linear.optimum import Optimum, student_quantile
-from pamsim.linear.separable_fit import (
+from pamsim.identification.optimum import Optimum, student_quantile
+from pamsim.identification.separable_fit import (
     Separable,
     Solution,
     linearise,
@@ -29,6 +27,8 @@ from pamsim.linear.separable_fit import (
     sandwich_covariance,
     whitened_covariance,
 )
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 
 _chi2_tail: Any = scipy.special.chdtrc
 

@@ -9,12 +9,17 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from pamsim.linear.arx import PoleStatus, UnderdeterminedError, fit_arx, time_constants_from_arx
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.discrete_structure import DiscreteStructure, regression
-from pamsim.linear.identified_model import FitStatus
-from pamsim.linear.signal_record import SignalRecord
-from tests.unit.linear.planted import arx, record, refuses, steps
+from pamsim.identification.arx import (
+    PoleStatus,
+    UnderdeterminedError,
+    fit_arx,
+    time_constants_from_arx,
+)
+from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
+from pamsim.identification.discrete_structure import DiscreteStructure, regression
+from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.signal_record import SignalRecord
+from tests.unit.identification.planted import arx, record, refuses, steps
 
 TS = 0.02
 
@@ -213,5 +218,5 @@ def test_undetermined_and_bad_input_are_refused():
 
 
 def test_importing_arx_does_not_import_control():
-    code = "import sys, pamsim.linear.arx; sys.exit('control' in sys.modules)"
+    code = "import sys, pamsim.identification.arx; sys.exit('control' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -16,9 +16,9 @@ import numpy as np
 import scipy.linalg
 
 from pamsim.core.units import FloatArray
+from pamsim.identification.optimum import central_differences
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
-from pamsim.linear.optimum import central_differences
 
 _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _qr: Any = scipy.linalg.qr

@@ -7,9 +7,9 @@ import pytest
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
 from pamsim.core.errors import InputError
-from pamsim.linear.arx import ArxModel
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.arx import ArxModel
+from pamsim.identification.discrete_structure import DiscreteStructure
+from pamsim.identification.signal_record import SignalRecord
 
 
 def sampled(numerator, denominator, given, interval, delay=0.0, fine=20):

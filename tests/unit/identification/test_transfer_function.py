@@ -8,12 +8,12 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.discrete_fit import fit_oe
-from pamsim.linear.first_second_order import first_order_step, second_order_step
-from pamsim.linear.response_bands import frequency_response, step_response_band
-from pamsim.linear.step_identification import fit_step
-from pamsim.linear.transfer_function import (
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.discrete_fit import fit_oe
+from pamsim.identification.first_second_order import first_order_step, second_order_step
+from pamsim.identification.response_bands import frequency_response, step_response_band
+from pamsim.identification.step_identification import fit_step
+from pamsim.identification.transfer_function import (
     continuous,
     discrete,
     sampled_plants,
@@ -21,7 +21,7 @@ from pamsim.linear.transfer_function import (
     step_response,
     with_held_input,
 )
-from tests.unit.linear.planted import arx, record, refuses, simulated
+from tests.unit.identification.planted import arx, record, refuses, simulated
 
 TIME = np.linspace(0.0, 5.0, 501)
 W = np.geomspace(0.1, 50.0, 20)

@@ -6,14 +6,19 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.residual_tests import residual_independence, residual_nonlinearity
-from pamsim.linear.response_bands import step_response_band
-from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.structure_scan import StructureScan
-from pamsim.linear.transfer_function import continuous, sampled_plants, state_space, with_held_input
-from tests.unit.linear.planted import lags, refuses, sampled, steps
+from pamsim.identification.continuous_fit import fit_continuous
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
+from pamsim.identification.response_bands import step_response_band
+from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.structure_scan import StructureScan
+from pamsim.identification.transfer_function import (
+    continuous,
+    sampled_plants,
+    state_space,
+    with_held_input,
+)
+from tests.unit.identification.planted import lags, refuses, sampled, steps
 
 TS, N = 0.02, 1500
 CONSTANTS = (0.06, 0.5)

@@ -11,13 +11,13 @@ import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.discrete_structure import DiscreteStructure
+from pamsim.identification.fit_percent import fit_percent
+from pamsim.identification.optimum import Optimum
+from pamsim.identification.signal_record import SignalRecord
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
 from pamsim.inference.trial_noise import TrialNoise
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.optimum import Optimum
-from pamsim.linear.signal_record import SignalRecord
 
 
 class FitStatus(StrEnum):
@@ -63,7 +63,7 @@ class IdentifiedModel(Optimum):
     """A linear model fitted to one or several trials.
 
     The intervals hold if the structure is right: test that with
-    :func:`pamsim.linear.residual_tests.residual_independence`. Those of a fit to general
+    :func:`pamsim.identification.residual_tests.residual_independence`. Those of a fit to general
     inputs allow for stationary noise that is independent of the input, coloured or white; those
     of ARX and of a single step take the residuals as white.
 

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.separable_fit import Linearised, Separable, linearise
+from pamsim.identification.signal_record import SignalRecord
 from pamsim.inference.record_checks import finite_samples
 from pamsim.inference.trial_noise import WHITE, TrialNoise
-from pamsim.linear.separable_fit import Linearised, Separable, linearise
-from pamsim.linear.signal_record import SignalRecord
 
 _lfilter: Any = scipy.signal.lfilter
 
