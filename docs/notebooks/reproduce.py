@@ -13,7 +13,7 @@ import numpy as np
 
 import pamsim
 from pamsim.engine.batch import simulate_batch
-from pamsim.identification.step_identification import identify_step
+from pamsim.identification.step_response import identify_step
 from pamsim.papers.printed_steps import find_start, printed_experiment
 from pamsim.recordings.printed import mas20_steps
 

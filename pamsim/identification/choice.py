@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.models import Candidate
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import what_is_missing
-from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.structure_choice import p_value_of_improvement
 from pamsim.inference.criteria import aicc_above_best
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.response_bands import (
     FrequencyResponse,
     StepResponse,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,12 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.identification.continuous_structure import HIGHEST_ORDER
-from pamsim.identification.frequency_fit import fit_frequency_response
+from pamsim.identification.continuous import HIGHEST_ORDER, ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.frequency_table import frequency_response_of
-from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.models import ModelSet
+from pamsim.identification.records import FrequencyRecord
 from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.criteria import aicc_above_best
@@ -169,6 +169,7 @@ def identify_frequency_response(
     began = time.perf_counter()
     chosen = ModelSet(order=order, zeros=zeros, poles=poles, dead_time=dead_time)
     frequency, response, notes = frequency_response_of(table)
+    data = FrequencyRecord(frequency, response)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
     orders = range(1, HIGHEST_ORDER + 1) if order is None else (order,)
@@ -180,7 +181,8 @@ def identify_frequency_response(
         for m, late in product(each, chosen.delays):
             name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
-                fits[name] = _fitted(frequency, response, poles, order=n, zeros=m, dead_time=late)
+                structure = ContinuousStructure(n, m, late, real_lags=False)
+                fits[name] = _fitted(data, poles, structure)
             except InputError as error:
                 skipped[name] = str(error)
         if _no_longer_better(fits, frequency.size, n):
@@ -216,17 +218,15 @@ def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, ord
     return fits[min(scores, key=lambda name: scores[name])].structure.order < order - 1
 
 
-def _fitted(
-    frequency: FloatArray, response: NDArray[np.complex128], poles: str, **which: Any
-) -> IdentifiedModel:
+def _fitted(data: FrequencyRecord, poles: str, structure: ContinuousStructure) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
-    fit = partial(fit_frequency_response, frequency, response, **which)
-    if poles == "real" or which["order"] == 1:
-        return fit(real_lags=True)
-    free = fit()
+    lags = replace(structure, real_lags=True)
+    if poles == "real" or structure.order == 1:
+        return fit_model(data, lags)
+    free = fit_model(data, structure)
     if poles == "any" or any(pole.imag for pole in free.poles):
         return free
-    real = fit(real_lags=True)
+    real = fit_model(data, lags)
     equal = real.fit_percent > free.fit_percent - 1e-4 * (100.0 - free.fit_percent)
     return real if equal and real.status is FitStatus.CONVERGED else free
 

@@ -16,8 +16,8 @@ from pamsim.identification.frequency import FrequencyIdentification, identify_fr
 from pamsim.identification.frequency_table import is_over_frequency
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.result import Identification
-from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.signals import (
     Signal,
     SignalTable,

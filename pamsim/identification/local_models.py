@@ -15,7 +15,7 @@ import scipy.special
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.optimum import student_quantile
 
 _chi2_tail: Any = scipy.special.chdtrc

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,16 +11,16 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.continuous_fit import fit_structure
-from pamsim.identification.continuous_structure import STARTS, ContinuousStructure
-from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
-from pamsim.identification.identified_model import FitStatus, IdentifiedModel
+from pamsim.identification.continuous import STARTS, ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.model import FitStatus, IdentifiedModel
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import (
     Independence,
     residual_independence,
     residual_nonlinearity,
 )
-from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.structure_choice import (
     StructureChoice,
     choice_by_free_run,
@@ -157,8 +156,21 @@ class FittedModels:
         if name in self.fitted:
             return self.fitted[name].fit
         return self.attempt(
-            name, lambda: fit_structure(self.records, structure, starts, self.held_out)
+            name, lambda: fit_model(self.records, structure, starts=starts, held_out=self.held_out)
         )
+
+    def discrete(self, kind: str, na: int, nb: int, nk: int) -> IdentifiedModel | None:
+        """Fit ARX or output error; None where the records do not determine it."""
+
+        def found() -> IdentifiedModel:
+            structure = DiscreteStructure(kind, na, nb, nk, self.records[0].sample_time)
+            fit = fit_model(self.records, structure)
+            if kind == "arx" and fit.covariance is None:
+                raise InputError(fit.sentence)
+            return fit
+
+        orders = (na, nb, nk) if kind == "arx" else (nb, na, nk)
+        return self.attempt("_".join(map(str, (kind, *orders))), found)
 
 
 def fit_models(
@@ -210,12 +222,10 @@ def fit_models(
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
-            arx = functools.partial(fit_arx_records, records, na=na, nb=b, nk=nk)
-            if fitting.attempt(f"arx_{na}_{b}_{nk}", arx) is not None:
+            if fitting.discrete("arx", na, b, nk) is not None:
                 break
     for nb, nf, nk in oe_orders:
-        oe = functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk)
-        fitting.attempt(f"oe_{nb}_{nf}_{nk}", oe)
+        fitting.discrete("oe", nf, nb, nk)
     return fitting
 
 

@@ -24,10 +24,11 @@ import scipy.special
 from pamsim.core.encoding import json_key
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.identified_model import IdentifiedModel
-from pamsim.identification.separable_fit import column_scale
-from pamsim.identification.signal_record import SignalRecord, checked_records
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord, checked_records
+from pamsim.identification.separable import column_scale, linearise
+from pamsim.inference.trial_noise import WHITE
 
 _f_tail: Any = scipy.special.fdtrc
 
@@ -140,7 +141,10 @@ def added_regressors(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
 ) -> RegressorTest:
     """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
-    line = fit.structure.linearised(fit.coordinates, records, fit.noise)
+    x, theta = np.split(fit.coordinates, [fit.structure.searched])
+    # ARX assumes a white equation error: whitening it would test another model.
+    noise = WHITE if fit.structure.kind == "arx" else fit.noise
+    line = linearise(fit.structure.problem(records), x, theta, noise)
     blocks: list[FloatArray] = []
     for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
         # ARX has no equations for its first samples.

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.discrete_structure import DiscreteStructure
-from pamsim.identification.identified_model import IdentifiedModel
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.model import IdentifiedModel
 from pamsim.inference.record_checks import finite_samples, uniform_interval
 
 

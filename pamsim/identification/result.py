@@ -15,14 +15,15 @@ from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
 from pamsim.identification.choice import Recommendation
-from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
-from pamsim.identification.discrete_structure import DiscreteStructure
-from pamsim.identification.identified_model import IdentifiedModel, TrialScore
+from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
+from pamsim.identification.model import IdentifiedModel, TrialScore
 from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.identification.structure import Structure
 from pamsim.identification.structure_choice import AICC, LIKELIHOOD, StructureChoice
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
@@ -350,14 +351,10 @@ def _coefficients(structure: ContinuousStructure) -> int:
     return poles + numerators + len(structure.delayed) + int(structure.drift)
 
 
-def _same_counts(
-    structure: ContinuousStructure, shown: ContinuousStructure | DiscreteStructure
-) -> bool:
+def _same_counts(structure: ContinuousStructure, shown: Structure) -> bool:
     """Whether two structures have as many poles, zeros and integrators, and the same dead time."""
-    if isinstance(shown, DiscreteStructure):
-        return False
     names = ("order", "numerator_zeros", "integrators", "delayed", "drift")
-    return all(getattr(structure, name) == getattr(shown, name) for name in names)
+    return all(getattr(structure, name) == getattr(shown, name, None) for name in names)
 
 
 def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:

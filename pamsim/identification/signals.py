@@ -10,7 +10,7 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.records import SignalRecord
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.recordings.signals import KINDS, MUSCLE_DRIVES, column_of, command_columns
 from pamsim.recordings.trial import Trial

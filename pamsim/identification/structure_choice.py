@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.identified_model import pooled_fit_percent
-from pamsim.identification.signal_record import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.model import pooled_fit_percent
+from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import WHITE, fit_trial_noise

@@ -8,16 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.continuous_fit import delay_starts
-from pamsim.identification.continuous_structure import (
+from pamsim.identification.continuous import (
     HIGHEST_ORDER,
     MOST_INTEGRATORS,
     ContinuousStructure,
 )
-from pamsim.identification.instrumental_variables import instrumental_variable_starts
-from pamsim.identification.pole_coordinates import pole_coordinates
-from pamsim.identification.separable_fit import Solution, rough_minimum
-from pamsim.identification.signal_record import SignalRecord, time_range
+from pamsim.identification.records import SignalRecord, time_range
+from pamsim.identification.separable import Solution, rough_minimum
+from pamsim.identification.starts import (
+    delay_starts,
+    instrumental_variable_starts,
+    pole_coordinates,
+)
 from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
 from pamsim.inference.trial_noise import WHITE
 

@@ -1,6 +1,6 @@
 """From fitted models to python-control: transfer functions, state space, plants drawn from a fit.
 
-Like the files that end in ``_design``, it imports python-control, which takes about a second.
+It imports python-control, which takes about a second.
 """
 
 from __future__ import annotations
@@ -12,15 +12,11 @@ from typing import Any
 import control
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray
-from pamsim.identification.arx import ArxModel, PoleStatus, time_constants_from_arx
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.discrete_structure import DiscreteStructure
-from pamsim.identification.identified_model import IdentifiedModel
-from pamsim.identification.response_bands import time_from_0
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.model import IdentifiedModel
 
 _control: Any = control
 _expm: Any = scipy.linalg.expm
@@ -29,33 +25,21 @@ _ROUNDING = 1e-9  # of a period, in a dead time of whole periods; of a pole's si
 _MOST_DRAWS = 100  # for each plant that is wanted
 
 
-def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
+def continuous(model: IdentifiedModel, *, pade_order: int | None = None) -> Any:
     """Return the continuous transfer function of a fitted model: a row, a column per input.
 
     Args:
-        model: a continuous model, or an ARX model whose poles are those of one or two lags.
+        model: a continuous model.
         pade_order: order of the Pade approximation of a dead time; needed only if there is one.
 
     Returns:
         A continuous ``control.TransferFunction``.
 
     Raises:
-        InputError: the ARX poles have no real time constants, the model is discrete, or a dead
-            time comes without ``pade_order``.
+        InputError: the model is discrete, or a dead time comes without ``pade_order``.
 
     Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equation (24).
     """
-    if isinstance(model, ArxModel):
-        chain = time_constants_from_arx(model)
-        if chain.status is not PoleStatus.LAGS or chain.gain is None:
-            raise InputError(
-                f"ARX has no continuous G1 or G2: {chain.sentence}; "
-                "use discrete(model) or fit by output error"
-            )
-        denominator = np.array([1.0])
-        for constant in chain.time_constants:
-            denominator = np.convolve(denominator, [constant, 1.0])
-        return _control.TransferFunction([chain.gain], denominator)
     if len(model.units_input) > 1:
         row = [continuous(one, pade_order=pade_order) for one in model.channels]
         above = [[one.num[0][0] for one in row]]
@@ -65,11 +49,11 @@ def continuous(model: IdentifiedModel | ArxModel, *, pade_order: int | None = No
     return result if model.dead_time == 0.0 else result * _pade(model.dead_time, pade_order)
 
 
-def discrete(model: IdentifiedModel | ArxModel) -> Any:
+def discrete(model: IdentifiedModel) -> Any:
     """Return ``B(z) / A(z)`` of a discrete model with its sample time.
 
     Args:
-        model: an ARX model, or a discrete identified model, of any order.
+        model: an ARX or output-error model of any order.
 
     Returns:
         A discrete ``control.TransferFunction`` with ``dt`` = Ts [s].
@@ -88,7 +72,7 @@ def discrete(model: IdentifiedModel | ArxModel) -> Any:
     return _control.TransferFunction(numerator, denominator, structure.sample_time)
 
 
-def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = None) -> Any:
+def state_space(model: IdentifiedModel, *, pade_order: int | None = None) -> Any:
     """Return a fitted model in state space: a continuous one as `continuous`, others `discrete`.
 
     Args:
@@ -101,7 +85,7 @@ def state_space(model: IdentifiedModel | ArxModel, *, pade_order: int | None = N
     Raises:
         InputError: a dead time comes without ``pade_order``.
     """
-    if isinstance(model, ArxModel) or isinstance(model.structure, DiscreteStructure):
+    if isinstance(model.structure, DiscreteStructure):
         return _control.tf2ss(discrete(model))
     if len(model.units_input) == 1:
         return _control.tf2ss(continuous(model, pade_order=pade_order))
@@ -265,32 +249,3 @@ def _unstable(model: IdentifiedModel) -> int:
     if isinstance(model.structure, DiscreteStructure):
         return int(np.count_nonzero(np.abs(poles) > 1.0 + _ROUNDING))
     return int(np.count_nonzero(np.real(poles) > _ROUNDING * np.abs(poles)))
-
-
-def step_response(transfer_function: Any, time: ArrayLike) -> FloatArray:
-    """Return the unit-step response of a transfer function by python-control.
-
-    Args:
-        transfer_function: continuous or discrete ``control.TransferFunction``, one input, one
-            output.
-        time: uniform times that start at 0, shape ``(n,)``; of a discrete one, its samples [s].
-
-    Returns:
-        The response, shape ``(n,)`` [output unit].
-
-    Raises:
-        InputError: time does not start at 0, is not uniform and increasing, or its interval is not
-            the sample time of a discrete transfer function.
-    """
-    t, interval = time_from_0(time)
-    if transfer_function.isdtime(strict=True):
-        own = float(transfer_function.dt)
-        if abs(interval - own) > 1e-6 * own:
-            raise InputError(
-                f"time has interval {interval:g} s but the transfer function is sampled at "
-                f"{own:g} s; use its own sample times"
-            )
-        # Times with the rounding of a written file would be refused by python-control.
-        t = np.arange(t.size) * own
-    result: Any = _control.step_response(transfer_function, T=t, squeeze=True)
-    return np.asarray(result.outputs, dtype=np.float64)

@@ -7,9 +7,10 @@ import pytest
 from scipy.signal import cont2discrete, lfilter, tf2ss
 
 from pamsim.core.errors import InputError
-from pamsim.identification.arx import ArxModel
-from pamsim.identification.discrete_structure import DiscreteStructure
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit
+from pamsim.identification.records import SignalRecord
 
 
 def sampled(numerator, denominator, given, interval, delay=0.0, fine=20):
@@ -70,12 +71,39 @@ def record(
 
 
 def arx(a, b, interval, delay=1):
-    structure = DiscreteStructure("arx", len(a), len(b), delay, interval)
-    return ArxModel(structure, np.array([*a, *b]))
+    """An ARX model of these coefficients, without a fit."""
+    return DiscreteStructure("arx", len(a), len(b), delay, interval), np.array([*a, *b])
 
 
-def simulated(model, given):
-    return model.structure.forced(model.coordinates, given)
+def fit_continuous(records, *, zeros=0, starts=(), held_out=(), **which):
+    """A continuous fit; zeros of each input, or one number for all."""
+    each = () if isinstance(zeros, int) else zeros
+    most = zeros if isinstance(zeros, int) else max(zeros)
+    inputs = records[0].inputs.shape[1]
+    structure = ContinuousStructure(zeros=most, zeros_each=each, inputs=inputs, **which)
+    return fit(records, structure, starts=starts, held_out=held_out)
+
+
+def fit_arx(records, *, na, nb, nk, **more):
+    return fit(records, DiscreteStructure("arx", na, nb, nk, records[0].sample_time), **more)
+
+
+def fit_oe(records, *, nb, nf, nk):
+    return fit(records, DiscreteStructure("oe", nf, nb, nk, records[0].sample_time))
+
+
+def first_order_step(time, constant, gain=1.0):
+    return -gain * np.expm1(-np.maximum(time, 0.0) / constant)
+
+
+def second_order_step(time, first, second, gain=1.0):
+    """The textbook's form without its division by T1 - T2, before 0 nothing."""
+    small, large = sorted((first, second))
+    scaled = np.maximum(time, 0.0) / large
+    x = scaled * ((large - small) / small)
+    safe = np.where(x > 0.0, x, 1.0)
+    phi = np.where(x > 0.0, -np.expm1(-safe) / safe, 1.0)
+    return gain * (-np.expm1(-scaled) - np.exp(-scaled) * scaled * phi)
 
 
 def refuses(match, call, *args, **options):

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.identified_model import FitStatus
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.status import FitStatus
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import record
+from tests.unit.identification.planted import fit_continuous, record
 
 T1, T2 = 0.0926, 0.57873
 PAIR = [1.0 / 36.0, 2.0 * 0.3 / 6.0, 1.0]

@@ -6,8 +6,10 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.identification.frequency_fit import fit_frequency_response
-from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.records import FrequencyRecord
+from pamsim.identification.status import FitStatus
 from pamsim.identification.transfer_function import continuous
 from tests.unit.core.refusals import all_refused
 from tests.unit.identification.planted import lags
@@ -34,6 +36,11 @@ def planted(numerator, denominator, delay=0.0, *, noise=0.0, seed=1):
     draw = np.random.default_rng(seed).normal(size=(2, W.size))
     response = np.array([control.tf(numerator, denominator)(1j * w) for w in W])
     return response * np.exp(-1j * W * delay) * (1.0 + noise * (draw[0] + 1j * draw[1]))
+
+
+def fit_frequency_response(frequency, response, **which):
+    structure = ContinuousStructure(**{"real_lags": False, **which})
+    return fit_model(FrequencyRecord(frequency, response), structure)
 
 
 @pytest.mark.parametrize("name", PLANTS)

@@ -8,33 +8,35 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lsim
 
-from pamsim.identification.first_second_order import first_order_step, second_order_step
 from pamsim.identification.held_input import chain_derivatives, chain_modes
-from tests.unit.identification.planted import lags, refuses, sampled, steps
+from pamsim.identification.step_response import step_of_lags
+from tests.unit.identification.planted import (
+    lags,
+    refuses,
+    sampled,
+    second_order_step,
+    steps,
+)
 
 U = steps(np.random.default_rng(41), 300, 12)
 TIME = np.linspace(0.0, 5.0, 501)
 
 
-def test_second_order_step_is_the_textbook_form_and_continuous_where_lags_merge():
+def test_a_step_of_lags_is_the_textbook_form_and_continuous_where_lags_merge():
     t1, t2 = 0.090314, 0.57873
     textbook = 1.0 - (t1 * np.exp(-TIME / t1) - t2 * np.exp(-TIME / t2)) / (t1 - t2)
-    for one, other in ((t1, t2), (t2, t1)):
-        np.testing.assert_allclose(
-            second_order_step(TIME, one, other, 2.5), 2.5 * textbook, atol=1e-14
-        )
-    assert np.all(second_order_step(-TIME, t1, t2) == 0.0)
+    for pair in ((t1, t2), (t2, t1)):
+        found = step_of_lags(TIME, *pair, gain=2.5)
+        np.testing.assert_allclose(found, 2.5 * textbook, atol=1e-12)
     double = 1.0 - np.exp(-TIME / 0.3) * (1.0 + TIME / 0.3)
     for relative in (0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3):
-        near = second_order_step(TIME, 0.3 * (1.0 - relative), 0.3 * (1.0 + relative))
+        near = step_of_lags(TIME, 0.3 * (1.0 - relative), 0.3 * (1.0 + relative))
         # Spreading moves the response at second order only: no 1/(T1 - T2) noise is left.
-        np.testing.assert_allclose(near, double, atol=relative**2 + 2e-15)
-    vanishing = second_order_step(TIME[1:], 1e-9, 0.6)
-    np.testing.assert_allclose(vanishing, first_order_step(TIME[1:], 0.6), atol=1e-8)
-    assert first_order_step(0.6, 0.6, -3.0) == pytest.approx(-3.0 * (1.0 - np.exp(-1.0)))
+        np.testing.assert_allclose(near, double, atol=relative**2 + 1e-12)
+    single = step_of_lags(TIME, 0.6, gain=-3.0)
+    np.testing.assert_allclose(single, 3.0 * np.expm1(-TIME / 0.6), atol=1e-12)
     for bad in (0.0, -1.0, float("nan"), float("inf")):
-        refuses("time constant T", first_order_step, TIME, bad)
-        refuses("T2", second_order_step, TIME, 0.1, bad)
+        refuses("finite ones above 0", step_of_lags, TIME, 0.1, bad)
 
 
 @settings(max_examples=15, deadline=None)

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 
-from pamsim.identification.continuous_fit import fit_continuous
 from pamsim.identification.local import fit_operating_points
 from pamsim.identification.signals import (
     default_input,
@@ -18,7 +17,7 @@ from pamsim.identification.signals import (
 )
 from pamsim.recordings.trial import Trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import refuses
+from tests.unit.identification.planted import fit_continuous, refuses
 
 N = 100
 TIME = np.arange(N) / 100.0

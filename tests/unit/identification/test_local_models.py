@@ -7,14 +7,13 @@ import json
 import numpy as np
 
 from pamsim.core.encoding import to_dict
-from pamsim.identification.continuous_fit import fit_continuous
 from pamsim.identification.local_models import (
     LocalModel,
     OperatingPoint,
     dependence,
     local_model_map,
 )
-from tests.unit.identification.planted import record, refuses
+from tests.unit.identification.planted import fit_continuous, record, refuses
 
 PRESSURES = (1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5)
 

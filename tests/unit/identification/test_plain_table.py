@@ -7,12 +7,11 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from pamsim.identification.continuous_fit import fit_continuous
 from pamsim.identification.data import load_data, select_trials, split_tables
 from pamsim.identification.identify import identify
 from pamsim.identification.signals import chosen_signals, signal, used_trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import refuses, sampled
+from tests.unit.identification.planted import fit_continuous, refuses, sampled
 
 N, GAIN, LAG = 240, 2.0, 7.0  # samples, output per input, samples
 INPUT = np.repeat(np.random.default_rng(3).choice([0.0, 1.0, 2.5], N // 12), 12)

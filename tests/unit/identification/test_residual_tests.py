@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.discrete_fit import fit_arx_records, fit_oe
 from pamsim.identification.residual_tests import residual_independence
-from tests.unit.identification.planted import record, refuses
+from tests.unit.identification.planted import fit_arx, fit_continuous, fit_oe, record, refuses
 
 
 @pytest.mark.parametrize("phi", [0.0, 0.9])
@@ -48,7 +46,7 @@ def test_discrete_models_are_tested_too():
     # Right models fall below 5 % now and then; below 0.1 % is significant for one seed.
     assert residual_independence(fit_oe(given, nb=2, nf=2, nk=1), given).p_value > 1e-3
     assert not residual_independence(fit_oe(given, nb=1, nf=1, nk=1), given).independent
-    poor = residual_independence(fit_arx_records(given, na=1, nb=1, nk=1), given)
+    poor = residual_independence(fit_arx(given, na=1, nb=1, nk=1), given)
     assert not poor.independent
     json.dumps(to_dict(poor), allow_nan=False)
 

@@ -6,11 +6,10 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.continuous_structure import ContinuousStructure
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
 from pamsim.identification.response_bands import step_response_band
-from pamsim.identification.signal_record import SignalRecord
 from pamsim.identification.structure_scan import StructureScan
 from pamsim.identification.transfer_function import (
     continuous,
@@ -18,7 +17,7 @@ from pamsim.identification.transfer_function import (
     state_space,
     with_held_input,
 )
-from tests.unit.identification.planted import lags, refuses, sampled, steps
+from tests.unit.identification.planted import fit_continuous, lags, refuses, sampled, steps
 
 TS, N = 0.02, 1500
 CONSTANTS = (0.06, 0.5)

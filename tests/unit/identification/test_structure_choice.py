@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from pamsim.identification.choice import recommend
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import Candidate, ModelSet, fit_models
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.status import FitStatus
 from pamsim.identification.structure_choice import choice_by_free_run, p_value_of_improvement
 from pamsim.identification.structure_scan import rough_fit
-from tests.unit.identification.planted import coloured, record, sampled, steps
+from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
 
 TS = 0.05
 FEW = {"start": "free", "arx": (1, 1, 1), "oe": (1, 1, 1)}

@@ -8,15 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim, tf2ss
 
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.identified_model import FitStatus
-from pamsim.identification.instrumental_variables import instrumental_variable_starts
-from pamsim.identification.pole_coordinates import pole_coordinates
-from pamsim.identification.separable_fit import WHITE
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.separable import WHITE
+from pamsim.identification.starts import instrumental_variable_starts, pole_coordinates
+from pamsim.identification.status import FitStatus
 from pamsim.identification.structure_scan import scan_structures
-from tests.unit.identification.planted import lags, sampled, steps
+from tests.unit.identification.planted import fit_continuous, lags, sampled, steps
 
 TS = 0.05
 N = 400

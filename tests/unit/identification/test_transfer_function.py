@@ -8,20 +8,23 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.discrete_fit import fit_oe
-from pamsim.identification.first_second_order import first_order_step, second_order_step
 from pamsim.identification.response_bands import frequency_response, step_response_band
-from pamsim.identification.step_identification import fit_step
 from pamsim.identification.transfer_function import (
     continuous,
     discrete,
     sampled_plants,
     state_space,
-    step_response,
     with_held_input,
 )
-from tests.unit.identification.planted import arx, record, refuses, simulated
+from tests.unit.identification.planted import (
+    arx,
+    first_order_step,
+    fit_continuous,
+    fit_oe,
+    record,
+    refuses,
+    second_order_step,
+)
 
 TIME = np.linspace(0.0, 5.0, 501)
 W = np.geomspace(0.1, 50.0, 20)
@@ -44,39 +47,32 @@ def test_bode_and_step_data_are_those_of_python_control(two):
         np.testing.assert_allclose(bode.magnitude, np.abs(value), rtol=1e-9)
         np.testing.assert_allclose(bode.phase, np.unwrap(np.angle(value)), atol=1e-9)
         for form in (system, state_space(fit)):
-            np.testing.assert_allclose(step.output, step_response(form, SAMPLES), atol=1e-8)
+            by_control = control.step_response(form, T=SAMPLES, squeeze=True).outputs
+            np.testing.assert_allclose(step.output, by_control, atol=1e-8)
         assert step.band[1, 0] - step.band[0, 0] == pytest.approx(0.0, abs=1e-12)  # at the start
     fit, system = two[0], continuous(two[0])
     assert sorted(p.real for p in fit.poles) == pytest.approx(sorted(system.poles().real))
     assert system.dcgain() == pytest.approx(fit.gain)
 
 
-def test_closed_forms_are_steps_of_control():
-    fit = fit_step(TIME, second_order_step(TIME, 0.1, 0.6), order=2)
+def test_closed_forms_are_steps_of_control(two):
     for t1, t2 in ((0.090314, 0.57873), (0.5, 0.5), (0.01, 2.0)):
-        placed = replace(fit, coordinates=np.array([np.log(t1), np.log(t2), 3.0]))
-        expected = second_order_step(TIME, t1, t2, 3.0)
-        np.testing.assert_allclose(step_response(continuous(placed), TIME), expected, atol=1e-9)
+        placed = replace(two[0], coordinates=np.array([np.log(t1), np.log(t2), 3.0]))
+        by_control = control.step_response(continuous(placed), T=TIME).outputs
+        np.testing.assert_allclose(by_control, second_order_step(TIME, t1, t2, 3.0), atol=1e-9)
 
 
-def test_discrete_step_is_the_simulated_arx():
-    interval = 1.0 / 300.0  # its times, written with six decimals, are not its multiples
+def test_a_discrete_step_is_that_of_control_whatever_the_delay(two):
     for delay in (0, 1, 3):
-        model = arx((-1.2, 0.5), (0.3, -0.1), interval, delay)
+        structure, coefficients = arx((-1.2, 0.5), (0.3, -0.1), 0.01, delay)
+        model = replace(two[1], structure=structure, coordinates=coefficients)
         transfer = discrete(model)
-        assert transfer.dt == interval
-        found = step_response(transfer, np.round(np.arange(501) * interval, 6))
-        np.testing.assert_allclose(found, simulated(model, np.ones(501)), atol=1e-9)
-    pole = np.exp(-0.01 / 0.4)
-    model = arx((-pole,), (2.0 * (1.0 - pole),), 0.01)
-    expected = first_order_step(TIME, 0.4, 2.0)
-    for system in (continuous(model), discrete(model)):
-        np.testing.assert_allclose(step_response(system, TIME), expected, atol=1e-9)
-    ringing = arx((-1.8, 0.9), (0.1,), 0.01)
-    refuses("oscillates", continuous, ringing)
-    refuses("sampled at", step_response, discrete(ringing), 2.0 * TIME)
-    refuses("start at 0", step_response, discrete(ringing), TIME + 1.0)
-    refuses("not uniform", step_response, discrete(ringing), TIME**2)
+        assert transfer.dt == 0.01
+        by_control = control.step_response(transfer, T=0.01 * np.arange(200)).outputs
+        found = structure.step_response(coefficients, 200, 0.01)
+        np.testing.assert_allclose(found, np.ravel(by_control), atol=1e-9)
+    refuses("is discrete; use discrete", continuous, two[1])
+    refuses("is continuous; use continuous", discrete, two[0])
 
 
 def test_dead_time_turns_the_phase_and_needs_pade_in_a_transfer_function():

@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pamsim.core.encoding import to_dict
-from pamsim.identification.continuous_fit import fit_continuous
-from pamsim.identification.first_second_order import first_order_step, second_order_step
-from pamsim.identification.fit_percent import fit_percent
-from pamsim.identification.identified_model import FitStatus
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit
+from pamsim.identification.records import SignalRecord, fit_percent
 from pamsim.identification.response_bands import step_response_band
-from pamsim.identification.signal_record import SignalRecord
-from pamsim.identification.step_identification import fit_step, identify_step
+from pamsim.identification.status import FitStatus
+from pamsim.identification.step_response import identify_step
 from tests.unit.core.refusals import all_refused
+from tests.unit.identification.planted import first_order_step, fit_continuous, second_order_step
 
 T1, T2 = 0.090314, 0.57873  # Matiskova 2021, equation (31)
 TIME = np.arange(1001) / 200.0
@@ -63,7 +63,7 @@ def test_g1_and_g2_are_recovered_by_every_estimator():
     for one in estimates(step.g1):
         assert one.time_constants == pytest.approx((0.64595,), rel=1e-6)
     assert step.g2.arx_free_gain.status == "not_identifiable"
-    assert step.g2.arx_free_gain.model is None
+    assert step.g2.arx_free_gain.fit_percent is None
     assert step.g2.output_error.status != "converged"
     # And by the fit to any input: the step comes with the second sample.
     y = second_order_step(np.maximum(t - t[1], 0.0), T1, T2)
@@ -112,15 +112,19 @@ def test_bad_records_are_refused():
     all_refused({"": (0.0, "no step in the input")}, lambda s: identify_step(t, y, step_size=s))
     rounded = np.round(t, 4) + np.tile([0.0, 1e-6], t.size)[: t.size]
     assert identify_step(rounded, y).g1.output_error.status == "converged"
-    y = first_order_step(TIME, 0.5)
-    bad = {
-        "order": ({"order": 3}, "order"),
-        "lengths": ({"response": y[:-1]}, "one time per sample"),
-        "infinite": ({"response": np.where(np.arange(TIME.size) == 3, np.inf, y)}, "index 3"),
-        "shape": ({"response": np.stack([y, y])}, "(n,)"),
-        "words": ({"response": ["a"] * TIME.size}, "not numbers"),
-    }
-    all_refused(bad, lambda change: fit_step(**{"time": TIME, "response": y, "order": 1, **change}))
+
+
+def fit_step(response, *, order):
+    """A unit step, two samples at rest before it, with the gain and the offset held."""
+    interval = float(TIME[1])
+    record = SignalRecord(
+        "step",
+        interval * np.arange(-2, TIME.size),
+        np.append(np.zeros(2), np.ones(TIME.size)),
+        np.append(np.zeros(2), response),
+    )
+    held = {"K": 1.0, "offset": 0.0}
+    return fit([record], ContinuousStructure(order), held=held, white=True)
 
 
 @settings(max_examples=10, deadline=None)
@@ -128,18 +132,11 @@ def test_bad_records_are_refused():
 def test_planted_lags_are_recovered(ratio, slow):
     planted = (ratio * slow, slow) if ratio else (slow,)
     of_step = second_order_step if ratio else first_order_step
-    fit = fit_step(TIME, of_step(TIME, *planted), order=len(planted))
-    assert fit.status is FitStatus.CONVERGED
-    assert fit.time_constants == pytest.approx(planted, rel=1e-6)
-    assert (fit.gain, fit["K"].interval95) == (1.0, None)
-    assert fit.fit_percent == pytest.approx(100.0, abs=1e-5)
-
-
-def test_origin_of_time_does_not_matter_and_time_may_be_uneven():
-    t = np.sort(np.random.default_rng(21).uniform(0.0, 5.0, 400))
-    t[0] = 0.0
-    fit = fit_step(t + 100.0, first_order_step(t, 0.5), order=1)
-    assert fit.time_constants[0] == pytest.approx(0.5, rel=1e-6)
+    found = fit_step(of_step(TIME, *planted), order=len(planted))
+    assert found.status is FitStatus.CONVERGED
+    assert found.time_constants == pytest.approx(planted, rel=1e-6)
+    assert (found.gain, found["K"].interval95, found["K"].held) == (1.0, None, True)
+    assert found.fit_percent == pytest.approx(100.0, abs=1e-5)
 
 
 def test_intervals_cover_planted_lags_under_white_noise():
@@ -149,25 +146,27 @@ def test_intervals_cover_planted_lags_under_white_noise():
         clean, runs, hits = of_step(TIME, *planted), 80, np.zeros(len(planted))
         for _ in range(runs):
             noisy = clean + 0.02 * rng.standard_normal(TIME.size)
-            fit = fit_step(TIME, noisy, order=len(planted))
-            assert fit.status is FitStatus.CONVERGED
-            sides = fit.interval95_time_constants
+            found = fit_step(noisy, order=len(planted))
+            assert found.status is FitStatus.CONVERGED
+            sides = found.interval95_time_constants
             hits += [low <= true <= high for (low, high), true in zip(sides, planted, strict=True)]
         # Binomial(80, 0.95): 99.9 % of all seeds give at least 69 hits; all 80 would be too wide.
         assert np.all((hits >= 69) & (hits < runs)), (planted, hits)
-    stopped = replace(fit, status=FitStatus.NOT_CONVERGED)
+    stopped = replace(found, status=FitStatus.NOT_CONVERGED)
     assert all(estimate.interval95 is None for estimate in stopped.estimates)
 
 
 def test_a_wrong_order_says_so_and_is_scored_by_its_simulated_response():
     y = second_order_step(TIME, 0.2, 0.5)
-    fit = fit_step(TIME, y, order=1)
-    run = step_response_band(fit, TIME).output
-    assert fit.status is FitStatus.CONVERGED
-    assert fit.trials[0].residual_lag1 > 0.9
-    assert "too narrow" in fit.sentence
-    assert fit.fit_percent == pytest.approx(fit_percent(y, run), abs=1e-9)
-    assert fit.trials[0].rms == pytest.approx(np.sqrt(np.mean((y - run) ** 2)), rel=1e-9)
+    found = fit_step(y, order=1)
+    run = step_response_band(found, TIME).output
+    assert found.status is FitStatus.CONVERGED
+    assert found.trials[0].residual_lag1 > 0.9
+    assert "too narrow" in found.sentence
+    rms = np.sqrt(np.sum((y - run) ** 2) / (y.size + 2))  # two samples at rest
+    assert found.trials[0].rms == pytest.approx(rms, rel=1e-9)
+    whole = [np.append(np.zeros(2), part) for part in (y, run)]
+    assert found.fit_percent == pytest.approx(fit_percent(*whole), abs=1e-9)
 
 
 def test_data_that_hold_no_such_model_do_not_converge_silently():
@@ -176,16 +175,15 @@ def test_data_that_hold_no_such_model_do_not_converge_silently():
     for name, response, order, status in (
         ("oscillation", 1.0 - np.exp(-2.4 * TIME) * ring, 2, FitStatus.DEGENERATE),
         ("double lag", second_order_step(TIME, 0.3, 0.3), 2, FitStatus.DEGENERATE),
-        ("one lag", first_order_step(TIME, 0.6), 2, FitStatus.AT_BOUND),
+        ("one lag", first_order_step(TIME, 0.6), 2, FitStatus.DEGENERATE),
         ("wrong sign", -first_order_step(TIME, 0.6), 1, FitStatus.AT_BOUND),
     ):
-        fit = fit_step(TIME, response, order=order)
-        assert fit.status is status, name
-        assert fit.interval95_time_constants == (None,) * order
-        assert len(fit.time_constants) == order
-    fit = fit_step(TIME, second_order_step(TIME, 0.002, 0.5), order=2)
-    assert fit.status is FitStatus.DEGENERATE
-    assert "shorter than one sample" in fit.sentence
+        found = fit_step(response, order=order)
+        assert found.status is status, name
+        assert len(found.time_constants) == order
+    found = fit_step(second_order_step(TIME, 0.002, 0.5), order=2)
+    assert found.status is FitStatus.DEGENERATE
+    assert "shorter than one sample" in found.sentence
 
 
 def test_noisy_double_lag_is_degenerate_but_a_wide_pair_is_not():
@@ -194,6 +192,6 @@ def test_noisy_double_lag_is_degenerate_but_a_wide_pair_is_not():
     for first in caught:
         for _ in range(20):
             y = second_order_step(TIME, first, 0.31) + 0.02 * rng.standard_normal(TIME.size)
-            caught[first] += fit_step(TIME, y, order=2).status is FitStatus.DEGENERATE
+            caught[first] += fit_step(y, order=2).status is FitStatus.DEGENERATE
     assert caught[0.29] >= 16  # the rule is two standard deviations of log(T2/T1)^2
     assert caught[0.1] == 0

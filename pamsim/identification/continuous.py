@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import factorial
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.held_input import chain_derivatives, chain_modes
-from pamsim.identification.separable_fit import Linearised, Separable, linearise
-from pamsim.identification.signal_record import SignalRecord, time_range
-from pamsim.inference.trial_noise import TrialNoise
+from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
+from pamsim.identification.separable import Held, Separable, check_held
 
 HIGHEST_ORDER = 6
 MOST_INTEGRATORS = 2
 STARTS = ("rest", "free")
+LEAST_DAMPING = 1e-3
+"""Bound of a search: a record shows no smaller one, over which an oscillation hardly decays."""
+BEYOND = 10.0  # how far beyond measured frequencies a pole may lie
 
 
 @dataclass(frozen=True)
@@ -52,8 +54,6 @@ class ContinuousStructure:
         InputError: for an order, a number of zeros or integrators, or a start out of range.
     """
 
-    kind: ClassVar[str] = "continuous"
-
     order: int
     zeros: int = 0
     dead_time: bool = False
@@ -85,6 +85,11 @@ class ContinuousStructure:
             )
         if len(set(each)) == 1:  # so that equal structures are equal
             object.__setattr__(self, "zeros_each", ())
+
+    @property
+    def kind(self) -> str:
+        """Which structure it is."""
+        return "continuous"
 
     @property
     def pairs(self) -> int:
@@ -293,14 +298,21 @@ class ContinuousStructure:
         return np.hstack([polynomial, modes])
 
     def free_run(
-        self, coordinates: FloatArray, record: SignalRecord, since: int = 0
+        self,
+        coordinates: FloatArray,
+        record: SignalRecord,
+        since: int = 0,
+        offset: float | None = None,
     ) -> tuple[FloatArray, FloatArray]:
         """Simulate a record from a sample on, its offset (and initial state) fitted to its output.
 
-        It moves at a later sample, so that a state there is fitted whatever the start. Returned are
-        the output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
+        It moves at a later sample, so that a state there is fitted whatever the start. With an
+        offset [output unit] the run starts at rest there and nothing is fitted. Returned are the
+        output, shape ``(N - since,)``, and the trial's own coefficients, offset first.
         """
         forced = (self.responses(coordinates, record) @ coordinates[self.searched :])[since:]
+        if offset is not None:
+            return forced + offset, np.array([offset])
         rest = record.part(slice(since, None), held_out=True) if since else record
         own = (self.moving if since else self).trial_columns(coordinates, rest)
         coefficients: Any = np.linalg.lstsq(own, rest.output - forced, rcond=None)[0]
@@ -311,41 +323,86 @@ class ContinuousStructure:
         """The structure of a trial that does not begin at rest."""
         return replace(self, start="free")
 
-    def pole_bounds(
+    def _pole_bounds(
         self, low: float, high: float, least_damping: float
     ) -> tuple[list[float], list[float]]:
-        """Return bounds of the pole coordinates, by those of ``ln T``; a damping is at most 100."""
+        """Bounds of the pole coordinates, by those of ``ln T``; a damping is at most 100."""
         lower, upper = [low] * self.order, [high] * self.order
         for pair in range(self.pairs):
             lower[2 * pair], upper[2 * pair] = -high, -low
             lower[2 * pair + 1], upper[2 * pair + 1] = np.log(least_damping), np.log(1e2)
         return lower, upper
 
-    def problem(self, records: Sequence[SignalRecord]) -> Separable:
+    def problem(self, data: Data) -> Separable:
         """Return the least-squares problem: x is poles and dead times, theta the rest.
 
-        Time constants lie between a tenth of the shortest sample and a hundred times the longest
-        record, a dead time below half the shortest record.
+        Of trials the error of the free run counts: time constants lie between a tenth of the
+        shortest sample and a hundred times the longest record, a dead time below half the shortest
+        record. Of a frequency response the relative error counts, with equal weight for every
+        frequency, as its real and imaginary part.
         """
-        shortest, longest = time_range(records)
-        lower, upper = self.pole_bounds(np.log(0.1 * shortest), np.log(100.0 * longest), 1e-3)
+        if isinstance(data, FrequencyRecord):
+            return self._problem_of_response(data)
+        shortest, longest = time_range(data)
+        lower, upper = self._pole_bounds(
+            np.log(0.1 * shortest), np.log(100.0 * longest), LEAST_DAMPING
+        )
         if self.dead_time:
             # One sample below 0, so that a search for a small delay does not crawl along a bound.
             late = len(self.delayed)
             lower += [-shortest] * late
-            upper += [0.5 * min(record.duration for record in records)] * late
+            upper += [0.5 * min(record.duration for record in data)] * late
         return Separable(
-            outputs=tuple(record.output for record in records),
-            shared=lambda x, i: self.responses(x, records[i]),
-            own=lambda x, i: self.trial_columns(x, records[i]),
+            outputs=tuple(record.output for record in data),
+            shared=lambda x, i: self.responses(x, data[i]),
+            own=lambda x, i: self.trial_columns(x, data[i]),
             lower=np.array(lower),
             upper=np.array(upper),
-            sample_times=tuple(record.sample_time for record in records),
+            sample_times=tuple(record.sample_time for record in data),
         )
 
-    def linearised(
-        self, coordinates: FloatArray, records: Sequence[SignalRecord], noise: TrialNoise
-    ) -> Linearised:
-        """Return residuals and Jacobian at the coordinates, whitened by a model of the noise."""
-        x, theta = np.split(coordinates, [self.searched])
-        return linearise(self.problem(records), x, theta, noise)
+    def _problem_of_response(self, data: FrequencyRecord) -> Separable:
+        w, weight = data.frequency, 1.0 / np.abs(data.response)
+        parts = (np.real, np.imag)
+
+        def columns(x: FloatArray, part: int) -> FloatArray:
+            s = 1j * w
+            below = np.polyval(self.denominator(x), s) * np.exp(s * self.delay(x))
+            powers = s[:, np.newaxis] ** np.arange(self.zeros + 1)
+            return parts[part](powers * (weight / below)[:, np.newaxis])
+
+        low, high = np.log(1.0 / (BEYOND * w[-1])), np.log(BEYOND / w[0])
+        # Somewhat wider than what is believed, so that the search does not end on it.
+        lower, upper = self._pole_bounds(low - 1.0, high + 1.0, 1e-4)
+        if self.dead_time:
+            lower += [-0.1 / w[-1]]
+            upper += [1.1 * data.dead_times(self.zeros)[-1]]
+        none = np.zeros((w.size, 0))
+        return Separable(
+            outputs=tuple(part(weight * data.response) for part in parts),
+            shared=columns,
+            own=lambda x, part: none,
+            lower=np.array(lower),
+            upper=np.array(upper),
+            sample_times=(1.0, 1.0),  # both parts: from one frequency to the next
+        )
+
+    def held(self, values: Mapping[str, float]) -> Held:
+        """Return what values say of the coordinates: of the gain ``K``, ``L``, or the ``offset``.
+
+        Of several inputs ``K[1]``, ``L[2]`` ....
+
+        Raises:
+            InputError: for another name.
+        """
+        numbers = [f"[{i}]" for i in range(1, self.inputs + 1)] if self.inputs > 1 else [""]
+        gains = {f"K{numbers[i]}": self.coefficients(i).start for i in range(self.inputs)}
+        delays = {f"L{numbers[i]}": self.order + k for k, i in enumerate(self.delayed)}
+        check_held(values, [*gains, *delays, "offset"])
+        count = self.unknowns - self.searched
+        origin, free = np.zeros(count), np.ones(count, bool)
+        for name, place in gains.items():
+            if name in values:
+                origin[place - self.searched], free[place - self.searched] = values[name], False
+        late = {place: values[name] for name, place in delays.items() if name in values}
+        return Held(late, origin, np.eye(count)[:, free], values.get("offset"))

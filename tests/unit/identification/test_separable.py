@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.noise_weighted_fit import noise_weighted_fit
-from pamsim.identification.separable_fit import Separable, minimise
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.separable import Separable, minimise
+from pamsim.identification.weighted_fit import fit_separable
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import TrialNoise
 from tests.unit.identification.planted import record
@@ -51,8 +51,8 @@ def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
         upper=np.empty(0),
         sample_times=(1.0,),
     )
-    fit = noise_weighted_fit(problem, [np.empty(0)])
+    fit = fit_separable(problem, [np.empty(0)])
     # They lie within their uncertainty, which after slow noise is wide, and leave 1.57 times more.
     assert fit.disagreement > 0.01
     assert not fit.weighted
-    np.testing.assert_allclose(fit.solution.theta, minimise(problem, [np.empty(0)]).theta)
+    np.testing.assert_allclose(fit.optimum.coordinates, minimise(problem, [np.empty(0)]).theta)

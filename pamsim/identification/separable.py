@@ -8,22 +8,21 @@ Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analys
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.optimum import central_differences
+from pamsim.identification.optimum import Optimum, central_differences
 from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
-from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
+from pamsim.inference.trial_noise import WHITE, TrialNoise
 
-_toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _qr: Any = scipy.linalg.qr
 
-_SINGULAR = 1e-8  # smallest over largest singular value of the column-scaled Jacobian
 _FAR = 1e150
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
@@ -57,8 +56,52 @@ class LinearPart:
 
 
 @dataclass(frozen=True, eq=False)
+class Held:
+    """What is known of the numbers of a problem before its fit.
+
+    Attributes:
+        x: place in x -> value.
+        origin: of theta, which is ``origin + directions @ free``, shape ``(q,)``.
+        directions: in which it is fitted, shape ``(q, f)``.
+        offset: the first coefficient of every trial's own; None if that is fitted.
+    """
+
+    x: Mapping[int, float]
+    origin: FloatArray
+    directions: FloatArray
+    offset: float | None = None
+
+    @property
+    def nothing(self) -> bool:
+        """Whether all is fitted."""
+        count, free = self.directions.shape
+        return not self.x and self.offset is None and count == free
+
+    def optimum(self, at: Optimum) -> Optimum:
+        """Return x and theta in full at an optimum of what was fitted."""
+        q, free = self.directions.shape
+        searched = at.coordinates.size - free
+        p = searched + len(self.x)
+        matrix, origin = np.zeros((p + q, at.coordinates.size)), np.zeros(p + q)
+        matrix[np.delete(np.arange(p), list(self.x)), np.arange(searched)] = 1.0
+        matrix[p:, searched:] = self.directions
+        origin[list(self.x)], origin[p:] = list(self.x.values()), self.origin
+        covariance = None if at.covariance is None else matrix @ at.covariance @ matrix.T
+        return Optimum(origin + matrix @ at.coordinates, covariance, at.quantile)
+
+
+def check_held(values: Mapping[str, float], known: Sequence[str]) -> None:
+    """Refuse to hold what is no number of a model, or no finite one."""
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(f"`held`: {name!r} cannot be held; {nearest(name, known)}")
+        if not np.isfinite(value):
+            raise InputError(f"`held`: {name} = {value!r} is not finite; give a number")
+
+
+@dataclass(frozen=True, eq=False)
 class Separable:
-    """Predictions ``shared(x) @ theta + own(x) @ eta_i`` of trials i.
+    """Predictions ``known(x) + shared(x) @ theta + own(x) @ eta_i`` of trials i.
 
     Attributes:
         outputs: one measured output per trial, shape ``(N_i,)``.
@@ -67,6 +110,7 @@ class Separable:
         lower: bounds of x, shape ``(p,)``.
         upper: same.
         sample_times: of the trials [s]; those of one share a model of their noise.
+        known: ``(x, i)`` -> part without coefficients, shape ``(N_i,)``; None for none.
     """
 
     outputs: tuple[FloatArray, ...]
@@ -75,6 +119,41 @@ class Separable:
     lower: FloatArray
     upper: FloatArray
     sample_times: tuple[float, ...]
+    known: Callable[[FloatArray, int], FloatArray] | None = None
+
+    def predicted(self, x: FloatArray, i: int, theta: FloatArray, eta: FloatArray) -> FloatArray:
+        """Return the prediction of a trial, shape ``(N_i,)``."""
+        run = self.shared(x, i) @ theta + self.own(x, i) @ eta
+        return run if self.known is None else run + self.known(x, i)
+
+    def unknown(self, x: FloatArray, i: int) -> FloatArray:
+        """Return what theta and eta are to explain of a trial's output, shape ``(N_i,)``."""
+        return self.outputs[i] if self.known is None else self.outputs[i] - self.known(x, i)
+
+    def holding(self, held: Held) -> Separable:
+        """Return the problem of what is not held."""
+        if held.nothing:
+            return self
+        size, places = self.lower.size, list(held.x)
+        free, first = np.delete(np.arange(size), places), int(held.offset is not None)
+
+        def whole(z: FloatArray) -> FloatArray:
+            x = np.empty(size)
+            x[places], x[free] = list(held.x.values()), z
+            return x
+
+        def known(z: FloatArray, i: int) -> FloatArray:
+            x = whole(z)
+            return self.shared(x, i) @ held.origin + (held.offset or 0.0) * self.own(x, i)[:, 0]
+
+        return replace(
+            self,
+            shared=lambda z, i: self.shared(whole(z), i) @ held.directions,
+            own=lambda z, i: self.own(whole(z), i)[:, first:],
+            lower=self.lower[free],
+            upper=self.upper[free],
+            known=known,
+        )
 
     def solved(self, x: FloatArray, noise: TrialNoise) -> tuple[FloatArray, FloatArray]:
         """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
@@ -102,8 +181,10 @@ class Separable:
         for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
             slope = np.empty((block.shape[0], x.size))
             for k, at in enumerate(x + np.diag(step)):
-                slope[:, k] = self.shared(at, i) @ theta + self.own(at, i) @ eta
+                slope[:, k] = self.predicted(at, i, theta, eta)
             here = block[:, :-1] @ np.append(eta, theta)
+            if self.known is not None:
+                here = here + part.noise.whiten(self.known(x, i), i)
             slope = (part.noise.whiten(slope, i) - here[:, np.newaxis]) / step
             basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
             jacobians.append(slope - basis @ (basis.T @ slope))
@@ -116,12 +197,11 @@ class Separable:
         with np.errstate(over="ignore", invalid="ignore"):
             blocks: list[FloatArray] = []
             own = 0
-            for i, output in enumerate(self.outputs):
+            for i in range(len(self.outputs)):
                 columns = self.own(x, i)
                 own = columns.shape[1]
-                blocks.append(
-                    noise.whiten(np.column_stack([columns, self.shared(x, i), output]), i)
-                )
+                table = [columns, self.shared(x, i), self.unknown(x, i)]
+                blocks.append(noise.whiten(np.column_stack(table), i))
             if not all(np.max(np.abs(block)) <= _FAR for block in blocks):
                 lost = np.full(blocks[0].shape[1] - 1, np.nan)
                 return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
@@ -153,7 +233,9 @@ def column_scale(columns: FloatArray) -> FloatArray:
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
-    # An offset alone is the usual case, evaluated thousands of times.
+    # An offset alone, or nothing, is the usual case, evaluated thousands of times.
+    if columns.shape[1] == 0:
+        return columns
     if columns.shape[1] == 1:
         return columns / np.linalg.norm(columns)
     return _qr(columns, mode="economic")[0]
@@ -253,16 +335,18 @@ class Linearised:
         own: number of coefficients of the trials' own, summed.
         noise: the model that whitened both.
         plain: residual, own columns and Jacobian of each trial before whitening: the own columns
-            are orthonormal after it, and the Jacobian is orthogonal to them. Empty of ARX.
-        sample_times: of the trials [s]; empty of ARX.
+            are orthonormal after it, and the Jacobian is orthogonal to them.
+        sample_times: of the trials [s].
+        exact: whether no column of the Jacobian is a difference.
     """
 
     residuals: tuple[FloatArray, ...]
     jacobians: tuple[FloatArray, ...]
     own: int
     noise: TrialNoise
-    plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...] = ()
-    sample_times: tuple[float, ...] = ()
+    plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
+    sample_times: tuple[float, ...]
+    exact: bool
 
 
 def linearise(
@@ -271,16 +355,16 @@ def linearise(
     """Differentiate the prediction by central differences; the noise model whitens all."""
     plain: list[tuple[FloatArray, FloatArray, FloatArray]] = []
     count = 0
-    for i, output in enumerate(problem.outputs):
+    for i in range(len(problem.outputs)):
         shared, own = problem.shared(x, i), problem.own(x, i)
         basis, sizes, back = np.linalg.svd(noise.whiten(own, i), full_matrices=False)
         some = sizes > _DEPENDENT * np.max(sizes, initial=0.0)
         basis, back = basis[:, some], back[some].T / sizes[some]
-        left = output - shared @ theta
+        left = problem.unknown(x, i) - shared @ theta
         eta = back @ (basis.T @ noise.whiten(left, i))
 
         def predicted(at: FloatArray, i: int = i, eta: FloatArray = eta) -> FloatArray:
-            return problem.shared(at, i) @ theta + problem.own(at, i) @ eta
+            return problem.predicted(at, i, theta, eta)
 
         jacobian = np.hstack([central_differences(predicted, x), shared])
         rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian, i)))
@@ -288,61 +372,5 @@ def linearise(
         count += own.shape[1]
     residuals = tuple(noise.whiten(residual, i) for i, (residual, _, _) in enumerate(plain))
     jacobians = tuple(noise.whiten(jacobian, i) for i, (_, _, jacobian) in enumerate(plain))
-    return Linearised(residuals, jacobians, count, noise, tuple(plain), problem.sample_times)
-
-
-def noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:
-    """Return a noise model of the residuals that allows for what the fit took up of the noise.
-
-    The line is whitened as the fit was; the covariance is that of (x, theta).
-    """
-    sizes, vectors = np.linalg.eigh(covariance)
-    half = vectors * np.sqrt(np.maximum(sizes, 0.0))
-    deviation = np.sqrt(line.noise.variance)
-    absorbed = [np.hstack([deviation * own, rest @ half]) for _, own, rest in line.plain]
-    residuals = [residual for residual, _, _ in line.plain]
-    return fit_trial_noise(residuals, line.sample_times, absorbed)
-
-
-def inverse_information(jacobian: FloatArray, singular: float = _SINGULAR) -> FloatArray | None:
-    """Return ``(J^T J)^-1``, shape ``(k, k)``, or None where columns are linearly dependent.
-
-    They count as dependent where the smallest singular value of the column-scaled Jacobian over the
-    largest is below ``singular``.
-    """
-    norms = np.linalg.norm(jacobian, axis=0)
-    if not np.all(np.isfinite(norms)) or np.any(norms == 0.0):
-        return None
-    # The triangular factor has the same singular values; a tall SVD is far dearer.
-    triangle = np.linalg.qr(jacobian / norms, mode="r")
-    _, sizes, vt = np.linalg.svd(triangle)
-    if sizes[-1] < singular * sizes[0]:
-        return None
-    half = vt.T / sizes / norms[:, np.newaxis]
-    return half @ half.T
-
-
-def whitened_covariance(line: Linearised) -> FloatArray | None:
-    """Return the covariance of (x, theta) of a fit that minimised the line's whitened residual."""
-    jacobian, residual = np.concatenate(line.jacobians), np.concatenate(line.residuals)
-    inverse = inverse_information(jacobian)
-    freedom = residual.size - jacobian.shape[1] - line.own
-    if inverse is None or freedom < 1:
-        return None
-    return inverse * float(residual @ residual) / freedom
-
-
-def sandwich_covariance(line: Linearised, noise: TrialNoise) -> FloatArray | None:
-    """Return the covariance of (x, theta) of a fit that minimised the line's plain residual.
-
-    ``(J^T J)^-1 J^T S J (J^T J)^-1``, S the covariance of the noise in it.
-    """
-    jacobian = np.concatenate(line.jacobians)
-    inverse = inverse_information(jacobian)
-    if inverse is None:
-        return None
-    meat = np.zeros_like(inverse)
-    for block, own in zip(line.jacobians, noise.models, strict=True):
-        covariance = own.autocovariance(block.shape[0])
-        meat += block.T @ _toeplitz_product(covariance, block)
-    return inverse @ meat @ inverse
+    times = problem.sample_times
+    return Linearised(residuals, jacobians, count, noise, tuple(plain), times, x.size == 0)

@@ -4,34 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import Any
 
 import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.continuous_structure import ContinuousStructure
-from pamsim.identification.discrete_structure import DiscreteStructure
-from pamsim.identification.fit_percent import fit_percent
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.optimum import Optimum
-from pamsim.identification.signal_record import SignalRecord
+from pamsim.identification.records import SignalRecord, fit_percent, pooled_fit_percent
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure import Structure
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
 from pamsim.inference.trial_noise import TrialNoise
-
-
-class FitStatus(StrEnum):
-    """Whether the numbers of a fit can be trusted."""
-
-    CONVERGED = "converged"
-    AT_BOUND = "at_bound"
-    NOT_CONVERGED = "not_converged"
-    DEGENERATE = "degenerate"
-
-
-# What fits of every kind may run into.
-NOT_SETTLED = FitStatus.NOT_CONVERGED, "the solver ran out of evaluations before it converged"
-SINGULAR = FitStatus.DEGENERATE, "the Jacobian is singular: parameters are not identifiable"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,9 +48,9 @@ class IdentifiedModel(Optimum):
     """A linear model fitted to one or several trials.
 
     The intervals hold if the structure is right: test that with
-    :func:`pamsim.identification.residual_tests.residual_independence`. Those of a fit to general
-    inputs allow for stationary noise that is independent of the input, coloured or white; those
-    of ARX and of a single step take the residuals as white.
+    :func:`pamsim.identification.residual_tests.residual_independence`. They allow for stationary
+    noise that is independent of the input, coloured or white; those of ARX, and where that was
+    asked for, take the residuals as white.
 
     Attributes:
         structure: which model, and what its coordinates are. Of a coordinate that was held the
@@ -89,7 +74,7 @@ class IdentifiedModel(Optimum):
         unit_output: of the output.
     """
 
-    structure: ContinuousStructure | DiscreteStructure
+    structure: Structure
     estimates: tuple[Estimate, ...]
     trials: tuple[TrialScore, ...]
     held_out: tuple[TrialScore, ...] = ()
@@ -147,7 +132,7 @@ class IdentifiedModel(Optimum):
         structure = self.structure
         if not 0 <= given < len(self.units_input):
             raise InputError(f"no input {given}; give 0 to {len(self.units_input) - 1}")
-        if isinstance(structure, DiscreteStructure) or structure.inputs == 1:
+        if not isinstance(structure, ContinuousStructure) or structure.inputs == 1:
             return self
         alone, places = structure.channel(given)
         number = f"[{given + 1}]"
@@ -199,40 +184,40 @@ class IdentifiedModel(Optimum):
         """Poles in rad/s; None for a discrete pole that no continuous one is sampled to."""
         return self.structure.continuous_poles(self.coordinates)
 
-    def simulate(self, record: SignalRecord) -> FloatArray:
-        """Run the model freely on the input of any record in the units of the fit [output unit].
+    def simulate(self, record: SignalRecord, offset: float | None = None) -> FloatArray:
+        """Run the model freely on the inputs of any record in the units of the fit [output unit].
 
         The offset, and with ``start = "free"`` the initial state, are fitted to the record's
-        output: nothing else of it is used.
+        output: nothing else of it is used. With an ``offset``, the output at rest under the first
+        inputs, the run starts there at rest and nothing of the record's output is used.
         """
-        return self.structure.free_run(self.coordinates, record)[0]
+        return self.structure.free_run(self.coordinates, record, offset=offset)[0]
 
 
-def score_trials(
-    structure: ContinuousStructure | DiscreteStructure,
+def scores(
+    structure: Structure,
     coordinates: FloatArray,
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord] = (),
+    offset: float | None = None,
 ) -> dict[str, Any]:
-    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units."""
-    every = [*records, *held_out]
-    runs = [structure.free_run(coordinates, record) for record in every]
+    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units.
+
+    An offset is that of the trials that were fitted; None if it was fitted to each.
+    """
     drifts = isinstance(structure, ContinuousStructure) and structure.drift
-    scores = tuple(
-        trial_score(
-            record.name,
-            record.output,
-            run,
-            offset=float(own[0]),
-            drift=float(own[1]) if drifts else None,
-        )
-        for record, (run, own) in zip(every, runs, strict=True)
-    )
-    pairs = [(record.output, run) for record, (run, _) in zip(every, runs, strict=True)]
+    every: list[TrialScore] = []
+    pairs: list[tuple[FloatArray, FloatArray]] = []
+    for place, record in enumerate((*records, *held_out)):
+        known = offset if place < len(records) else None
+        run, own = structure.free_run(coordinates, record, offset=known)
+        drift = float(own[1]) if drifts else None
+        every.append(_trial_score(record, run, offset=float(own[0]), drift=drift))
+        pairs.append((record.output, run))
     count = len(records)
     return {
-        "trials": scores[:count],
-        "held_out": scores[count:],
+        "trials": tuple(every[:count]),
+        "held_out": tuple(every[count:]),
         "fit_percent": pooled_fit_percent(pairs[:count]),
         "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
         "units_input": records[0].units_input,
@@ -240,33 +225,21 @@ def score_trials(
     }
 
 
-def trial_score(
-    name: str,
-    measured: FloatArray,
-    simulated: FloatArray,
-    offset: float = 0.0,
-    drift: float | None = None,
+def _trial_score(
+    record: SignalRecord, run: FloatArray, offset: float, drift: float | None
 ) -> TrialScore:
-    """Score one free run, offset and drift included, shape ``(n,)`` as measured."""
+    """Score a free run, offset and drift included, shape ``(n,)`` as the record's output."""
     with np.errstate(over="ignore", invalid="ignore"):
-        residual = measured - simulated
+        residual = record.output - run
         square = float(residual @ residual)
         lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
         rms = float(np.sqrt(np.mean(residual**2)))
     return TrialScore(
-        name=name,
-        samples=measured.size,
+        name=record.name,
+        samples=record.output.size,
         offset=offset,
-        fit_percent=fit_percent(measured, simulated),
+        fit_percent=fit_percent(record.output, run),
         rms=rms,
         residual_lag1=lag1,
         drift=drift,
     )
-
-
-def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
-    """Return the fit of (measured, simulated) trials, each about its own mean, together [%]."""
-    measured = np.concatenate([y - np.mean(y) for y, _ in pairs])
-    simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
-    # The joint mean is 0 up to rounding, so that this is the definition of one trial.
-    return fit_percent(measured, simulated)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.identification.fit_percent import fit_percent
-from pamsim.identification.signal_record import SignalRecord, checked_records
+from pamsim.identification.records import SignalRecord, checked_records, fit_percent
 from tests.unit.core.refusals import all_refused, refused
 
 T = 0.01 * np.arange(50)

@@ -1,4 +1,7 @@
-"""One sampled trial of some inputs and one output, as identification of linear models reads it."""
+"""What a linear model is fitted to: sampled trials, or a frequency response.
+
+And how well a run of a model fits a trial.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +11,22 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
+from pamsim.inference.record_checks import (
+    finite_samples,
+    increasing_time,
+    uniform_interval,
+    varying_output,
+)
 
 HOLDS = ("zoh", "foh")
 FEWEST_SAMPLES = 16
+FEWEST_FREQUENCIES = 8
+_APART = 1.0  # rad at the highest frequency, between dead times to start from
+_MOST_DELAYS = 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,3 +149,83 @@ def checked_records(records: Sequence[SignalRecord]) -> tuple[SignalRecord, ...]
 def time_range(records: Sequence[SignalRecord]) -> tuple[float, float]:
     """Return the shortest sample time and the longest duration [s]."""
     return min(r.sample_time for r in records), max(r.duration for r in records)
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyRecord:
+    """A measured frequency response from one input.
+
+    Attributes:
+        frequency: rising, shape ``(n,)``, n >= 8 [rad/s].
+        response: complex, never 0, shape ``(n,)`` [output per input].
+
+    Raises:
+        InputError: lengths differ, fewer than 8 frequencies, one that is not above the one before,
+            a response of 0, or samples that are not finite.
+    """
+
+    frequency: FloatArray
+    response: NDArray[np.complex128]
+
+    def __post_init__(self) -> None:
+        w = finite_samples(self.frequency, "frequency")
+        g = np.asarray(self.response, np.complex128)
+        if g.shape != w.shape:
+            raise InputError(f"{w.size} frequencies, but a response of shape {g.shape}")
+        if w.size < FEWEST_FREQUENCIES:
+            raise InputError(f"{w.size} frequencies are too few; give {FEWEST_FREQUENCIES} or more")
+        if w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
+            raise InputError(
+                "frequencies must be above 0 and rise; sort them and drop repeated ones"
+            )
+        if not np.all(np.isfinite(g)) or np.any(g == 0.0):
+            raise InputError("the response is 0 or not finite at some frequency; leave that out")
+        object.__setattr__(self, "frequency", w)
+        object.__setattr__(self, "response", g)
+
+    def dead_times(self, zeros: int) -> FloatArray:
+        """Return dead times of a model with some zeros to search from, from 0 to the longest [s].
+
+        They are close enough together for the highest frequency.
+        """
+        phase = np.unwrap(np.angle(self.response))
+        # Each zero may lead by a quarter turn and so hide as much of the delay.
+        lag = max(float(phase[0] - phase[-1]), 0.0) + 0.5 * np.pi * (zeros + 1)
+        count = min(int(lag / _APART) + 2, _MOST_DELAYS)
+        return np.linspace(0.0, lag / float(self.frequency[-1]), count)
+
+
+Data = Sequence[SignalRecord] | FrequencyRecord
+"""What a model is fitted to."""
+
+
+def fit_percent(measured: ArrayLike, simulated: ArrayLike) -> float:
+    """Return the normalised root-mean-square fit ``100 (1 - |y - yhat| / |y - mean(y)|)``.
+
+    100 is a perfect match, 0 is no better than the mean of the data, negative is worse than it.
+    A simulation that left the finite numbers (an unstable model) gives minus infinity.
+
+    Source: definition used by MATLAB ``compare`` (System Identification Toolbox, NRMSE fit).
+    """
+    y = finite_samples(measured, "measured")
+    yhat = np.asarray(simulated, dtype=np.float64)
+    if y.size == 0 or y.shape != yhat.shape:
+        raise InputError(
+            f"measured has shape {y.shape}, simulated {yhat.shape}; "
+            "give two non-empty series of one length"
+        )
+    varying_output(y)
+    if not np.all(np.isfinite(yhat)):
+        return float("-inf")
+    # A huge but finite simulation may overflow in the norm: that, too, is minus infinity.
+    with np.errstate(over="ignore"):
+        miss = float(np.linalg.norm(y - yhat))
+    return 100.0 * (1.0 - miss / float(np.linalg.norm(y - np.mean(y))))
+
+
+def pooled_fit_percent(pairs: Sequence[tuple[FloatArray, FloatArray]]) -> float:
+    """Return the fit of (measured, simulated) trials, each about its own mean, together [%]."""
+    measured = np.concatenate([y - np.mean(y) for y, _ in pairs])
+    simulated = np.concatenate([run - np.mean(y) for y, run in pairs])
+    # The joint mean is 0 up to rounding, so that this is the definition of one trial.
+    return fit_percent(measured, simulated)
