@@ -38,7 +38,7 @@ from scipy.signal import cont2discrete, lfilter, tf2ss
 from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.choice import recommend
+from pamsim.identification.choose import recommend
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.models import ModelSet, fit_models

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -16,6 +16,7 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
+from pamsim.identification.choose import AICC, Choice
 from pamsim.identification.continuous import HIGHEST_ORDER, ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.frequency_table import frequency_response_of
@@ -28,7 +29,6 @@ from pamsim.inference.criteria import aicc_above_best
 from pamsim.recordings.columns import Columns
 
 SCHEMA = "pamsim-identify-frequency/2"
-_BETTER = 2.0  # in AICc, from which a richer model is preferred
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -195,7 +195,21 @@ def identify_frequency_response(
     best = {fits[name].structure.order: name for name in reversed(ranked)}
     shown = {best[n]: fits[best[n]] for n in sorted(best)}
     smallest = min(scores[name] for name in shown)
-    recommended, reason = _recommended(fits, scores, shown)
+    trusted = [i for i, fit in enumerate(shown.values()) if _trusted(fit)]
+    recommended, names = "", list(shown)
+    if trusted:
+        choice = Choice(
+            fits=tuple(shown.values()),
+            fit_percent=tuple(fit.fit_percent for fit in shown.values()),
+            judged_by=AICC,
+            scores=tuple(scores[name] for name in names),
+            basis="of the relative error",
+        )
+        place, reason = choice.pick(set(range(len(names))) - set(trusted))
+        recommended = names[place]
+    else:
+        why = "; ".join(f"{name}: {fit.sentence}" for name, fit in shown.items())
+        reason = f"no model can be trusted ({why})"
     return FrequencyIdentification(
         source=str(table.path),
         frequency=frequency,
@@ -243,19 +257,3 @@ def _aicc(fits: Mapping[str, IdentifiedModel], frequencies: int) -> dict[str, fl
     unknowns = [fit.coordinates.size + 1.0 for fit in fits.values()]
     scores = aicc_above_best([error**2 for error in errors], unknowns, samples)
     return dict(zip(fits, scores, strict=True))
-
-
-def _recommended(
-    fits: Mapping[str, IdentifiedModel], scores: Mapping[str, float], shown: Iterable[str]
-) -> tuple[str, str]:
-    """The simplest trusted model that no richer one beats by more than 2 in AICc, and why."""
-    trusted = [name for name in shown if _trusted(fits[name])]
-    if not trusted:
-        why = "; ".join(f"{name}: {fits[name].sentence}" for name in shown)
-        return "", f"no model can be trusted ({why})"
-    smallest = min(scores[name] for name in trusted)
-    near = [name for name in trusted if scores[name] <= smallest + _BETTER]
-    name = min(near, key=lambda name: fits[name].coordinates.size)
-    if len(trusted) == 1:
-        return name, "the only model whose parameters the response determines"
-    return name, "smallest AICc, or the simpler model within 2 of it"

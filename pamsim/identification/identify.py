@@ -10,7 +10,7 @@ import numpy as np
 
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.errors import InputError
-from pamsim.identification.choice import recommend
+from pamsim.identification.choose import recommend
 from pamsim.identification.data import load_data, only_table, select_trials
 from pamsim.identification.frequency import FrequencyIdentification, identify_frequency_response
 from pamsim.identification.frequency_table import is_over_frequency

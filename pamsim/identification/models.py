@@ -11,20 +11,20 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.identification.choose import (
+    Candidate,
+    Choice,
+    by_free_run,
+    by_likelihood,
+)
 from pamsim.identification.continuous import STARTS, ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import (
-    Independence,
     residual_independence,
     residual_nonlinearity,
-)
-from pamsim.identification.structure_choice import (
-    StructureChoice,
-    choice_by_free_run,
-    choice_by_likelihood,
 )
 from pamsim.identification.structure_scan import RoughFit, scan_structures
 
@@ -76,32 +76,6 @@ class ModelSet:
         return {"auto": (False, True), "none": (False,), "free": (True,)}[self.dead_time]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """One fitted model.
-
-    Attributes:
-        name: such as ``second_order_dead_time``.
-        fit: the numbers.
-        independence: whether past inputs explain part of its residuals; None if that could not be
-            tested.
-    """
-
-    name: str
-    fit: IdentifiedModel
-    independence: Independence | None
-
-    @property
-    def adequate(self) -> bool:
-        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
-        return self.independence is None or self.independence.independent
-
-    @property
-    def continuous(self) -> bool:
-        """Whether the model is a continuous one."""
-        return self.fit.structure.kind == "continuous"
-
-
 @dataclass(kw_only=True)
 class FittedModels:
     """All models of one identification: fits one after another and keeps what came of it.
@@ -122,7 +96,7 @@ class FittedModels:
     steps: Steps
     fitted: dict[str, Candidate] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
-    choice: StructureChoice | None = None
+    choice: Choice[RoughFit] | None = None
     chosen: str = ""
     why: str = ""
 
@@ -253,11 +227,11 @@ def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -
     """
     records, held_out = fitting.records, fitting.held_out
     if not held_out:
-        fitting.choice = choice_by_likelihood(fits, records)
+        fitting.choice = by_likelihood(fits, records)
         fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
         if fitting.chosen and _leaves_noise(fitting.fitted[fitting.chosen], records):
             return
-    fitting.choice = choice_by_free_run(fits, records, held_out)
+    fitting.choice = by_free_run(fits, records, held_out)
     fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
 
 
@@ -279,7 +253,7 @@ def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool
 
 
 def _best_determined(
-    choice: StructureChoice, fitting: FittedModels, models: ModelSet
+    choice: Choice[RoughFit], fitting: FittedModels, models: ModelSet
 ) -> tuple[str, str]:
     """The structure to use and the reason: what the data do not determine does not count.
 

@@ -14,17 +14,22 @@ from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
-from pamsim.identification.choice import Recommendation
+from pamsim.identification.choose import (
+    AICC,
+    LIKELIHOOD,
+    Candidate,
+    Choice,
+    Recommendation,
+)
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.curves import Curves, curves_of
 from pamsim.identification.data import IdentifyData
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
-from pamsim.identification.models import Candidate
 from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.identification.structure import Structure
-from pamsim.identification.structure_choice import AICC, LIKELIHOOD, StructureChoice
+from pamsim.identification.structure_scan import RoughFit
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
 
@@ -57,7 +62,7 @@ class Identification:
     held_out: tuple[UsedTrial, ...]
     candidates: tuple[Candidate, ...]
     skipped: Mapping[str, str]
-    choice: StructureChoice | None
+    choice: Choice[RoughFit] | None
     recommendation: Recommendation
     local: LocalModelMap | None
     notes: tuple[str, ...]
@@ -174,7 +179,7 @@ class Identification:
             }
         )
 
-    def _scan(self, choice: StructureChoice) -> dict[str, Any]:
+    def _scan(self, choice: Choice[RoughFit]) -> dict[str, Any]:
         rows = [
             {
                 "model": fit.structure.sentence,

@@ -1,4 +1,4 @@
-"""Which structure of a scan describes the records.
+"""Which of several models describes the data: one way to judge them, and what is recommended.
 
 Where a linear model leaves nothing but noise, the likelihood of the noise is the most powerful
 judge. Where none does (a nonlinear plant), the likelihood would pay for every detail that the noise
@@ -10,17 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.model import pooled_fit_percent
-from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
+from pamsim.identification.residual_tests import Independence, what_is_missing
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
-from pamsim.inference.trial_noise import WHITE, fit_trial_noise
+from pamsim.inference.trial_noise import fit_trial_noise
 
 AICC = "AICc"
+HELD_OUT = "the held-out trials"
 LIKELIHOOD = "the Hannan-Quinn criterion"
 _LAST = 1.0 / 3.0  # share of a record that judges what the rest was fitted to
 _MOVES = 0.2  # spread of the output in that share, over that of the rest, from which it can judge
@@ -29,12 +35,29 @@ _LEVEL = 0.05  # p-value below which a simpler model is significantly worse than
 _MATERIAL = 1.05  # RMS error over the best one's, above which it is materially worse
 
 
+class Run(Protocol):
+    """A fit, rough or not, as it is judged."""
+
+    @property
+    def structure(self) -> Structure:
+        """Which model."""
+        ...
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """Its numbers."""
+        ...
+
+
+R = TypeVar("R", bound=Run, covariant=True)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class StructureChoice:
-    """Fits of a scan, and by what they are judged.
+class Choice(Generic[R]):
+    """Models, simplest first, and by what they are judged.
 
     Attributes:
-        fits: simplest first.
+        fits: the models.
         fit_percent: of each on what it was fitted to [%].
         held_out: fit percent of each on what judges, less what its own initial state takes up of
             the noise there; empty where a criterion decides [%].
@@ -44,9 +67,10 @@ class StructureChoice:
         judged_by: such as ``the last third of each trial`` or ``AICc``.
         basis: of the criterion, in words; empty where held-out data decide.
         material: score from which a fit is materially worse than the best.
+        effective: number of independent samples that AICc counts.
     """
 
-    fits: tuple[RoughFit, ...]
+    fits: tuple[R, ...]
     fit_percent: tuple[float, ...]
     judged_by: str
     held_out: tuple[float, ...] = ()
@@ -55,15 +79,18 @@ class StructureChoice:
     scores: tuple[float, ...] = ()
     basis: str = ""
     material: float = TIE
+    effective: float = 0.0
 
     def pick(self, without: Collection[int] = ()) -> tuple[int, str]:
         """Return the place of the simplest fit that is not worse than the best, and the reason.
 
         Not worse on held-out data: the squared error is not significantly larger (test of Diebold
         and Mariano, 5 %) and the RMS error at most 5 % larger. By a criterion: within 2 of the
-        smallest. Fits at the places ``without`` do not count.
+        smallest. Models at the places ``without`` do not count.
         """
         open_to = [i for i in range(len(self.fits)) if i not in without]
+        if len(open_to) == 1:
+            return open_to[0], "the only model whose parameters the data determine"
         if not self.held_out:
             least = min(self.scores[i] for i in open_to)
             place = next(i for i in open_to if self.scores[i] <= least + TIE)
@@ -96,18 +123,16 @@ class StructureChoice:
         return p_value >= _LEVEL
 
 
-def choice_by_likelihood(
-    fits: Sequence[RoughFit], records: Sequence[SignalRecord]
-) -> StructureChoice:
+def by_likelihood(fits: Sequence[RoughFit], records: Sequence[SignalRecord]) -> Choice[RoughFit]:
     """Judge the fits of a scan, simplest first, by the criterion of Hannan and Quinn.
 
     That is only right if the residuals of the model that is chosen are noise.
     """
     least = min(fit.criterion for fit in fits)
     samples = sum(record.output.size for record in records)
-    return StructureChoice(
+    return Choice(
         fits=tuple(fits),
-        fit_percent=tuple(_percent(fit, records) for fit in fits),
+        fit_percent=_percent(fits, records),
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
@@ -115,36 +140,76 @@ def choice_by_likelihood(
     )
 
 
-def choice_by_free_run(
+def by_free_run(
     fits: Sequence[RoughFit],
     records: Sequence[SignalRecord],
     held_out: Sequence[SignalRecord],
-) -> StructureChoice:
+) -> Choice[RoughFit]:
     """Judge the fits of a scan, simplest first, on held-out data where there are any, else by AICc.
 
     Without held-out trials one or two trials are judged by their last third, if the output moves
     there: the structures are fitted again to the rest. Each simulates the whole trial; its state
     where the last third begins is fitted to that third.
     """
-    judges, judged_by = _judges(records, held_out)
-    fitted = [one.fitted for one in judges if one.since] or records
-    if fitted is not records:
-        fits = [rough_fit(fit.structure, fitted, [fit.x]) for fit in fits]
-    percent = tuple(_percent(fit, fitted) for fit in fits)
+    if held_out:
+        return by_held_out(fits, records, held_out)
+    judges = _last_thirds(records)
     if not judges:
-        scores, effective = _aicc(fits, fitted)
-        return StructureChoice(
-            fits=tuple(fits),
-            fit_percent=percent,
-            scores=scores,
-            judged_by=judged_by,
-            basis=f"{effective:.0f} effective samples; nothing was held out",
-        )
+        return by_aicc(fits, records)
+    heads = [one.fitted for one in judges]
+    fits = [rough_fit(fit.structure, heads, [fit.x]) for fit in fits]
+    return _by_errors(fits, heads, judges, "the last third of each trial")
+
+
+def by_held_out(
+    fits: Sequence[R], records: Sequence[SignalRecord], held_out: Sequence[SignalRecord]
+) -> Choice[R]:
+    """Judge fits, simplest first, by their free run on trials that were not fitted."""
+    return _by_errors(fits, records, [_Judge(record) for record in held_out], HELD_OUT)
+
+
+def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
+    """Judge fits, simplest first, by AICc, of the independent samples that the best leaves.
+
+    The residuals of a mechanism are correlated and would otherwise favour every added parameter.
+
+    Source: Hurvich and Tsai (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection
+    (2002).
+    """
+    errors = [_errors(fit, records) for fit in fits]
+    place = min(range(len(fits)), key=lambda i: _square(errors[i]))
+    best = fits[place]
+    if isinstance(best, IdentifiedModel):
+        effective = best.noise.independent([record.output.size for record in records])
+    else:
+        effective = _effective_samples(errors[place], records)
+    samples = sum(record.output.size for record in records)
+    scores = aicc_above_best(
+        [_square(own) / samples for own in errors],
+        [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
+        effective,
+    )
+    return Choice(
+        fits=tuple(fits),
+        fit_percent=_percent(fits, records),
+        scores=tuple(scores),
+        judged_by=AICC,
+        basis=f"{effective:.0f} effective samples; nothing was held out",
+        effective=effective,
+    )
+
+
+def _by_errors(
+    fits: Sequence[R],
+    fitted: Sequence[SignalRecord],
+    judges: Sequence[_Judge],
+    judged_by: str,
+) -> Choice[R]:
     errors = [[one.output - one.run(fit) for one in judges] for fit in fits]
     errors = _without_own_degrees(fits, errors, judges)
-    return StructureChoice(
+    return Choice(
         fits=tuple(fits),
-        fit_percent=percent,
+        fit_percent=_percent(fits, fitted),
         held_out=tuple(
             pooled_fit_percent(
                 [(one.output, one.output - e) for one, e in zip(judges, own, strict=True)]
@@ -172,45 +237,44 @@ class _Judge:
     def fitted(self) -> SignalRecord:
         return self.record.part(slice(0, self.since))
 
-    def run(self, fit: RoughFit) -> FloatArray:
+    def run(self, fit: Run) -> FloatArray:
         return fit.structure.free_run(fit.coordinates, self.record, self.since)[0]
 
-    def own(self, fit: RoughFit) -> int:
+    def own(self, fit: Run) -> int:
         """Number of coefficients that are fitted to what judges."""
-        return (fit.structure.moving if self.since else fit.structure).per_trial
+        structure = fit.structure
+        if self.since and isinstance(structure, ContinuousStructure):
+            structure = structure.moving
+        return structure.per_trial
 
 
-def _judges(
-    records: Sequence[SignalRecord], held_out: Sequence[SignalRecord]
-) -> tuple[list[_Judge], str]:
-    """What judges, in records and in words; nothing where AICc does."""
-    if held_out:
-        return [_Judge(record) for record in held_out], "the held-out trials"
+def _last_thirds(records: Sequence[SignalRecord]) -> list[_Judge]:
+    """The ends of one or two trials; nothing where one of them cannot judge."""
     if len(records) > _FEW_TRIALS:
-        return [], AICC
+        return []
     found: list[_Judge] = []
     for record in records:
         cut = round((1.0 - _LAST) * record.output.size)
         head, tail = record.output[:cut], record.output[cut:]
         few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
         if few or np.std(tail) < _MOVES * np.std(head):
-            return [], AICC
+            return []
         found.append(_Judge(record, cut))
-    return found, "the last third of each trial"
+    return found
 
 
 def _without_own_degrees(
-    fits: Sequence[RoughFit], errors: list[list[FloatArray]], judges: Sequence[_Judge]
+    fits: Sequence[Run], errors: list[list[FloatArray]], judges: Sequence[_Judge]
 ) -> list[list[FloatArray]]:
     """Errors as large as they were if no initial state were fitted to what judges.
 
     Every model gets its own initial state there, the more numbers the more poles it has, and takes
     up noise with them: of noise that is slow much, as it has few independent samples.
     """
-    best = min(errors, key=lambda own: sum(float(e @ e) for e in own))
+    best = min(errors, key=_square)
     effective = _effective_samples(best, [one.record for one in judges])
 
-    def factor(fit: RoughFit) -> float:
+    def factor(fit: Run) -> float:
         room = effective - sum(one.own(fit) for one in judges)
         return math.sqrt(effective / max(room, 1.0))
 
@@ -223,27 +287,22 @@ def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalR
     return noise.independent([part.size for part in residual])
 
 
-def _percent(fit: RoughFit, records: Sequence[SignalRecord]) -> float:
-    return pooled_fit_percent(
-        [(r.output, fit.structure.free_run(fit.coordinates, r)[0]) for r in records]
-    )
+def _errors(fit: Run, records: Sequence[SignalRecord]) -> list[FloatArray]:
+    """Measured minus free run of every trial."""
+    return [r.output - fit.structure.free_run(fit.coordinates, r)[0] for r in records]
 
 
-def _aicc(
-    fits: Sequence[RoughFit], records: Sequence[SignalRecord]
-) -> tuple[tuple[float, ...], float]:
-    """AICc of all above the smallest, and the effective number of samples."""
-    samples = sum(record.output.size for record in records)
-    best = min(fits, key=lambda fit: fit.cost)
-    residual = best.structure.problem(records).solved(best.x, WHITE)[1]
-    ends = np.cumsum([record.output.size for record in records])[:-1]
-    effective = _effective_samples(np.split(residual, ends), records)
-    scores = aicc_above_best(
-        [fit.cost / samples for fit in fits],
-        [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
-        effective,
+def _square(errors: Sequence[FloatArray]) -> float:
+    return sum(float(error @ error) for error in errors)
+
+
+def _percent(fits: Sequence[Run], records: Sequence[SignalRecord]) -> tuple[float, ...]:
+    return tuple(
+        pooled_fit_percent(
+            [(r.output, r.output - e) for r, e in zip(records, _errors(fit, records), strict=True)]
+        )
+        for fit in fits
     )
-    return tuple(scores), effective
 
 
 def p_value_of_improvement(
@@ -268,3 +327,93 @@ def p_value_of_improvement(
     if variance <= 0.0:
         return 1.0 if mean <= 0.0 else 0.0
     return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One fitted model.
+
+    Attributes:
+        name: such as ``second_order_dead_time``.
+        fit: the numbers.
+        independence: whether past inputs explain part of its residuals; None if that could not be
+            tested.
+    """
+
+    name: str
+    fit: IdentifiedModel
+    independence: Independence | None
+
+    @property
+    def adequate(self) -> bool:
+        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
+        return self.independence is None or self.independence.independent
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the model is a continuous one."""
+        return self.fit.structure.kind == "continuous"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation:
+    """The model to use, if any.
+
+    Attributes:
+        name: of the candidate; empty if none can be trusted, or past inputs explain part of the
+            residuals of the best.
+        best: the model that describes the records best; empty if none can be trusted.
+        reason: for the best, as a sentence.
+        missing: what the best does not describe, as a sentence; empty if nothing.
+        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
+        effective_samples: number of independent samples that the residuals are worth.
+    """
+
+    name: str
+    best: str
+    reason: str
+    missing: str
+    aicc: dict[str, float]
+    effective_samples: float
+
+
+def recommend(
+    candidates: Sequence[Candidate],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+    chosen: str = "",
+    why: str = "",
+) -> Recommendation:
+    """Recommend one continuous model; discrete ones stand beside for comparison.
+
+    What a scan chose is the best: ``chosen``, its name. Else only fits that converged and whose
+    parameters the data determine are eligible, and held-out trials decide between them, or AICc.
+    """
+    ranked = sorted(
+        (one for one in candidates if one.continuous), key=lambda one: one.fit.structure.unknowns
+    )
+    names, fits = [one.name for one in ranked], [one.fit for one in ranked]
+    by_criterion = by_aicc(fits, records)
+    converged = [i for i, fit in enumerate(fits) if fit.status is FitStatus.CONVERGED]
+    best, reason, missing = chosen, why, ""
+    if not chosen and not converged:
+        each = (f"{one.name.replace('_', ' ')}: {one.fit.sentence}" for one in ranked)
+        reason = f"no model can be trusted ({'; '.join(each)})"
+    elif not chosen:
+        choice = by_held_out(fits, records, held_out) if held_out else by_criterion
+        place, reason = choice.pick(set(range(len(fits))) - set(converged))
+        best = names[place]
+    if best:
+        one = ranked[names.index(best)]
+        missing = what_is_missing(one.fit, records, one.adequate)
+        if one.fit.status is not FitStatus.CONVERGED:
+            vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
+            missing = f"{vague}; {missing}" if missing else vague
+    return Recommendation(
+        name="" if missing else best,
+        best=best,
+        reason=reason,
+        missing=missing,
+        aicc=dict(zip(names, by_criterion.scores, strict=True)),
+        effective_samples=by_criterion.effective,
+    )

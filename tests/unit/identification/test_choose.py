@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.identification.choice import recommend
+from pamsim.identification.choose import (
+    Candidate,
+    by_free_run,
+    p_value_of_improvement,
+    recommend,
+)
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.models import Candidate, ModelSet, fit_models
+from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
 from pamsim.identification.status import FitStatus
-from pamsim.identification.structure_choice import choice_by_free_run, p_value_of_improvement
 from pamsim.identification.structure_scan import rough_fit
 from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
 
@@ -140,7 +144,7 @@ def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_th
             for start in ("rest", "free"):
                 structure = ContinuousStructure(order=1, integrators=integrators, start=start)
                 fit = rough_fit(structure, [record], [np.log(denominator[:1])])
-                scores += choice_by_free_run([fit], [record], []).held_out
+                scores += by_free_run([fit], [record], []).held_out
             assert scores[0] == pytest.approx(scores[1], abs=1.0)
             assert scores[0] > 90.0
 
