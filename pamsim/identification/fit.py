@@ -78,10 +78,10 @@ def fit(
     _require_samples(data, structure)
     at, run = _searched(problem, known, starts or starts_of(structure, data), weights)
     evaluations, latest = run.evaluations, dict[int, float]()
-    while late := _before_zero(structure, known, at):
+    while late := _not_shown(structure, known, at):
         if isinstance(data, FrequencyRecord):
             break
-        # The data show no delay that is below 0: the rest is fitted without it.
+        # The rest is fitted without a delay that the data do not show.
         for place, i in late.items():
             half = at.half_width(at.unit(place))
             if half is not None:
@@ -94,7 +94,7 @@ def fit(
     facts = _facts(data, structure, at, held_out, problem, known)
     lag1 = max((score.residual_lag1 for score in facts["trials"]), default=0.0)
     one_step = facts["fit_percent_one_step"]
-    status, sentence = judged(
+    status, sentence, refuted = judged(
         Outcome(
             structure=structure,
             at=at,
@@ -119,6 +119,7 @@ def fit(
         weighted=run.weighted,
         status=status,
         sentence=sentence,
+        refuted=refuted,
         evaluations=evaluations,
     )
 
@@ -132,14 +133,14 @@ def _searched(
     return run.optimum if known.nothing else known.optimum(run.optimum), run
 
 
-def _before_zero(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:
-    """Place of each fitted dead time that is at or below 0 -> its input."""
+def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:
+    """Place of each fitted dead time whose interval contains 0, or that lies below -> its input."""
     if not isinstance(structure, ContinuousStructure):
         return {}
     return {
         place: i
         for place, i in enumerate(structure.delayed, start=structure.order)
-        if place not in known.x and at.coordinates[place] <= 0.0
+        if place not in known.x and at.coordinates[place] <= (at.half_width(at.unit(place)) or 0.0)
     }
 
 

@@ -135,6 +135,8 @@ def _dependence(name: str, models: Sequence[LocalModel]) -> Dependence | None:
             if item.name != name or item.interval95 is None:
                 continue
             low, high = item.interval95
+            if not np.isfinite(high):
+                continue
             if logarithmic:
                 error = float(np.log(high / low)) / (2.0 * model.fit.quantile)
                 rows.append((float(np.log(item.value)), error, model.point))

@@ -69,7 +69,10 @@ class IdentifiedModel(Optimum):
             plain error, and only the intervals use the noise model.
         status: whether to trust the numbers; quote them only if it is ``converged``.
         sentence: the same for a person.
+        refuted: whether a scan passes the structure over, however well it fits.
         evaluations: model evaluations over all starts; 0 for a closed form.
+        level: output at rest without any input, mean of the fitted trials; None of a model that has
+            none: it integrates, drifts, or was fitted to no trial [output unit].
         units_input: of each input.
         unit_output: of the output.
     """
@@ -85,7 +88,9 @@ class IdentifiedModel(Optimum):
     weighted: bool = False
     status: FitStatus
     sentence: str
+    refuted: bool = False
     evaluations: int = 0
+    level: float | None = None
     units_input: tuple[str, ...] = ("-",)
     unit_output: str = "-"
 
@@ -193,6 +198,35 @@ class IdentifiedModel(Optimum):
         """
         return self.structure.free_run(self.coordinates, record, offset=offset)[0]
 
+    def predict(self, record: SignalRecord) -> FloatArray:
+        """Predict the output of a record from its inputs alone [output unit].
+
+        At first it rests under its first inputs. Without any input it would rest where the fitted
+        trials would, on average.
+
+        Raises:
+            InputError: for a model without such a place of rest: it integrates or drifts.
+        """
+        if self.level is None:
+            raise InputError(
+                f"a model of {self.structure.sentence} has no place of rest to predict from; use"
+                " simulate, or fit one without integrators and drift"
+            )
+        return self.simulate(record, _at_rest(self.structure, self.coordinates, record, self.level))
+
+
+def _at_rest(
+    structure: Structure, coordinates: FloatArray, record: SignalRecord, level: float
+) -> float:
+    """Output at rest under a record's first inputs, of that without any input [output unit]."""
+    if isinstance(structure, ContinuousStructure):
+        gains = [coordinates[structure.coefficients(i).start] for i in range(structure.inputs)]
+    else:
+        above, below = structure.numerator(coordinates), structure.denominator(coordinates)
+        with np.errstate(divide="ignore"):
+            gains = [np.sum(above) / np.sum(below)]
+    return level + float(record.inputs[0] @ gains)
+
 
 def scores(
     structure: Structure,
@@ -206,6 +240,7 @@ def scores(
     An offset is that of the trials that were fitted; None if it was fitted to each.
     """
     drifts = isinstance(structure, ContinuousStructure) and structure.drift
+    moves = drifts or (isinstance(structure, ContinuousStructure) and structure.integrators > 0)
     every: list[TrialScore] = []
     pairs: list[tuple[FloatArray, FloatArray]] = []
     for place, record in enumerate((*records, *held_out)):
@@ -215,7 +250,12 @@ def scores(
         every.append(_trial_score(record, run, offset=float(own[0]), drift=drift))
         pairs.append((record.output, run))
     count = len(records)
+    levels = [
+        score.offset - _at_rest(structure, coordinates, record, 0.0)
+        for score, record in zip(every, records, strict=False)
+    ]
     return {
+        "level": None if moves else float(np.mean(levels)),
         "trials": tuple(every[:count]),
         "held_out": tuple(every[count:]),
         "fit_percent": pooled_fit_percent(pairs[:count]),

@@ -257,7 +257,8 @@ def _best_determined(
 ) -> tuple[str, str]:
     """The structure to use and the reason: what the data do not determine does not count.
 
-    Unless all that they determine is materially worse: then the first choice remains.
+    Unless all that they determine is materially worse: then the first choice remains, if it is not
+    one whose poles or dead time imitate what the data do not show.
     """
     # What was not asked for, by dead time or complex poles.
     without = {
@@ -285,6 +286,7 @@ def _best_determined(
         larger = {i for i, other in others if i == place or _larger(other, rough)}
         if rough.integrators:  # the data do not show them: what they gain is a drift's
             larger |= {i for i, other in others if other.integrators >= rough.integrators}
+        if rough.integrators or any(fitting.fitted[name].fit.refuted for name in names):
             refuted |= larger
         elif names and not first[0]:
             first = names[0], why

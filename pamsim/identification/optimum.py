@@ -14,7 +14,7 @@ from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
-
+_BOUNDLESS = float(np.log(1e6))  # half width of a logarithm: more is no interval
 
 _quantile: Any = scipy.special.stdtrit
 
@@ -61,14 +61,14 @@ class Optimum:
         """Return a function of the coordinates with its interval.
 
         With ``positive`` that is symmetric in the logarithm, of which the gradient is, shape
-        ``(k,)``.
+        ``(k,)``: from 0 to infinity where that is not known within a factor of a million.
         """
         half = self.half_width(gradient)
         interval = None
         if half is not None and positive:
-            with np.errstate(over="ignore"):
-                factor = float(np.exp(half))
-            interval = (value / factor, value * factor)
+            known = half < _BOUNDLESS
+            factor = float(np.exp(half)) if known else np.inf
+            interval = (value / factor, value * factor) if known else (0.0, np.inf)
         elif half is not None:
             interval = (value - half, value + half)
         return Estimate(name=name, unit=unit, value=value, interval95=interval)

@@ -27,6 +27,8 @@ FEWEST_SAMPLES = 16
 FEWEST_FREQUENCIES = 8
 _APART = 1.0  # rad at the highest frequency, between dead times to start from
 _MOST_DELAYS = 20
+_LAGS = 40  # at which a delayed input is compared
+_ANOTHER, _THE_SAME = 0.25, 0.8  # share explained of a signal that is another one, or the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +199,30 @@ class FrequencyRecord:
 
 Data = Sequence[SignalRecord] | FrequencyRecord
 """What a model is fitted to."""
+
+
+def inputs_repeat(record: SignalRecord, place: int, delay: float) -> bool:
+    """Whether an input, so much later, follows from what the inputs are then.
+
+    As a square wave does half a period later, having been another signal in between.
+    """
+    samples = round(delay / record.sample_time)
+    if not 0 < samples < record.output.size // 2:
+        return False
+    lags = np.unique(np.linspace(0, samples, _LAGS).astype(int))
+    shares = [_explained(record.inputs, place, lag) for lag in lags]
+    return min(shares) < _ANOTHER and shares[-1] > _THE_SAME
+
+
+def _explained(inputs: FloatArray, place: int, lag: int) -> float:
+    """Share of the variation of a delayed input that all inputs explain; 0 of a constant one."""
+    late, now = inputs[: len(inputs) - lag, place], inputs[lag:]
+    late, now = late - np.mean(late), now - np.mean(now, axis=0)
+    total = float(late @ late)
+    if total == 0.0:
+        return 0.0
+    left = late - now @ np.linalg.lstsq(now, late, rcond=None)[0]
+    return 1.0 - float(left @ left) / total
 
 
 def fit_percent(measured: ArrayLike, simulated: ArrayLike) -> float:

@@ -22,16 +22,17 @@ from pamsim.identification.choose import (
     Recommendation,
 )
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.curves import Curves, curves_of
-from pamsim.identification.data import IdentifyData
+from pamsim.identification.curves import Curves, TrialCurve, curves_of, trial_curve
+from pamsim.identification.data import IdentifyData, Source, load_data
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
-from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
 from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
+from pamsim.recordings.trial import TrialSet
 
 SCHEMA = "pamsim-identify/4"
 
@@ -101,6 +102,43 @@ class Identification:
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
         return curves_of(self.shown.fit, self.used, self.held_out, self.inputs, self.output)
+
+    def predict(
+        self,
+        data: Source | TrialSet | Sequence[Source],
+        *,
+        time: str | None = None,
+        dt: float | None = None,
+        hold: str | None = None,
+    ) -> tuple[TrialCurve, ...]:
+        """Predict other recordings, such as another day's, with the shown model.
+
+        Nothing is fitted to their output, neither an offset nor a state at the start: each trial
+        rests at first, where the fitted trials would rest under its first inputs, on average.
+
+        Args:
+            data: as for `identify`, with the same columns.
+            time: as for `identify`.
+            dt: as for `identify` [s].
+            hold: as for `identify`.
+
+        Returns:
+            Of each trial ``time``, ``inputs``, measured ``output`` and predicted ``model``, in the
+            columns' units.
+
+        Raises:
+            InputError: for data that cannot be read, without these columns, or a model that
+                integrates or drifts, so that it has no place of rest.
+        """
+        tables = load_data(data, time=time, dt=dt, hold=hold).tables
+        for one in (*self.inputs, self.output):
+            signal(one.text, tables)  # must be there
+        records = [used_trial(table, self.inputs, self.output)[0].record for table in tables]
+        fit = self.shown.fit
+        return tuple(
+            trial_curve(record, fit.predict(record), self.inputs, self.output, held_out=True)
+            for record in records
+        )
 
     def summary(self) -> str:
         """Every model with its numbers, and which to use: some lines of text."""

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.continuous import BEYOND, ContinuousStructure
+from pamsim.identification.continuous import BEYOND, LEAST_DAMPING, ContinuousStructure
 from pamsim.identification.estimates import VAGUE, merged_lags, vague_parameter
 from pamsim.identification.optimum import Optimum
-from pamsim.identification.records import Data, FrequencyRecord, time_range
+from pamsim.identification.records import Data, FrequencyRecord, inputs_repeat, time_range
 from pamsim.identification.structure import Structure
 from pamsim.identification.weighted_fit import SearchedFit
 
@@ -87,13 +87,17 @@ class Outcome:
         return [i for i, b in enumerate(self.numerators, start=1) if _may_be_zero(self.at, b)]
 
 
-def judged(outcome: Outcome) -> tuple[FitStatus, str]:
-    """Return whether to trust a fit, and why: the first rule that objects decides."""
+def judged(outcome: Outcome) -> tuple[FitStatus, str, bool]:
+    """Return whether to trust a fit, why, and whether its structure is refuted.
+
+    The first rule that objects decides.
+    """
     for status, rule in RULES:
         objection = rule(outcome)
         if objection:
-            return status, objection
-    return FitStatus.CONVERGED, "; ".join(["converged inside the bounds", *_notes(outcome)])
+            return status, objection, rule in REFUTING
+    sentence = "; ".join(["converged inside the bounds", *_notes(outcome)])
+    return FitStatus.CONVERGED, sentence, False
 
 
 def _unsettled(of: Outcome) -> str:
@@ -127,6 +131,42 @@ def _too_slow(of: Outcome) -> str:
         f"time constant {np.max(of.sizes):.3g} s is at its upper bound, a hundred records long: "
         "the output does not settle, or integrates"
     )
+
+
+def _undamped(of: Outcome) -> str:
+    """An oscillation that lasts longer than the records, which do not show its damping.
+
+    With a command that repeats itself such poles lie at its harmonics, where they imitate what is
+    not linear.
+    """
+    structure = of.continuous
+    for pair in range(structure.pairs if structure and of.range else 0):
+        wn, zeta = np.exp(of.x[2 * pair : 2 * pair + 2])
+        half = of.at.half_width(of.at.unit(2 * pair + 1))
+        at_bound = np.log(zeta / LEAST_DAMPING) < _AT_BOUND
+        vague = at_bound or half is None or half > np.log(VAGUE)
+        if of.range and vague and zeta * wn * of.range[1] < 1.0:
+            return (
+                f"zeta = {zeta:.3g}: the oscillation at {wn:.3g} rad/s lasts longer than the"
+                " records, which do not show its damping; lower the order"
+            )
+    return ""
+
+
+def _repeated(of: Outcome) -> str:
+    """A dead time after which the inputs are what they were, or their mirror image."""
+    structure = of.continuous
+    if not structure or isinstance(of.data, FrequencyRecord):
+        return ""
+    for i, delay in enumerate(structure.delays(of.x)):
+        if delay > 0.0 and all(inputs_repeat(record, i, float(delay)) for record in of.data):
+            name = f"L[{i + 1}]" if structure.inputs > 1 else "L"
+            return (
+                f"{name} = {delay:.3g} s: after this time the inputs repeat themselves, or their"
+                " mirror image, so that the records do not determine it; leave it out, or give a"
+                " command that does not repeat"
+            )
+    return ""
 
 
 def _singular(of: Outcome) -> str:
@@ -214,6 +254,8 @@ RULES: tuple[tuple[FitStatus, Callable[[Outcome], str]], ...] = (
     (FitStatus.DEGENERATE, _unstable),
     (FitStatus.DEGENERATE, _too_fast),
     (FitStatus.AT_BOUND, _too_slow),
+    (FitStatus.DEGENERATE, _undamped),
+    (FitStatus.DEGENERATE, _repeated),
     (FitStatus.DEGENERATE, _singular),
     (FitStatus.DEGENERATE, _outside),
     (FitStatus.DEGENERATE, _no_delay),
@@ -223,6 +265,10 @@ RULES: tuple[tuple[FitStatus, Callable[[Outcome], str]], ...] = (
     (FitStatus.DEGENERATE, _vague),
 )
 """Each with the status that it gives where it objects; the objection is a sentence."""
+
+REFUTING = (_undamped, _repeated)
+"""Rules by which a structure describes the records by what they do not show: however well it fits,
+another is to be chosen."""
 
 
 def _notes(of: Outcome) -> Iterator[str]:

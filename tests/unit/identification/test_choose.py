@@ -114,6 +114,34 @@ def test_slow_noise_is_not_taken_for_poles():
     assert right >= 5
 
 
+def test_undamped_poles_at_harmonics_of_the_command_are_passed_over():
+    # Filled fast and vented slowly, as a regulator: what is not linear repeats with the command.
+    interval, hold = 0.1, 10.0
+    time = interval * np.arange(400)
+    given = np.where(time // hold % 2 == 1, 10.0, 0.0)
+    output = np.zeros(time.size)
+    for k in range(1, time.size):
+        left = given[k - 1] - output[k - 1]
+        rate = left / 0.5 if left > 0.0 else max(0.8 * left, -1.6)
+        output[k] = output[k - 1] + interval * rate
+    output += 0.05 * np.random.default_rng(1).normal(size=time.size)
+    _, chosen, best = identified(SignalRecord("regulator", time, given, output))
+    assert chosen.name == ""
+    duration = time[-1]
+    lasting = [pole for pole in best.poles if pole.imag and -pole.real * duration < 1.0]
+    assert lasting == []
+    rich = fit_continuous(
+        [SignalRecord("regulator", time, given, output)],
+        order=4,
+        zeros=3,
+        real_lags=False,
+        start="free",
+        starts=[np.log([2.0 * 2.0 * np.pi / (2.0 * hold), 0.002, 0.7, 1.8])],
+    )
+    assert rich.refuted
+    assert "lasts longer than the records, which do not show its damping" in rich.sentence
+
+
 def test_held_out_trials_judge_a_linear_plant_too():
     fitted, held_out = (trial(*LAG, seed, n=200) for seed in (5, 6))
     models = fit_models([fitted], [held_out], ModelSet(**FEW))

@@ -12,7 +12,7 @@ from pamsim.core.encoding import to_dict
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.status import FitStatus
 from tests.unit.core.refusals import all_refused
-from tests.unit.identification.planted import fit_continuous, record
+from tests.unit.identification.planted import fit_continuous, record, sampled
 
 T1, T2 = 0.0926, 0.57873
 PAIR = [1.0 / 36.0, 2.0 * 0.3 / 6.0, 1.0]
@@ -98,13 +98,39 @@ def test_held_out_trials_are_scored_but_do_not_move_the_fit():
 
 def test_absent_dead_time_is_zero_with_an_upper_end():
     fits = [fit_continuous([record(s, noise=0.1)], order=1, dead_time=True) for s in range(60, 65)]
+    # Also where the search ends above 0, within its interval: one in twenty is taken for one.
     absent = [fit for fit in fits if fit.dead_time == 0.0]
-    assert 1 <= len(absent) < len(fits)  # an unbiased search lands below 0 half the time
+    assert len(absent) >= 4
     for fit in absent:
         assert fit.status is FitStatus.CONVERGED
         assert fit["L"].interval95[0] == 0.0
         assert 0.01 <= fit["L"].interval95[1] < 0.03  # from half a sample on
         assert "no dead time" in fit.sentence
+
+
+def square(n, hold, ts):
+    return np.where(np.arange(n) // round(hold / ts) % 2 == 1, 1.0, 0.0)
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_a_dead_time_is_not_known_where_the_command_repeats_after_it(repeats):
+    ts, hold, n = 0.05, 2.0, 800
+    draw = np.random.default_rng(3)
+    given = square(n, hold, ts)
+    if not repeats:
+        given = np.repeat(draw.choice([0.0, 1.0], n // 40), 40)
+        given[:40] = 0.0
+    output = sampled([2.0], [0.3, 1.0], given, ts, delay=hold, fine=1)
+    output += 0.05 * draw.normal(size=n)
+    fit = fit_continuous(
+        [SignalRecord("late", ts * np.arange(n), given, output)],
+        order=1,
+        dead_time=True,
+        starts=[np.array([np.log(0.3), hold])],
+    )
+    assert fit.dead_time == pytest.approx(hold, abs=ts)
+    assert (fit.status is FitStatus.DEGENERATE, fit.refuted) == (repeats, repeats)
+    assert ("repeat themselves, or their mirror image" in fit.sentence) is repeats
 
 
 def test_what_the_data_do_not_determine_is_flagged():
