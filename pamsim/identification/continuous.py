@@ -16,8 +16,8 @@ from pamsim.identification.held_input import chain_derivatives, chain_modes
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
 from pamsim.identification.separable import Held, Separable, check_held
 
-HIGHEST_ORDER = 6
-MOST_INTEGRATORS = 2
+HIGHEST_ORDER = 6  # more than records of one output show
+MOST_INTEGRATORS = 2  # from a force to a position
 STARTS = ("rest", "free")
 LEAST_DAMPING = 1e-3
 """Bound of a search: a record shows no smaller one, over which an oscillation hardly decays."""

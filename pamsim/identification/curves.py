@@ -18,7 +18,7 @@ from pamsim.identification.response_bands import (
 )
 from pamsim.identification.signals import Signal, UsedTrial
 
-_POINTS = 300
+_POINTS = 300  # of a curve: as many as a figure shows
 _STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for
 _BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is drawn
 

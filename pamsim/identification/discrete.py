@@ -23,7 +23,7 @@ from pamsim.identification.separable import Held, Separable, check_held
 
 _lfilter: Any = scipy.signal.lfilter
 
-_SAME_RATE = 1e-3
+_SAME_RATE = 1e-3  # relative difference of two sample times that is rounding
 
 
 @dataclass(frozen=True)

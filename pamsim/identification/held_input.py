@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pamsim.core.units import FloatArray
 from pamsim.numba_cache import numba
 
-_TERMS = 15
+_TERMS = 15  # of the exponential, of a norm below 1/2: less than rounding is left
 _compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
@@ -60,7 +60,7 @@ def chain_derivatives(
         start = direct = now - part * (now - old)
     pieces = part * sample_time, (1.0 - part) * sample_time
     return _derivatives(
-        constants, integrators, count, pieces, start, now, rising, now_rising, direct
+        constants, integrators, count, pieces, False, start, now, rising, now_rising, direct
     )
 
 
@@ -69,9 +69,14 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
 
     Columns of length N, each with a largest value of 1 [-].
     """
-    if constants.size == 0:
+    count = constants.size
+    if count == 0:
         return np.empty((samples, 0))
-    return _free_derivatives(constants, samples, sample_time)
+    still, none = np.zeros(samples), np.empty(0)
+    pieces = 0.0, sample_time
+    modes = _derivatives(constants, 0, count, pieces, True, still, still, none, none, still)
+    largest = np.max(np.abs(modes), axis=0)
+    return modes / np.where(largest > 0.0, largest, 1.0)
 
 
 def _late(values: FloatArray, samples: int) -> FloatArray:
@@ -173,16 +178,18 @@ def _derivatives(
     integrators: int,
     count: int,
     pieces: tuple[float, float],
+    kicked: bool,
     start: FloatArray,
     now: FloatArray,
     rising: FloatArray,
     now_rising: FloatArray,
     given: FloatArray,
 ) -> FloatArray:
-    """Derivatives of the last state, from rest; the input's knots divide each step in two pieces.
+    """Derivatives of the last state, from rest or after an impulse.
 
-    The input is given at the start of each step and at its knot (now), as its slope before and
-    after that (both empty of a held input), and at the samples.
+    The input's knots divide each step in two pieces. It is given at the start of each step and at
+    its knot (now), as its slope before and after that (both empty of a held input), and at the
+    samples.
     """
     chain, entry = _chain(constants, integrators)
     n, samples = entry.size, now.size
@@ -191,6 +198,8 @@ def _derivatives(
     step = _product(after[:n, :n], before[:n, :n])
     result = np.empty((samples, count))
     state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
+    if kicked:
+        state[:] = entry
     early = np.zeros((n, 2), dtype=chain.dtype)
     for i in range(n):
         for j in range(n):
@@ -210,32 +219,4 @@ def _derivatives(
                 value += step[i, j] * state[j]
             following[i] = value
         state[:] = following
-    return result
-
-
-@_compiled
-def _free_derivatives(constants: Any, samples: int, interval: float) -> FloatArray:
-    """Derivatives 0 to n - 1 of the last state after an impulse, each over its largest value."""
-    chain, entry = _chain(constants, 0)
-    n = entry.size
-    step = _piece(chain, entry, interval)
-    rows, _ = _differentiated(chain, entry, n)
-    result = np.empty((samples, n))
-    state, following = entry.copy(), np.zeros(n, dtype=chain.dtype)
-    for k in range(samples):
-        for c in range(n):
-            value = rows[c, 0] * state[0]
-            for i in range(1, n):
-                value += rows[c, i] * state[i]
-            result[k, c] = value.real
-        for i in range(n):
-            value = step[i, 0] * state[0]
-            for j in range(1, i + 1):
-                value += step[i, j] * state[j]
-            following[i] = value
-        state[:] = following
-    for c in range(n):
-        largest = np.max(np.abs(result[:, c]))
-        if largest > 0.0:
-            result[:, c] /= largest
     return result

@@ -21,7 +21,7 @@ from pamsim.identification.optimum import student_quantile
 _chi2_tail: Any = scipy.special.chdtrc
 _student_cdf: Any = scipy.special.stdtr
 
-_LEVEL = 0.05
+_LEVEL = 0.05  # p-value below which a trend is stated
 
 
 @dataclass(frozen=True)

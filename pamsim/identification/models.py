@@ -31,7 +31,7 @@ from pamsim.identification.structure_scan import RoughFit, scan_structures
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation
-_ARX = ((1, 1, 1), (2, 2, 1))
+_ARX = ((1, 1, 1), (2, 2, 1))  # one lag and two
 _OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
 _APART = 0.1  # of logarithms of time constants
 _SCANNED = 60  # structures that a scan fits, about

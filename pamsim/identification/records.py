@@ -23,10 +23,10 @@ from pamsim.inference.record_checks import (
 )
 
 HOLDS = ("zoh", "foh")
-FEWEST_SAMPLES = 16
-FEWEST_FREQUENCIES = 8
+FEWEST_SAMPLES = 16  # of a trial, for three unknowns and more
+FEWEST_FREQUENCIES = 8  # the same: each has two parts
 _APART = 1.0  # rad at the highest frequency, between dead times to start from
-_MOST_DELAYS = 20
+_MOST_DELAYS = 20  # each is a search of its own
 _LAGS = 40  # at which a delayed input is compared
 _ANOTHER, _THE_SAME = 0.25, 0.8  # share explained of a signal that is another one, or the same
 

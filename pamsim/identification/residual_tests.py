@@ -32,12 +32,12 @@ from pamsim.inference.trial_noise import WHITE
 
 _f_tail: Any = scipy.special.fdtrc
 
-_LEVEL = 0.05
+_LEVEL = 0.05  # p-value below which past inputs explain something
 _EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, is ignored
-_DEPENDENT = 1e-10
+_DEPENDENT = 1e-10  # a direction of the fit weaker than this, relative, is rounding
 _ROUNDING = 1e-5  # percent points below 100
 _NONLINEAR = 0.01  # p-value below which powers of input and output explain part of them
-_POWERS = (2, 3)
+_POWERS = (2, 3)  # the first two terms of a weak nonlinearity
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 
 

@@ -23,7 +23,7 @@ from pamsim.inference.trial_noise import WHITE, TrialNoise
 
 _qr: Any = scipy.linalg.qr
 
-_FAR = 1e150
+_FAR = 1e150  # whose square does not overflow
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds

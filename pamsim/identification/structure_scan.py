@@ -25,9 +25,9 @@ from pamsim.inference.trial_noise import WHITE
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried
-_DELAYS = 6
+_DELAYS = 6  # dead times that a search is begun with
 _DELAYED_POLES = 3  # process models have so many
-_INTEGRATED_POLES = 4
+_INTEGRATED_POLES = 4  # beside integrators: as many as six poles in all
 _ROUNDING = 1e-9  # residual over output, RMS: below it there is only rounding
 
 

@@ -30,7 +30,7 @@ _toeplitz_product: Any = scipy.linalg.matmul_toeplitz
 _SINGULAR = 1e-8
 """Smallest over largest singular value of a column-scaled Jacobian by differences, which has errors
 of this size."""
-_ROUNDS = 4
+_ROUNDS = 4  # of noise model and weighted fit: it settles in two or three
 _SETTLED = 0.02  # change between rounds, in standard errors
 _DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
 _MUCH_WORSE = 1.5  # RMS error of the free run over the unweighted one's
