@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
 from pamsim.identification.response_bands import step_response_band
@@ -57,6 +58,20 @@ def test_planted_numbers_lie_in_their_intervals(fit):
     assert residual_nonlinearity(fit, [record()]).p_value > 0.01
     bent = record(squares=0.5)  # products of inputs are a nonlinearity
     assert residual_nonlinearity(fit_continuous([bent], **ASKED), [bent]).p_value < 1e-6
+
+
+def test_what_is_held_is_not_fitted_and_the_rest_fits_around_it(fit):
+    structure = fit.structure
+    known = {"K[2]": GAINS[1], "L[1]": DELAY}
+    held = fit_model([record()], structure, held=known)
+    for name, value in known.items():
+        assert (held[name].value, held[name].interval95, held[name].held) == (value, None, True)
+    low, high = held["K[1]"].interval95
+    assert low < GAINS[0] < high
+    wrong = fit_model([record()], structure, held={"L[1]": 2.0 * DELAY})
+    assert wrong["L[1]"].value == 2.0 * DELAY
+    assert wrong.fit_percent < held.fit_percent - 1.0 < fit.fit_percent
+    refuses("'K' cannot be held", fit_model, [record()], structure, held={"K": 1.0})
 
 
 def test_the_sum_of_the_channels_is_the_model(fit):
