@@ -46,9 +46,8 @@ import pamsim
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.linear.fit_percent import fit_percent
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord, fit_percent
 
 RESULTS = Path("scripts/results")
 RULE = "initial state and a constant, by least squares over the whole second half"

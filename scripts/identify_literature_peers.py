@@ -30,7 +30,7 @@ from scipy.signal import dlsim, lfilter, tf2ss
 from sippy_peer import estimate, write_page
 
 from pamsim.core.units import FloatArray
-from pamsim.linear.fit_percent import fit_percent
+from pamsim.identification.records import fit_percent
 
 N4SID_ORDERS, HORIZONS = range(1, 9), (20, 40)
 OE_ORDERS = range(1, 7)

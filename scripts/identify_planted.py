@@ -38,11 +38,12 @@ from scipy.signal import cont2discrete, lfilter, tf2ss
 from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.choice import recommend
+from pamsim.identification.choose import recommend
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.pole_coordinates import pole_coordinates
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.starts import pole_coordinates
 
 SAMPLES, BEFORE, INTERVAL = 1000, 1500, 0.01
 DRIFT = 0.1
@@ -207,18 +208,20 @@ def intervals(system: System, record: SignalRecord) -> dict[str, list[float]]:
     start = pole_coordinates(system.constants)
     late = [delay for delay in system.dead_times if delay]
     try:
-        fit = fit_continuous(
-            [record],
+        zeros = tuple(above.size - 1 for above in system.above)
+        structure = ContinuousStructure(
             order=system.constants.size,
-            zeros=tuple(above.size - 1 for above in system.above),
+            zeros=max(zeros),
+            zeros_each=zeros,
+            inputs=len(zeros),
             dead_time=bool(late),
             undelayed=tuple(i for i, delay in enumerate(system.dead_times) if late and not delay),
             real_lags=False,
             start="free",
             integrators=system.integrators,
             drift=system.drift and not system.integrators,
-            starts=[np.append(start, late)],
         )
+        fit = fit_model([record], structure, starts=[np.append(start, late)])
     except InputError:
         return {}
     values: dict[str, float] = {}

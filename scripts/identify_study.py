@@ -36,10 +36,11 @@ from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.residual_tests import residual_independence
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.residual_tests import residual_independence
 
 RESULTS = Path("scripts/results")
 KEPT = Path("out/identify_study")
@@ -89,7 +90,7 @@ def fitted(name: str, seed: int) -> dict[str, Any]:
     """Fit one record of a scenario with the right structure and with two that lack something."""
     record = planted(seed, **SCENARIOS[name])
     began = time.perf_counter()
-    fit = fit_continuous([record], order=2, dead_time=True)
+    fit = fit_model([record], ContinuousStructure(order=2, dead_time=True))
     seconds = time.perf_counter() - began
     row: dict[str, Any] = {
         "seconds": seconds,
@@ -98,9 +99,9 @@ def fitted(name: str, seed: int) -> dict[str, Any]:
         "parameters": {e.name: [e.value, *(e.interval95 or (None, None))] for e in fit.estimates},
     }
     if seed < PEER_RUNS:
-        without = fit_continuous([record], order=2)
+        without = fit_model([record], ContinuousStructure(order=2))
         row["p_without_dead_time"] = residual_independence(without, [record]).p_value
-        shorter = fit_continuous([record], order=1, dead_time=True)
+        shorter = fit_model([record], ContinuousStructure(order=1, dead_time=True))
         row["p_one_lag"] = residual_independence(shorter, [record]).p_value
     return row
 
@@ -131,7 +132,7 @@ def compared(name: str, seed: int) -> dict[str, Any]:
     record = planted(seed, **PEER_SCENARIOS[name])
 
     def continuous() -> dict[str, float]:
-        fit = fit_continuous([record], order=2)
+        fit = fit_model([record], ContinuousStructure(order=2))
         sides = fit.interval95_time_constants
         covers = {
             f"covers_T{k + 1}": float(side is not None and side[0] < truth < side[1])
@@ -139,13 +140,14 @@ def compared(name: str, seed: int) -> dict[str, Any]:
         }
         return {"T1": fit.time_constants[0], "T2": fit.time_constants[1], **covers}
 
-    def discrete(fit: Any) -> dict[str, float]:
+    def discrete(kind: str) -> dict[str, float]:
+        fit = fit_model([record], DiscreteStructure(kind, 2, 2, 1, record.sample_time))
         return {e.name: e.value for e in fit.estimates if e.name in ("T1", "T2")}
 
     methods: dict[str, Callable[[], dict[str, float]]] = {
         "pamsim continuous": continuous,
-        "pamsim OE": lambda: discrete(fit_oe([record], nb=2, nf=2, nk=1)),
-        "pamsim ARX": lambda: discrete(fit_arx_records([record], na=2, nb=2, nk=1)),
+        "pamsim OE": lambda: discrete("oe"),
+        "pamsim ARX": lambda: discrete("arx"),
         "scipy curve_fit": lambda: scipy_baseline(record),
     }
     rows: dict[str, Any] = {}
@@ -249,7 +251,7 @@ def records_digest() -> str:
 
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
-    mark = fingerprint("pamsim.linear.", __file__)
+    mark = fingerprint("pamsim.identification.", __file__)
     tasks = [("fit", name, seed) for name in SCENARIOS for seed in range(RUNS)]
     tasks += [("compare", name, seed) for name in PEER_SCENARIOS for seed in range(PEER_RUNS)]
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)

@@ -29,11 +29,11 @@ from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.identification.step_response import step_of_lags
 from pamsim.inference.fit_simulator import fit_simulator
 from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
-from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.papers.static_models import (
     SMALL_STEPS,
@@ -242,7 +242,7 @@ def _fit_to_printed_step(rig: Rig, free: Sequence[FreeParameter]) -> SimulatorFi
         answers: list[Blocks | None] = []
         for run in simulate_batch([(r, experiment) for r in rigs]):
             moved = run.completed().angle - run.angle[0]
-            miss = moved / moved[-1] - second_order_step(run.time, printed["T1_s"], printed["T2_s"])
+            miss = moved / moved[-1] - step_of_lags(run.time, printed["T1_s"], printed["T2_s"])
             answers.append(
                 [
                     ResidualBlock(

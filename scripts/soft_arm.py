@@ -29,10 +29,10 @@ from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.units import FloatArray
 from pamsim.identification.data import load_data
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.result import Identification
 from pamsim.identification.signals import signal, used_trial
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.signal_record import SignalRecord
 
 OUT = Path(__file__).parents[1] / "out" / "soft_arm"
 COMMAND = "python scripts/soft_arm.py FOLDER --json scripts/results/soft_arm.json"

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import pamsim
-from pamsim.linear.step_identification import identify_step
+from pamsim.identification.step_response import identify_step
 from pamsim.papers.printed_steps import find_start, printed_experiment
 from pamsim.recordings.printed import mas20_steps
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
-from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.identification.model import IdentifiedModel
 
 
 @dataclass(frozen=True, kw_only=True)

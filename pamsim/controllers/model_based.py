@@ -27,9 +27,10 @@ from pamsim.controllers.sampled_controller import SampledController, rows, sampl
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord
 
 _STEPS = 2e4 * np.array([0.0, 1.0, 0.0, -1.0, 0.0])  # Pa
 _RATE = 50.0  # Hz
@@ -115,7 +116,7 @@ def linearise_arm(
         units_input=("Pa",),
         unit_output="rad",
     )
-    fit = fit_continuous([record], order=2, real_lags=False)
+    fit = fit_model([record], ContinuousStructure(order=2, real_lags=False))
     point = LinearisationPoint(split=split, difference=difference, angle=float(run.angle[0]))
     return LinearisedArm(point, SecondOrderModel.of_fit(fit), fit)
 

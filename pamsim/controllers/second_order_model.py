@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
-from pamsim.linear.identified_model import IdentifiedModel
+from pamsim.identification.model import IdentifiedModel
 
 
 @dataclass(frozen=True, kw_only=True)

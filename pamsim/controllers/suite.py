@@ -32,7 +32,12 @@ from pamsim.controllers.regulator_design import design_regulator
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.local_models import LocalModel, LocalModelMap, OperatingPoint, local_model_map
+from pamsim.identification.local_models import (
+    LocalModel,
+    LocalModelMap,
+    OperatingPoint,
+    local_model_map,
+)
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 
 _SCHEDULED = (-0.6, -0.3, 0.0, 0.3, 0.6)

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from pamsim.core.units import FloatArray
-from pamsim.identification.signals import Signal, UsedTrial
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.response_bands import (
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.response_bands import (
     FrequencyResponse,
     StepResponse,
     frequency_response,
     step_response_band,
 )
+from pamsim.identification.signals import Signal, UsedTrial
 
-_POINTS = 300
+_POINTS = 300  # of a curve: as many as a figure shows
 _STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for
 _BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is drawn
 
@@ -60,6 +61,24 @@ class Curves:
     nyquist: float
 
 
+def trial_curve(
+    record: SignalRecord,
+    run: FloatArray,
+    inputs: Sequence[Signal],
+    out: Signal,
+    held_out: bool,
+) -> TrialCurve:
+    """A record with a run of a model, both in SI, in the columns' units."""
+    return TrialCurve(
+        name=record.name,
+        held_out=held_out,
+        time=record.time,
+        inputs=record.inputs / [into.factor for into in inputs],
+        output=record.output / out.factor,
+        model=run / out.factor,
+    )
+
+
 def curves_of(
     fit: IdentifiedModel,
     used: Sequence[UsedTrial],
@@ -83,15 +102,8 @@ def curves_of(
     frequencies = np.geomspace(_BELOW * float(np.min(rates)), high, _POINTS)
     return Curves(
         trials=tuple(
-            TrialCurve(
-                name=trial.record.name,
-                held_out=trial in held_out,
-                time=trial.record.time,
-                inputs=trial.record.inputs / [into.factor for into in inputs],
-                output=trial.record.output / out.factor,
-                model=fit.simulate(trial.record) / out.factor,
-            )
-            for trial in (*used, *held_out)
+            trial_curve(one.record, fit.simulate(one.record), inputs, out, one in held_out)
+            for one in (*used, *held_out)
         ),
         steps=tuple(step_response_band(channel, times).scaled(gain) for channel, gain in channels),
         bodes=tuple(

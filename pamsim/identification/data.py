@@ -1,4 +1,4 @@
-"""Data to identify from: recordings, tables of any columns, or a simulated step."""
+"""Data to identify from: recordings, or tables of any columns."""
 
 from __future__ import annotations
 
@@ -9,15 +9,12 @@ from pathlib import Path
 from typing import TypeAlias
 
 from pamsim.core.errors import InputError, nearest
-from pamsim.engine.rig import load_rig
-from pamsim.engine.simulate import simulate
 from pamsim.identification.plain_table import plain_trials
 from pamsim.identification.signals import SignalTable, table_of
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.experiment import pressure_step
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.table_reader import read_columns
-from pamsim.recordings.trial import Trial, TrialSet
+from pamsim.recordings.trial import TrialSet
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,39 +163,3 @@ def split_tables(
         to_fit.append(table.rows(table.name, slice(0, kept)))
         to_test.append(table.rows(f"{table.name}_end", slice(kept, None)))
     return to_fit, to_test
-
-
-def simulated_step(
-    rig: str,
-    *,
-    pressure: Sequence[float] = (487e3, 0.0),
-    load: float = 0.0,
-    duration: float = 6.0,
-) -> TrialSet:
-    """A large step of a rig: all muscles rest at the highest set point, then take their own.
-
-    Args:
-        rig: name of a shipped rig, or path of a rig folder.
-        pressure: set points after the step, gauge [Pa].
-        load: mass on the arm [kg].
-        duration: [s].
-
-    Raises:
-        InputError: as `pamsim.simulate`.
-        SimulationError: if the run broke down.
-    """
-    loaded = load_rig(rig)
-    start = [max(pressure)] * len(pressure)
-    step = pressure_step(start, pressure, duration=duration, load=load, name="simulated step")
-    run = simulate(loaded, step).completed()
-    trial = Trial(
-        name="simulated_step",
-        protocol="simulated_step",
-        drive=run.drive,
-        load=run.load,
-        time=run.time,
-        command=run.command,
-        measured=run.signals(),
-        muscle_names=run.names.named_muscles,
-    )
-    return TrialSet(rig=loaded.name, trials=(trial,))

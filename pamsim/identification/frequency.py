@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -17,18 +16,19 @@ from pamsim.core.computation import Progress, one_blas_thread, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
+from pamsim.identification.choose import AICC, Choice
+from pamsim.identification.continuous import HIGHEST_ORDER, ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.frequency_table import frequency_response_of
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.models import ModelSet
+from pamsim.identification.records import FrequencyRecord
 from pamsim.identification.result import model_entry, parameter_entry, write_curves
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.criteria import aicc_above_best
-from pamsim.linear.continuous_structure import HIGHEST_ORDER
-from pamsim.linear.frequency_fit import fit_frequency_response
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
 from pamsim.recordings.columns import Columns
 
 SCHEMA = "pamsim-identify-frequency/2"
-_BETTER = 2.0  # in AICc, from which a richer model is preferred
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,12 +73,12 @@ class FrequencyIdentification:
         """Return the shown model as a continuous ``control.TransferFunction``.
 
         Args:
-            pade_order: as in `pamsim.linear.transfer_function.continuous`.
+            pade_order: as in `pamsim.identification.transfer_function.continuous`.
 
         Raises:
             InputError: a dead time comes without ``pade_order``.
         """
-        from pamsim.linear.transfer_function import continuous  # takes a second
+        from pamsim.identification.transfer_function import continuous  # takes a second
 
         return continuous(self.shown, pade_order=pade_order)
 
@@ -169,6 +169,7 @@ def identify_frequency_response(
     began = time.perf_counter()
     chosen = ModelSet(order=order, zeros=zeros, poles=poles, dead_time=dead_time)
     frequency, response, notes = frequency_response_of(table)
+    data = FrequencyRecord(frequency, response)
     fits: dict[str, IdentifiedModel] = {}
     skipped: dict[str, str] = {}
     orders = range(1, HIGHEST_ORDER + 1) if order is None else (order,)
@@ -180,7 +181,8 @@ def identify_frequency_response(
         for m, late in product(each, chosen.delays):
             name = f"order_{n}" + (f"_zeros_{m}" if m else "") + ("_dead_time" if late else "")
             try:
-                fits[name] = _fitted(frequency, response, poles, order=n, zeros=m, dead_time=late)
+                structure = ContinuousStructure(n, m, late, real_lags=False)
+                fits[name] = _fitted(data, poles, structure)
             except InputError as error:
                 skipped[name] = str(error)
         if _no_longer_better(fits, frequency.size, n):
@@ -193,7 +195,21 @@ def identify_frequency_response(
     best = {fits[name].structure.order: name for name in reversed(ranked)}
     shown = {best[n]: fits[best[n]] for n in sorted(best)}
     smallest = min(scores[name] for name in shown)
-    recommended, reason = _recommended(fits, scores, shown)
+    trusted = [i for i, fit in enumerate(shown.values()) if _trusted(fit)]
+    recommended, names = "", list(shown)
+    if trusted:
+        choice = Choice(
+            fits=tuple(shown.values()),
+            fit_percent=tuple(fit.fit_percent for fit in shown.values()),
+            judged_by=AICC,
+            scores=tuple(scores[name] for name in names),
+            basis="of the relative error",
+        )
+        place, reason = choice.pick(set(range(len(names))) - set(trusted))
+        recommended = names[place]
+    else:
+        why = "; ".join(f"{name}: {fit.sentence}" for name, fit in shown.items())
+        reason = f"no model can be trusted ({why})"
     return FrequencyIdentification(
         source=str(table.path),
         frequency=frequency,
@@ -216,17 +232,15 @@ def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, ord
     return fits[min(scores, key=lambda name: scores[name])].structure.order < order - 1
 
 
-def _fitted(
-    frequency: FloatArray, response: NDArray[np.complex128], poles: str, **which: Any
-) -> IdentifiedModel:
+def _fitted(data: FrequencyRecord, poles: str, structure: ContinuousStructure) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
-    fit = partial(fit_frequency_response, frequency, response, **which)
-    if poles == "real" or which["order"] == 1:
-        return fit(real_lags=True)
-    free = fit()
+    lags = replace(structure, real_lags=True)
+    if poles == "real" or structure.order == 1:
+        return fit_model(data, lags)
+    free = fit_model(data, structure)
     if poles == "any" or any(pole.imag for pole in free.poles):
         return free
-    real = fit(real_lags=True)
+    real = fit_model(data, lags)
     equal = real.fit_percent > free.fit_percent - 1e-4 * (100.0 - free.fit_percent)
     return real if equal and real.status is FitStatus.CONVERGED else free
 
@@ -243,19 +257,3 @@ def _aicc(fits: Mapping[str, IdentifiedModel], frequencies: int) -> dict[str, fl
     unknowns = [fit.coordinates.size + 1.0 for fit in fits.values()]
     scores = aicc_above_best([error**2 for error in errors], unknowns, samples)
     return dict(zip(fits, scores, strict=True))
-
-
-def _recommended(
-    fits: Mapping[str, IdentifiedModel], scores: Mapping[str, float], shown: Iterable[str]
-) -> tuple[str, str]:
-    """The simplest trusted model that no richer one beats by more than 2 in AICc, and why."""
-    trusted = [name for name in shown if _trusted(fits[name])]
-    if not trusted:
-        why = "; ".join(f"{name}: {fits[name].sentence}" for name in shown)
-        return "", f"no model can be trusted ({why})"
-    smallest = min(scores[name] for name in trusted)
-    near = [name for name in trusted if scores[name] <= smallest + _BETTER]
-    name = min(near, key=lambda name: fits[name].coordinates.size)
-    if len(trusted) == 1:
-        return name, "the only model whose parameters the response determines"
-    return name, "smallest AICc, or the simpler model within 2 of it"

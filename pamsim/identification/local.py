@@ -8,17 +8,17 @@ import numpy as np
 
 from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError
-from pamsim.identification.signals import SignalTable, UsedTrial
-from pamsim.linear.continuous_fit import fit_structure
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.identified_model import IdentifiedModel
-from pamsim.linear.local_models import (
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.local_models import (
     LocalModel,
     LocalModelMap,
     OperatingPoint,
     local_model_map,
 )
-from pamsim.linear.signal_record import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord
+from pamsim.identification.signals import SignalTable, UsedTrial
 
 Piece = tuple[SignalRecord, OperatingPoint]
 
@@ -69,7 +69,7 @@ def fit_operating_points(
         if progress is not None:
             progress(done, len(points), "operating points")
         try:
-            local = fit_structure([record for record, _ in group], structure)
+            local = fit_model([record for record, _ in group], structure)
         except InputError as error:
             notes.append(f"{group[0][0].name}: no model of its own: {error}")
             continue

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,23 +11,27 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.structure_choice import (
-    StructureChoice,
-    choice_by_free_run,
-    choice_by_likelihood,
+from pamsim.identification.choose import (
+    Candidate,
+    Choice,
+    by_free_run,
+    by_likelihood,
 )
-from pamsim.linear.continuous_fit import fit_structure
-from pamsim.linear.continuous_structure import STARTS, ContinuousStructure
-from pamsim.linear.discrete_fit import fit_arx_records, fit_oe
-from pamsim.linear.identified_model import FitStatus, IdentifiedModel
-from pamsim.linear.residual_tests import Independence, residual_independence, residual_nonlinearity
-from pamsim.linear.signal_record import SignalRecord
-from pamsim.linear.structure_scan import RoughFit, scan_structures
+from pamsim.identification.continuous import STARTS, ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.model import FitStatus, IdentifiedModel
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.residual_tests import (
+    residual_independence,
+    residual_nonlinearity,
+)
+from pamsim.identification.structure_scan import RoughFit, scan_structures
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
 _CLOSE = 2.0  # ratio below which two time constants may be those of an oscillation
-_ARX = ((1, 1, 1), (2, 2, 1))
+_ARX = ((1, 1, 1), (2, 2, 1))  # one lag and two
 _OE = ((1, 1, 1), (2, 2, 1))  # a sampled second order has two b
 _APART = 0.1  # of logarithms of time constants
 _SCANNED = 60  # structures that a scan fits, about
@@ -73,32 +76,6 @@ class ModelSet:
         return {"auto": (False, True), "none": (False,), "free": (True,)}[self.dead_time]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """One fitted model.
-
-    Attributes:
-        name: such as ``second_order_dead_time``.
-        fit: the numbers.
-        independence: whether past inputs explain part of its residuals; None if that could not be
-            tested.
-    """
-
-    name: str
-    fit: IdentifiedModel
-    independence: Independence | None
-
-    @property
-    def adequate(self) -> bool:
-        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
-        return self.independence is None or self.independence.independent
-
-    @property
-    def continuous(self) -> bool:
-        """Whether the model is a continuous one."""
-        return self.fit.structure.kind == "continuous"
-
-
 @dataclass(kw_only=True)
 class FittedModels:
     """All models of one identification: fits one after another and keeps what came of it.
@@ -119,7 +96,7 @@ class FittedModels:
     steps: Steps
     fitted: dict[str, Candidate] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
-    choice: StructureChoice | None = None
+    choice: Choice[RoughFit] | None = None
     chosen: str = ""
     why: str = ""
 
@@ -153,8 +130,21 @@ class FittedModels:
         if name in self.fitted:
             return self.fitted[name].fit
         return self.attempt(
-            name, lambda: fit_structure(self.records, structure, starts, self.held_out)
+            name, lambda: fit_model(self.records, structure, starts=starts, held_out=self.held_out)
         )
+
+    def discrete(self, kind: str, na: int, nb: int, nk: int) -> IdentifiedModel | None:
+        """Fit ARX or output error; None where the records do not determine it."""
+
+        def found() -> IdentifiedModel:
+            structure = DiscreteStructure(kind, na, nb, nk, self.records[0].sample_time)
+            fit = fit_model(self.records, structure)
+            if kind == "arx" and fit.covariance is None:
+                raise InputError(fit.sentence)
+            return fit
+
+        orders = (na, nb, nk) if kind == "arx" else (nb, na, nk)
+        return self.attempt("_".join(map(str, (kind, *orders))), found)
 
 
 def fit_models(
@@ -206,12 +196,10 @@ def fit_models(
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
-            arx = functools.partial(fit_arx_records, records, na=na, nb=b, nk=nk)
-            if fitting.attempt(f"arx_{na}_{b}_{nk}", arx) is not None:
+            if fitting.discrete("arx", na, b, nk) is not None:
                 break
     for nb, nf, nk in oe_orders:
-        oe = functools.partial(fit_oe, records, nb=nb, nf=nf, nk=nk)
-        fitting.attempt(f"oe_{nb}_{nf}_{nk}", oe)
+        fitting.discrete("oe", nf, nb, nk)
     return fitting
 
 
@@ -239,11 +227,11 @@ def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -
     """
     records, held_out = fitting.records, fitting.held_out
     if not held_out:
-        fitting.choice = choice_by_likelihood(fits, records)
+        fitting.choice = by_likelihood(fits, records)
         fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
         if fitting.chosen and _leaves_noise(fitting.fitted[fitting.chosen], records):
             return
-    fitting.choice = choice_by_free_run(fits, records, held_out)
+    fitting.choice = by_free_run(fits, records, held_out)
     fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
 
 
@@ -265,11 +253,12 @@ def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool
 
 
 def _best_determined(
-    choice: StructureChoice, fitting: FittedModels, models: ModelSet
+    choice: Choice[RoughFit], fitting: FittedModels, models: ModelSet
 ) -> tuple[str, str]:
     """The structure to use and the reason: what the data do not determine does not count.
 
-    Unless all that they determine is materially worse: then the first choice remains.
+    Unless all that they determine is materially worse: then the first choice remains, if it is not
+    one whose poles or dead time imitate what the data do not show.
     """
     # What was not asked for, by dead time or complex poles.
     without = {
@@ -297,6 +286,7 @@ def _best_determined(
         larger = {i for i, other in others if i == place or _larger(other, rough)}
         if rough.integrators:  # the data do not show them: what they gain is a drift's
             larger |= {i for i, other in others if other.integrators >= rough.integrators}
+        if rough.integrators or any(fitting.fitted[name].fit.refuted for name in names):
             refuted |= larger
         elif names and not first[0]:
             first = names[0], why

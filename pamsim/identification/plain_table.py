@@ -16,8 +16,8 @@ import numpy as np
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray, to_si
 from pamsim.identification.frequency_table import is_over_frequency
+from pamsim.identification.records import HOLDS
 from pamsim.identification.signals import SignalTable, Unit
-from pamsim.linear.signal_record import HOLDS
 from pamsim.recordings.column_guess import kind_of_unit, unit_in_name, unit_of
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.recording_checks import LONGEST_GAP

@@ -14,18 +14,25 @@ from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
-from pamsim.identification.choice import Recommendation
-from pamsim.identification.curves import Curves, curves_of
-from pamsim.identification.data import IdentifyData
-from pamsim.identification.models import Candidate
-from pamsim.identification.signals import Signal, UsedTrial
-from pamsim.identification.structure_choice import AICC, LIKELIHOOD, StructureChoice
+from pamsim.identification.choose import (
+    AICC,
+    LIKELIHOOD,
+    Candidate,
+    Choice,
+    Recommendation,
+)
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.curves import Curves, TrialCurve, curves_of, trial_curve
+from pamsim.identification.data import IdentifyData, Source, load_data
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.local_models import Dependence, LocalModelMap
+from pamsim.identification.model import IdentifiedModel, TrialScore
+from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
+from pamsim.identification.structure import Structure
+from pamsim.identification.structure_scan import RoughFit
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
-from pamsim.linear.continuous_structure import ContinuousStructure
-from pamsim.linear.discrete_structure import DiscreteStructure
-from pamsim.linear.identified_model import IdentifiedModel, TrialScore
-from pamsim.linear.local_models import Dependence, LocalModelMap
+from pamsim.recordings.trial import TrialSet
 
 SCHEMA = "pamsim-identify/4"
 
@@ -56,7 +63,7 @@ class Identification:
     held_out: tuple[UsedTrial, ...]
     candidates: tuple[Candidate, ...]
     skipped: Mapping[str, str]
-    choice: StructureChoice | None
+    choice: Choice[RoughFit] | None
     recommendation: Recommendation
     local: LocalModelMap | None
     notes: tuple[str, ...]
@@ -82,12 +89,12 @@ class Identification:
         Args:
             si: whether between signals in SI units, as controllers of pamsim compute; otherwise
                 between the columns as they are written, as everywhere else in this result.
-            pade_order: as in `pamsim.linear.transfer_function.continuous`.
+            pade_order: as in `pamsim.identification.transfer_function.continuous`.
 
         Raises:
             InputError: a dead time comes without ``pade_order``.
         """
-        from pamsim.linear.transfer_function import continuous  # takes a second
+        from pamsim.identification.transfer_function import continuous  # takes a second
 
         system = continuous(self.shown.fit, pade_order=pade_order)
         return system if si else system * np.diag([self._gain(into) for into in self.inputs])
@@ -95,6 +102,43 @@ class Identification:
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
         return curves_of(self.shown.fit, self.used, self.held_out, self.inputs, self.output)
+
+    def predict(
+        self,
+        data: Source | TrialSet | Sequence[Source],
+        *,
+        time: str | None = None,
+        dt: float | None = None,
+        hold: str | None = None,
+    ) -> tuple[TrialCurve, ...]:
+        """Predict other recordings, such as another day's, with the shown model.
+
+        Nothing is fitted to their output, neither an offset nor a state at the start: each trial
+        rests at first, where the fitted trials would rest under its first inputs, on average.
+
+        Args:
+            data: as for `identify`, with the same columns.
+            time: as for `identify`.
+            dt: as for `identify` [s].
+            hold: as for `identify`.
+
+        Returns:
+            Of each trial ``time``, ``inputs``, measured ``output`` and predicted ``model``, in the
+            columns' units.
+
+        Raises:
+            InputError: for data that cannot be read, without these columns, or a model that
+                integrates or drifts, so that it has no place of rest.
+        """
+        tables = load_data(data, time=time, dt=dt, hold=hold).tables
+        for one in (*self.inputs, self.output):
+            signal(one.text, tables)  # must be there
+        records = [used_trial(table, self.inputs, self.output)[0].record for table in tables]
+        fit = self.shown.fit
+        return tuple(
+            trial_curve(record, fit.predict(record), self.inputs, self.output, held_out=True)
+            for record in records
+        )
 
     def summary(self) -> str:
         """Every model with its numbers, and which to use: some lines of text."""
@@ -173,7 +217,7 @@ class Identification:
             }
         )
 
-    def _scan(self, choice: StructureChoice) -> dict[str, Any]:
+    def _scan(self, choice: Choice[RoughFit]) -> dict[str, Any]:
         rows = [
             {
                 "model": fit.structure.sentence,
@@ -350,14 +394,10 @@ def _coefficients(structure: ContinuousStructure) -> int:
     return poles + numerators + len(structure.delayed) + int(structure.drift)
 
 
-def _same_counts(
-    structure: ContinuousStructure, shown: ContinuousStructure | DiscreteStructure
-) -> bool:
+def _same_counts(structure: ContinuousStructure, shown: Structure) -> bool:
     """Whether two structures have as many poles, zeros and integrators, and the same dead time."""
-    if isinstance(shown, DiscreteStructure):
-        return False
     names = ("order", "numerator_zeros", "integrators", "delayed", "drift")
-    return all(getattr(structure, name) == getattr(shown, name) for name in names)
+    return all(getattr(structure, name) == getattr(shown, name, None) for name in names)
 
 
 def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:

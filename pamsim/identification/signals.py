@@ -8,11 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pamsim.comparison.experiments import start_pressures
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.identification.records import SignalRecord
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
-from pamsim.linear.signal_record import SignalRecord
 from pamsim.recordings.signals import KINDS, MUSCLE_DRIVES, column_of, command_columns
 from pamsim.recordings.trial import Trial
 
@@ -221,12 +220,10 @@ def table_of(trial: Trial) -> SignalTable:
     driven = command_columns(trial.drives, trial.muscle_names)
     commands = {name: v for name, v in zip(driven, trial.command.T, strict=True) if name}
     measured = {column_of(channel): values for channel, values in trial.measured.items()}
-    # A muscle rests at its start pressure, held by a regulator or behind a shut valve.
     pressed = [MUSCLE_DRIVES[kind].unit == "Pa" for kind in trial.drives.muscles]
-    rest = (
-        np.where(pressed, start_pressures(trial), 0.0) if any(pressed) else np.zeros(len(pressed))
-    )
-    rest = np.concatenate([rest, trial.command[0, trial.muscles :]])
+    rest = trial.command[0].copy()
+    for muscle, by_pressure in enumerate(pressed):
+        rest[muscle] = _first_pressure(trial, muscle) if by_pressure else 0.0
     pressures = [
         trial.measured.get(channel, command if by_pressure else None)
         for channel, command, by_pressure in zip(
@@ -247,6 +244,19 @@ def table_of(trial: Trial) -> SignalTable:
         rest={name: v for name, v in zip(driven, rest.tolist(), strict=True) if name},
         level=np.mean(known, axis=0) if known else None,
     )
+
+
+def _first_pressure(trial: Trial, muscle: int) -> float:
+    """Gauge pressure at which a muscle behind a regulator rests before the trial [Pa]."""
+    lead, measured = trial.lead_in, trial.measured.get(trial.pressure_channels[muscle])
+    first = float(trial.command[0, muscle])
+    if lead is not None:
+        known = lead.start_pressure[muscle]
+        first = float(known if np.isfinite(known) else lead.command[0, muscle])
+    elif measured is not None:
+        first = float(measured[0])
+    # A vented sensor may read slightly below the atmosphere, where the muscle is.
+    return max(first, 0.0)
 
 
 def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tuple[UsedTrial, str]:

@@ -55,8 +55,10 @@ def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) 
             continue
         unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
         line = f"    {name:5s}{_number(item['value'], '12.5g')}{unit}"
-        if item["interval95"] is not None and None not in item["interval95"]:
-            low, high = (_number(end, ".4g") for end in item["interval95"])
+        if item["interval95"] is not None:
+            low, high = (
+                "not bounded" if end is None else f"{end:.4g}" for end in item["interval95"]
+            )
             line += f"  [{low}, {high}]"
         yield line
     drifts = [trial for trial in model.get("trials", ()) if trial["drift"] is not None]

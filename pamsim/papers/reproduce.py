@@ -16,7 +16,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.linear.step_identification import StepIdentification, identify_step
+from pamsim.identification.step_response import StepIdentification, identify_step
 from pamsim.papers.calibration_record import (
     CalibrationRecord,
     calibration_record,

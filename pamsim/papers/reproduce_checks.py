@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.linear.first_second_order import second_order_step
-from pamsim.linear.step_identification import StepIdentification
+from pamsim.identification.step_response import StepIdentification, step_of_lags
 from pamsim.papers.calibration_record import CalibrationRecord
 from pamsim.papers.printed_steps import IDENTIFIED_ROW, Row, rms_error_deg
 from pamsim.papers.torque_law import best_torque_laws
@@ -116,7 +115,7 @@ def _model_checks(identified: StepIdentification, large: Recording) -> tuple[Che
     ours = (*g1.time_constants, *g2.time_constants)
     off = [found / wanted - 1.0 for found, wanted in zip(ours, paper, strict=True)]
     moved = large.angle - large.angle[0]
-    step = second_order_step(large.time, *paper[1:])
+    step = step_of_lags(large.time, *paper[1:])
     away = float(np.max(np.abs(moved / moved[-1] - step)))
     listed = ", ".join(
         f"{name} is {found:.4f} s, printed {wanted:.4f} s ({100.0 * miss:+.1f} %)"

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.frequency import SCHEMA, FrequencyIdentification
-from pamsim.linear.response_bands import frequency_response
+from pamsim.identification.response_bands import frequency_response
+from pamsim.inference.estimate import Interval
 from pamsim.report.identify_figures import magnitude_and_phase
 from pamsim.report.numbers import fixed, interval, quantity
 from pamsim.report.page import write_page
@@ -33,7 +34,7 @@ def write_frequency_identification(result: FrequencyIdentification, out: Path) -
         under=f"{result.source}. Reason: {result.reason}",
         tone="found" if result.recommended else "open",
         facts=[
-            (one.name, quantity(one.value, one.unit.strip("-"), 4), interval(one.interval95, 4))
+            (one.name, quantity(one.value, one.unit.strip("-"), 4), _between(one.interval95))
             for one in result.shown.estimates
         ],
         caption=(
@@ -54,6 +55,11 @@ def write_frequency_identification(result: FrequencyIdentification, out: Path) -
         ],
     )
     return page
+
+
+def _between(ends: Interval | None) -> str:
+    """An interval as printed."""
+    return interval(ends, 4) if ends is None or np.all(np.isfinite(ends)) else "not bounded"
 
 
 @styled

@@ -12,7 +12,7 @@ import pamsim.envs
 from pamsim.controllers.imc_tuning import imc_gains_of_fit
 from pamsim.controllers.model_based import linear_controller
 from pamsim.envs.closed_loop import run_episode
-from pamsim.linear.transfer_function import sampled_plants
+from pamsim.identification.transfer_function import sampled_plants
 from pamsim.recordings.trial import Trial, TrialSet
 
 pytestmark = pytest.mark.slow

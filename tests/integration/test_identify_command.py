@@ -13,7 +13,7 @@ import pamsim
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Outcome, Recording, write_recording
 from tests.typed_command import run as command
-from tests.unit.linear.planted import lags, sampled, steps
+from tests.unit.identification.planted import lags, sampled, steps
 from tests.unit.report.page_laws import check_page
 
 GAIN, FAST, SLOW = 0.05, 0.08, 0.5  # deg/kPa, s, s

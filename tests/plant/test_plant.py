@@ -296,7 +296,8 @@ def test_a_rig_or_command_that_the_plant_cannot_have_is_refused(rig, arm, monkey
 
 
 FORBIDDEN = (
-    "mujoco", "pamsim.physics", "pamsim.linear", "pamsim.engine.simulate", "pamsim.engine.batch",
+    "mujoco", "pamsim.physics", "pamsim.identification", "pamsim.engine.simulate",
+    "pamsim.engine.batch",
 )  # fmt: skip
 
 

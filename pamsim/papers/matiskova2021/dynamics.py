@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
-from pamsim.linear.first_second_order import first_order_step, second_order_step, unit_step
-from pamsim.linear.step_identification import StepIdentification, identify_step
-from pamsim.linear.transfer_function import continuous, step_response
+from pamsim.identification.step_response import StepIdentification, identify_step, step_of_lags
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.numerics import propagated, root
 from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document
@@ -29,8 +27,6 @@ def model_responses(
 ) -> Mapping[str, list[float] | None]:
     """Unit steps of every model beside the simulated large step that was identified (Figure 9).
 
-    The identified models answer through python-control, the paper's through the closed form.
-
     Returns:
         JSON-safe curves on a common grid; None where an ARX fit has no real time constants.
     """
@@ -41,17 +37,17 @@ def model_responses(
     return {
         "time_s": time.tolist(),
         "simulated": (travelled[keep] / identified.final_value).tolist(),
-        "g1_output_error": step_response(continuous(identified.g1.output_error), time).tolist(),
-        "g2_output_error": step_response(continuous(identified.g2.output_error), time).tolist(),
+        "g1_output_error": _lags(identified.g1.output_error.time_constants, time),
+        "g2_output_error": _lags(identified.g2.output_error.time_constants, time),
         "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
         "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
-        "g1_paper": first_order_step(time, printed["g1"]["T_s"]).tolist(),
-        "g2_paper": second_order_step(time, printed["g2"]["T1_s"], printed["g2"]["T2_s"]).tolist(),
+        "g1_paper": _lags((printed["g1"]["T_s"],), time),
+        "g2_paper": _lags((printed["g2"]["T1_s"], printed["g2"]["T2_s"]), time),
     }
 
 
 def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
-    return unit_step(time, constants).tolist() if constants else None
+    return step_of_lags(time, *constants).tolist() if constants else None
 
 
 def _constants() -> tuple[Printed, Printed]:
@@ -64,7 +60,7 @@ def _constants() -> tuple[Printed, Printed]:
 def _identified(samples: int) -> StepIdentification:
     """Step of the printed G2, as many samples after the first, without noise."""
     time = np.arange(samples + 1) / SAMPLE_RATE
-    return identify_step(time, second_order_step(time, *(number.value for number in _constants())))
+    return identify_step(time, step_of_lags(time, *(number.value for number in _constants())))
 
 
 def _first_order(samples: int) -> float:

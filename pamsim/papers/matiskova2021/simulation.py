@@ -8,7 +8,7 @@ import numpy as np
 
 from pamsim.core.errors import PamsimError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
-from pamsim.linear.step_identification import StepIdentification
+from pamsim.identification.step_response import StepIdentification
 from pamsim.papers.claim import Recomputed, recomputes
 from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.torque_law import printed_rows_law

@@ -10,7 +10,7 @@ import pamsim
 from pamsim.controllers.model_based import Lti, linear_controller, linearise_arm
 from pamsim.controllers.sampled_controller import sampled_controller
 from pamsim.engine.equilibrium import rest_angles
-from pamsim.linear.identified_model import FitStatus
+from pamsim.identification.status import FitStatus
 from tests.unit.controllers.closed_loop import (
     LEVEL,
     MODEL,

@@ -14,11 +14,10 @@ from pamsim.controllers.controller import PressureSplit, present_reference
 from pamsim.controllers.imc_tuning import imc_gains, imc_gains_of_fit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.local_models import LocalModel, OperatingPoint, local_model_map
+from pamsim.identification.local_models import LocalModel, OperatingPoint, local_model_map
 from tests.unit.controllers.closed_loop import LEVEL, MODEL, PERIOD, SPLIT, observe
 from tests.unit.core.refusals import refused
-from tests.unit.linear.planted import record
+from tests.unit.identification.planted import fit_continuous, record
 
 PI = Pid(split=SPLIT, period=PERIOD, gain=2e6, integral_time=0.5, tracking_time=0.2)
 LAG, GAIN = 0.5, 1e-6  # of a plant T y' = K dp - y [s, rad/Pa]

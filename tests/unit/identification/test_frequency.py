@@ -12,7 +12,7 @@ from pamsim.identification.frequency import identify_frequency_response
 from pamsim.identification.frequency_table import frequency_response_of, is_over_frequency
 from pamsim.identification.identify import identify
 from pamsim.recordings.table_reader import read_columns
-from tests.unit.linear.planted import refuses
+from tests.unit.identification.planted import refuses
 
 W = np.geomspace(0.2, 80.0, 40)
 

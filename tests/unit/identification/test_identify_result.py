@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from pamsim.identification.estimates import estimates_of
 from pamsim.identification.identify import identify
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
-from tests.unit.linear.planted import record, refuses, sampled, steps
+from tests.unit.identification.planted import record, refuses, sampled, steps
 
 TS, GAIN, LAG = 0.02, 1e-6, 0.4
 FEW = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
@@ -95,3 +97,34 @@ def test_a_drift_is_estimated_and_printed_in_the_unit_of_the_column(tmp_path):
     assert float(value) == pytest.approx(6.0, abs=0.3)
     assert trial == "log"
     assert found.to_dict()["scan"]["structures"][0]["hannan_quinn_above_best"] > 0.0
+
+
+def test_an_end_that_is_not_bounded_is_null_in_json_and_words_in_text(result):
+    fit = result.shown.fit
+    vague = replace(fit, covariance=np.diag([900.0, 0.0]))  # of ln T, and of the gain
+    estimates = estimates_of(vague.structure, vague, vague.unit_output, vague.units_input)
+    assert estimates[1].interval95 == (0.0, np.inf)
+    candidate = replace(result.shown, fit=replace(vague, estimates=estimates))
+    found = replace(result, candidates=(candidate,), local=None)
+    written = json.loads(json.dumps(found.to_dict(), allow_nan=False))["models"][0]
+    assert written["parameters"]["T"]["interval95"] == [0.0, None]
+    assert "s  [0, not bounded]" in found.summary()
+
+
+def test_another_day_is_predicted_from_its_inputs_alone(result):
+    day = trial("day", 3)
+    moved = replace(day, measured={**day.measured, "angle": day.measured["angle"] + 0.3})
+    (found,) = result.predict(TrialSet(rig="mas20_arm", trials=(day,)))
+    (same,) = result.predict(TrialSet(rig="mas20_arm", trials=(moved,)))
+    np.testing.assert_array_equal(found.model, same.model)
+    assert np.degrees(0.3) == pytest.approx(np.mean(same.output - found.output))
+    # Nothing is fitted, so that what is left is the noise and the error of the level.
+    assert np.sqrt(np.mean((found.model - found.output) ** 2)) == pytest.approx(
+        np.degrees(5e-4), rel=0.2
+    )
+    fit, record = result.shown.fit, result.used[0].record
+    shifted = replace(record, inputs=record.inputs + 1e5)
+    assert fit.predict(shifted) - fit.predict(record) == pytest.approx(fit.gain * 1e5)
+    refuses("no place of rest", replace(fit, level=None).predict, record)
+    other = replace(day, measured={"pressure_1": day.command[:, 0]})
+    refuses("no column 'angle_deg'", result.predict, TrialSet(rig="x", trials=(other,)))

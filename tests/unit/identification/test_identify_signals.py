@@ -15,10 +15,9 @@ from pamsim.identification.signals import (
     table_of,
     used_trial,
 )
-from pamsim.linear.continuous_fit import fit_continuous
 from pamsim.recordings.trial import Trial
 from tests.unit.core.refusals import all_refused
-from tests.unit.linear.planted import refuses
+from tests.unit.identification.planted import fit_continuous, refuses
 
 N = 100
 TIME = np.arange(N) / 100.0

@@ -10,9 +10,8 @@ import pytest
 from pamsim.identification.data import load_data, select_trials, split_tables
 from pamsim.identification.identify import identify
 from pamsim.identification.signals import chosen_signals, signal, used_trial
-from pamsim.linear.continuous_fit import fit_continuous
 from tests.unit.core.refusals import all_refused
-from tests.unit.linear.planted import refuses, sampled
+from tests.unit.identification.planted import fit_continuous, refuses, sampled
 
 N, GAIN, LAG = 240, 2.0, 7.0  # samples, output per input, samples
 INPUT = np.repeat(np.random.default_rng(3).choice([0.0, 1.0, 2.5], N // 12), 12)

@@ -19,7 +19,7 @@ from pamsim.inference.noise_model import NoiseModel, pooled_deviation, repeat_sc
 from pamsim.inference.record_checks import uniform_interval
 from pamsim.inference.residual_block import ResidualBlock, layout
 from pamsim.inference.trial_noise import fit_trial_noise, same_rates
-from tests.unit.linear.planted import coloured
+from tests.unit.identification.planted import coloured
 
 REFLECTIONS = st.lists(st.floats(-0.95, 0.95), min_size=0, max_size=5)
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.linear.first_second_order import second_order_step
 from pamsim.papers.calibration_record import SAME_RMS_DEG, CalibrationRecord
 from pamsim.papers.printed_steps import Row, rms_error_deg
 from pamsim.papers.reproduce_checks import (
@@ -22,6 +21,7 @@ from pamsim.papers.torque_law import best_torque_laws
 from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_metrics
+from tests.unit.identification.planted import second_order_step
 
 PRINTED = mas20_models()
 TIME = np.arange(3001) / 500.0

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pamsim.identification.choose import AICC, LIKELIHOOD
 from pamsim.identification.curves import Curves, TrialCurve
-from pamsim.identification.structure_choice import AICC, LIKELIHOOD
-from pamsim.linear.response_bands import FrequencyResponse, StepResponse
+from pamsim.identification.response_bands import FrequencyResponse, StepResponse
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,

@@ -11,9 +11,9 @@ import pytest
 from scipy.signal import dlsim
 
 import pamsim
-from pamsim.linear.continuous_fit import fit_continuous
-from pamsim.linear.signal_record import SignalRecord
+from pamsim.identification.records import SignalRecord
 from tests.records import page, recorded, script, words
+from tests.unit.identification.planted import fit_continuous
 
 blind, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]
 

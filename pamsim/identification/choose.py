@@ -1,0 +1,419 @@
+"""Which of several models describes the data: one way to judge them, and what is recommended.
+
+Where a linear model leaves nothing but noise, the likelihood of the noise is the most powerful
+judge. Where none does (a nonlinear plant), the likelihood would pay for every detail that the noise
+model sees one step ahead: there the free run on what was not fitted judges, else AICc.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+
+from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
+from pamsim.identification.residual_tests import Independence, what_is_missing
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure import Structure
+from pamsim.identification.structure_scan import RoughFit, rough_fit
+from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
+from pamsim.inference.trial_noise import fit_trial_noise
+
+AICC = "AICc"
+HELD_OUT = "the held-out trials"
+LIKELIHOOD = "the Hannan-Quinn criterion"
+_LAST = 1.0 / 3.0  # share of a record that judges what the rest was fitted to
+_MOVES = 0.2  # spread of the output in that share, over that of the rest, from which it can judge
+_FEW_TRIALS = 2  # of more, whole trials are not cut
+_LEVEL = 0.05  # p-value below which a simpler model is significantly worse than the best
+_MATERIAL = 1.05  # RMS error over the best one's, above which it is materially worse
+
+
+class Run(Protocol):
+    """A fit, rough or not, as it is judged."""
+
+    @property
+    def structure(self) -> Structure:
+        """Which model."""
+        ...
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """Its numbers."""
+        ...
+
+
+R = TypeVar("R", bound=Run, covariant=True)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice(Generic[R]):
+    """Models, simplest first, and by what they are judged.
+
+    Attributes:
+        fits: the models.
+        fit_percent: of each on what it was fitted to [%].
+        held_out: fit percent of each on what judges, less what its own initial state takes up of
+            the noise there; empty where a criterion decides [%].
+        errors: of each on every record that judges, enlarged by the same [output unit].
+        sample_times: of these records [s].
+        scores: criterion of each above the smallest; empty where held-out data decide.
+        judged_by: such as ``the last third of each trial`` or ``AICc``.
+        basis: of the criterion, in words; empty where held-out data decide.
+        material: score from which a fit is materially worse than the best.
+        effective: number of independent samples that AICc counts.
+    """
+
+    fits: tuple[R, ...]
+    fit_percent: tuple[float, ...]
+    judged_by: str
+    held_out: tuple[float, ...] = ()
+    errors: tuple[list[FloatArray], ...] = ()
+    sample_times: tuple[float, ...] = ()
+    scores: tuple[float, ...] = ()
+    basis: str = ""
+    material: float = TIE
+    effective: float = 0.0
+
+    def pick(self, without: Collection[int] = ()) -> tuple[int, str]:
+        """Return the place of the simplest fit that is not worse than the best, and the reason.
+
+        Not worse on held-out data: the squared error is not significantly larger (test of Diebold
+        and Mariano, 5 %) and the RMS error at most 5 % larger. By a criterion: within 2 of the
+        smallest. Models at the places ``without`` do not count.
+        """
+        open_to = [i for i in range(len(self.fits)) if i not in without]
+        if len(open_to) == 1:
+            return open_to[0], "the only model whose parameters the data determine"
+        if not self.held_out:
+            least = min(self.scores[i] for i in open_to)
+            place = next(i for i in open_to if self.scores[i] <= least + TIE)
+            return place, (
+                f"{self.fits[place].structure.sentence}: the best by {self.judged_by}, or simpler"
+                f" and within {TIE:g} of it ({self.basis})"
+            )
+        best = max(open_to, key=lambda i: self.held_out[i])
+        place = next(i for i in open_to if i == best or self._as_good(i, best))
+        words, best_words = (self.fits[i].structure.sentence for i in (place, best))
+        if place == best:
+            return place, f"{words}: the best on {self.judged_by}, all simpler ones are worse"
+        return place, (
+            f"{words}: the simplest that is not worse on {self.judged_by} than {best_words}, the"
+            " best there"
+        )
+
+    def materially_worse(self, place: int, without: Collection[int] = ()) -> bool:
+        """Whether a fit is materially worse than the best: by 5 % in RMS error, or in its score."""
+        open_to = [i for i in range(len(self.fits)) if i not in without]
+        if not self.held_out:
+            return self.scores[place] > min(self.scores[i] for i in open_to) + self.material
+        best = max(self.held_out[i] for i in open_to)
+        return 100.0 - self.held_out[place] > _MATERIAL * (100.0 - best)
+
+    def _as_good(self, place: int, best: int) -> bool:
+        if 100.0 - self.held_out[place] > _MATERIAL * (100.0 - self.held_out[best]):
+            return False
+        p_value = p_value_of_improvement(self.errors[place], self.errors[best], self.sample_times)
+        return p_value >= _LEVEL
+
+
+def by_likelihood(fits: Sequence[RoughFit], records: Sequence[SignalRecord]) -> Choice[RoughFit]:
+    """Judge the fits of a scan, simplest first, by the criterion of Hannan and Quinn.
+
+    That is only right if the residuals of the model that is chosen are noise.
+    """
+    least = min(fit.criterion for fit in fits)
+    samples = sum(record.output.size for record in records)
+    return Choice(
+        fits=tuple(fits),
+        fit_percent=_percent(fits, records),
+        scores=tuple(fit.criterion - least for fit in fits),
+        judged_by=LIKELIHOOD,
+        basis=f"{samples} samples; noise predicted from its own past",
+        material=NO_SUPPORT,
+    )
+
+
+def by_free_run(
+    fits: Sequence[RoughFit],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+) -> Choice[RoughFit]:
+    """Judge the fits of a scan, simplest first, on held-out data where there are any, else by AICc.
+
+    Without held-out trials one or two trials are judged by their last third, if the output moves
+    there: the structures are fitted again to the rest. Each simulates the whole trial; its state
+    where the last third begins is fitted to that third.
+    """
+    if held_out:
+        return by_held_out(fits, records, held_out)
+    judges = _last_thirds(records)
+    if not judges:
+        return by_aicc(fits, records)
+    heads = [one.fitted for one in judges]
+    fits = [rough_fit(fit.structure, heads, [fit.x]) for fit in fits]
+    return _by_errors(fits, heads, judges, "the last third of each trial")
+
+
+def by_held_out(
+    fits: Sequence[R], records: Sequence[SignalRecord], held_out: Sequence[SignalRecord]
+) -> Choice[R]:
+    """Judge fits, simplest first, by their free run on trials that were not fitted."""
+    return _by_errors(fits, records, [_Judge(record) for record in held_out], HELD_OUT)
+
+
+def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
+    """Judge fits, simplest first, by AICc, of the independent samples that the best leaves.
+
+    The residuals of a mechanism are correlated and would otherwise favour every added parameter.
+
+    Source: Hurvich and Tsai (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection
+    (2002).
+    """
+    errors = [_errors(fit, records) for fit in fits]
+    place = min(range(len(fits)), key=lambda i: _square(errors[i]))
+    best = fits[place]
+    if isinstance(best, IdentifiedModel):
+        effective = best.noise.independent([record.output.size for record in records])
+    else:
+        effective = _effective_samples(errors[place], records)
+    samples = sum(record.output.size for record in records)
+    scores = aicc_above_best(
+        [_square(own) / samples for own in errors],
+        [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
+        effective,
+    )
+    return Choice(
+        fits=tuple(fits),
+        fit_percent=_percent(fits, records),
+        scores=tuple(scores),
+        judged_by=AICC,
+        basis=f"{effective:.0f} effective samples; nothing was held out",
+        effective=effective,
+    )
+
+
+def _by_errors(
+    fits: Sequence[R],
+    fitted: Sequence[SignalRecord],
+    judges: Sequence[_Judge],
+    judged_by: str,
+) -> Choice[R]:
+    errors = [[one.output - one.run(fit) for one in judges] for fit in fits]
+    errors = _without_own_degrees(fits, errors, judges)
+    return Choice(
+        fits=tuple(fits),
+        fit_percent=_percent(fits, fitted),
+        held_out=tuple(
+            pooled_fit_percent(
+                [(one.output, one.output - e) for one, e in zip(judges, own, strict=True)]
+            )
+            for own in errors
+        ),
+        errors=tuple(errors),
+        sample_times=tuple(one.record.sample_time for one in judges),
+        judged_by=judged_by,
+    )
+
+
+@dataclass(frozen=True)
+class _Judge:
+    """A record of which the samples from one on judge; the others are fitted."""
+
+    record: SignalRecord
+    since: int = 0
+
+    @property
+    def output(self) -> FloatArray:
+        return self.record.output[self.since :]
+
+    @property
+    def fitted(self) -> SignalRecord:
+        return self.record.part(slice(0, self.since))
+
+    def run(self, fit: Run) -> FloatArray:
+        return fit.structure.free_run(fit.coordinates, self.record, self.since)[0]
+
+    def own(self, fit: Run) -> int:
+        """Number of coefficients that are fitted to what judges."""
+        structure = fit.structure
+        if self.since and isinstance(structure, ContinuousStructure):
+            structure = structure.moving
+        return structure.per_trial
+
+
+def _last_thirds(records: Sequence[SignalRecord]) -> list[_Judge]:
+    """The ends of one or two trials; nothing where one of them cannot judge."""
+    if len(records) > _FEW_TRIALS:
+        return []
+    found: list[_Judge] = []
+    for record in records:
+        cut = round((1.0 - _LAST) * record.output.size)
+        head, tail = record.output[:cut], record.output[cut:]
+        few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
+        if few or np.std(tail) < _MOVES * np.std(head):
+            return []
+        found.append(_Judge(record, cut))
+    return found
+
+
+def _without_own_degrees(
+    fits: Sequence[Run], errors: list[list[FloatArray]], judges: Sequence[_Judge]
+) -> list[list[FloatArray]]:
+    """Errors as large as they were if no initial state were fitted to what judges.
+
+    Every model gets its own initial state there, the more numbers the more poles it has, and takes
+    up noise with them: of noise that is slow much, as it has few independent samples.
+    """
+    best = min(errors, key=_square)
+    effective = _effective_samples(best, [one.record for one in judges])
+
+    def factor(fit: Run) -> float:
+        room = effective - sum(one.own(fit) for one in judges)
+        return math.sqrt(effective / max(room, 1.0))
+
+    return [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
+
+
+def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalRecord]) -> float:
+    """Number of independent samples of a residual."""
+    noise = fit_trial_noise(residual, [record.sample_time for record in records])
+    return noise.independent([part.size for part in residual])
+
+
+def _errors(fit: Run, records: Sequence[SignalRecord]) -> list[FloatArray]:
+    """Measured minus free run of every trial."""
+    return [r.output - fit.structure.free_run(fit.coordinates, r)[0] for r in records]
+
+
+def _square(errors: Sequence[FloatArray]) -> float:
+    return sum(float(error @ error) for error in errors)
+
+
+def _percent(fits: Sequence[Run], records: Sequence[SignalRecord]) -> tuple[float, ...]:
+    return tuple(
+        pooled_fit_percent(
+            [(r.output, r.output - e) for r, e in zip(records, _errors(fit, records), strict=True)]
+        )
+        for fit in fits
+    )
+
+
+def p_value_of_improvement(
+    simple: Sequence[FloatArray], rich: Sequence[FloatArray], sample_times: Sequence[float]
+) -> float:
+    """Probability of so much smaller squared errors if both models were equally good.
+
+    Of errors on the same trials, (n_i,) each; one-sided, 1 where they are the same. The variance of
+    the mean difference is that of correlated samples, by an autoregressive model of the
+    differences.
+
+    Source: Diebold and Mariano (J. Business & Economic Statistics 1995).
+    """
+    gains = [a**2 - b**2 for a, b in zip(simple, rich, strict=True)]
+    samples = sum(gain.size for gain in gains)
+    mean = sum(float(np.sum(gain)) for gain in gains) / samples
+    noise = fit_trial_noise([gain - mean for gain in gains], sample_times)
+    variance = sum(
+        gain.size * own.variance / (1.0 - sum(own.coefficients)) ** 2
+        for gain, own in zip(gains, noise.models, strict=True)
+    )
+    if variance <= 0.0:
+        return 1.0 if mean <= 0.0 else 0.0
+    return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One fitted model.
+
+    Attributes:
+        name: such as ``second_order_dead_time``.
+        fit: the numbers.
+        independence: whether past inputs explain part of its residuals; None if that could not be
+            tested.
+    """
+
+    name: str
+    fit: IdentifiedModel
+    independence: Independence | None
+
+    @property
+    def adequate(self) -> bool:
+        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
+        return self.independence is None or self.independence.independent
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the model is a continuous one."""
+        return self.fit.structure.kind == "continuous"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation:
+    """The model to use, if any.
+
+    Attributes:
+        name: of the candidate; empty if none can be trusted, or past inputs explain part of the
+            residuals of the best.
+        best: the model that describes the records best; empty if none can be trusted.
+        reason: for the best, as a sentence.
+        missing: what the best does not describe, as a sentence; empty if nothing.
+        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
+        effective_samples: number of independent samples that the residuals are worth.
+    """
+
+    name: str
+    best: str
+    reason: str
+    missing: str
+    aicc: dict[str, float]
+    effective_samples: float
+
+
+def recommend(
+    candidates: Sequence[Candidate],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+    chosen: str = "",
+    why: str = "",
+) -> Recommendation:
+    """Recommend one continuous model; discrete ones stand beside for comparison.
+
+    What a scan chose is the best: ``chosen``, its name. Else only fits that converged and whose
+    parameters the data determine are eligible, and held-out trials decide between them, or AICc.
+    """
+    ranked = sorted(
+        (one for one in candidates if one.continuous), key=lambda one: one.fit.structure.unknowns
+    )
+    names, fits = [one.name for one in ranked], [one.fit for one in ranked]
+    by_criterion = by_aicc(fits, records)
+    converged = [i for i, fit in enumerate(fits) if fit.status is FitStatus.CONVERGED]
+    best, reason, missing = chosen, why, ""
+    if not chosen and not converged:
+        each = (f"{one.name.replace('_', ' ')}: {one.fit.sentence}" for one in ranked)
+        reason = f"no model can be trusted ({'; '.join(each)})"
+    elif not chosen:
+        choice = by_held_out(fits, records, held_out) if held_out else by_criterion
+        place, reason = choice.pick(set(range(len(fits))) - set(converged))
+        best = names[place]
+    if best:
+        one = ranked[names.index(best)]
+        missing = what_is_missing(one.fit, records, one.adequate)
+        if one.fit.status is not FitStatus.CONVERGED:
+            vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
+            missing = f"{vague}; {missing}" if missing else vague
+    return Recommendation(
+        name="" if missing else best,
+        best=best,
+        reason=reason,
+        missing=missing,
+        aicc=dict(zip(names, by_criterion.scores, strict=True)),
+        effective_samples=by_criterion.effective,
+    )

@@ -1,0 +1,250 @@
+"""Which discrete model is fitted: ARX or output error, its orders, delay and sample time.
+
+ARX least squares minimises the one-step prediction error. It is unbiased only if the noise enters
+through 1/A(z); a sensor's white noise on the output, or a model order below the system's, biases
+the poles. Output error has neither bias.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import comb
+from typing import Any
+
+import numpy as np
+import scipy.signal
+from numpy.typing import NDArray
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.identification.records import Data, FrequencyRecord, SignalRecord
+from pamsim.identification.separable import Held, Separable, check_held
+
+_lfilter: Any = scipy.signal.lfilter
+
+_SAME_RATE = 1e-3  # relative difference of two sample times that is rounding
+
+
+@dataclass(frozen=True)
+class DiscreteStructure:
+    """``y = B(q)/A(q) u`` with noise ``1/A e`` (ARX) or plainly ``e`` (output error).
+
+    Of output error, A is usually called F. Every trial has an offset of its own; of output error
+    it starts at rest under its first input value, of ARX nothing is assumed about what went before.
+
+    Coordinates of ARX are a1..a_na, b1..b_nb. Those of output error begin with the first na
+    coefficients of A in powers of ``1 - 1/q``: of a system sampled fast all poles are near 1, and
+    a1..a_na nearly cancel.
+
+    Attributes:
+        kind: ``arx`` or ``oe``.
+        na: number of poles, >= 0; of output error >= 1.
+        nb: number of input coefficients, >= 1.
+        nk: samples between the input and its first effect, >= 0.
+        sample_time: Ts [s].
+
+    Raises:
+        InputError: for orders or a sample time out of range.
+
+    Source: Matiskova 2021 (Appl. Sci. 2021, 11, 7288), equations (25)-(29), of ARX.
+    """
+
+    kind: str
+    na: int
+    nb: int
+    nk: int
+    sample_time: float
+
+    def __post_init__(self) -> None:
+        least = 1 if self.kind == "oe" else 0
+        if self.na < least or self.nb < 1 or self.nk < 0:
+            raise InputError(
+                f"orders {self.sentence}; give {'nf >= 1' if least else 'na >= 0'}, nb >= 1,"
+                " nk >= 0"
+            )
+        if not (np.isfinite(self.sample_time) and self.sample_time > 0.0):
+            raise InputError(
+                f"sample time {self.sample_time!r} s is not a positive time; give seconds > 0"
+            )
+
+    @property
+    def sentence(self) -> str:
+        """The model in words."""
+        if self.kind == "arx":
+            return f"ARX na={self.na}, nb={self.nb}, nk={self.nk}"
+        return f"output error nb={self.nb}, nf={self.na}, nk={self.nk}"
+
+    @property
+    def unknowns(self) -> int:
+        """Number of coordinates."""
+        return self.na + self.nb
+
+    @property
+    def searched(self) -> int:
+        """Number of coordinates in which the prediction is not linear."""
+        return self.na if self.kind == "oe" else 0
+
+    @property
+    def per_trial(self) -> int:
+        """Number of coefficients that each trial has of its own: an offset."""
+        return 1
+
+    @property
+    def reach(self) -> int:
+        """How many samples back the regression vector of ARX reaches."""
+        return max(self.na, self.nk + self.nb - 1)
+
+    def from_differences(self) -> tuple[FloatArray, FloatArray]:
+        """Return c, M of ``a = c + M x``: a1..a_na of the first na coordinates x."""
+        if self.kind == "arx":
+            return np.zeros(self.na), np.eye(self.na)
+        n = range(1, self.na + 1)
+        powers = np.array([[(-1) ** j * comb(i, j) for i in (0, *n)] for j in n])
+        # A's leading 1 fixes the last coefficient: they sum to 1.
+        last = powers[:, -1].astype(np.float64)
+        return last, powers[:, :-1] - last[:, np.newaxis]
+
+    def delay(self, coordinates: FloatArray) -> float:
+        """Return the dead time nk Ts, whatever the coordinates [s]."""
+        return self.nk * self.sample_time
+
+    def denominator(self, coordinates: FloatArray) -> FloatArray:
+        """Return ``1, a1, ..., a_na``: powers of 1/z rising, or of z falling."""
+        origin, matrix = self.from_differences()
+        return np.append(1.0, origin + matrix @ coordinates[: self.na])
+
+    def numerator(self, coordinates: FloatArray) -> FloatArray:
+        """Return ``b1, ..., b_nb``, the delay left out."""
+        return coordinates[self.na :]
+
+    def poles(self, coordinates: FloatArray) -> tuple[complex, ...]:
+        """Return the roots of A by falling magnitude [-]."""
+        roots = np.roots(self.denominator(coordinates))
+        return tuple(complex(z) for z in roots[np.argsort(-np.abs(roots), kind="stable")])
+
+    def static_gain(self, coordinates: FloatArray) -> float:
+        """Return ``sum(b) / (1 + sum(a))`` [output per input]; inf or nan for an integrator."""
+        above, below = self.numerator(coordinates), self.denominator(coordinates)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.divide(np.sum(above), np.sum(below)))
+
+    def continuous_poles(self, coordinates: FloatArray) -> tuple[complex | None, ...]:
+        """Return ``log(z) / Ts`` of each pole [rad/s].
+
+        None for a pole on the negative real axis or at 0: no continuous pole is sampled to it.
+        """
+        return tuple(
+            None if z.imag == 0.0 and z.real <= 0.0 else complex(np.log(z) / self.sample_time)
+            for z in self.poles(coordinates)
+        )
+
+    def slowest(self, coordinates: FloatArray) -> float:
+        """Return the longest time in which a mode decays by a factor of e [s]."""
+        sizes = [abs(z) for z in self.poles(coordinates) if 0.0 < abs(z) < 1.0]
+        return -self.sample_time / float(np.log(max(sizes))) if sizes else self.sample_time
+
+    def frequency_response(self, coordinates: FloatArray, frequency: FloatArray) -> NDArray[Any]:
+        """Return G at frequencies, shape ``(n,)`` [rad/s] to ``(n,)`` [output per input]."""
+        back = np.exp(-1j * frequency * self.sample_time)
+        below = np.polyval(self.denominator(coordinates)[::-1], back)
+        return np.polyval(self.numerator(coordinates)[::-1], back) / below * back**self.nk
+
+    def step_response(self, coordinates: FloatArray, samples: int, interval: float) -> FloatArray:
+        """Return the unit-step response at the model's own samples, shape ``(samples,)``."""
+        return self._forced(coordinates, np.ones(samples))
+
+    def free_run(
+        self,
+        coordinates: FloatArray,
+        record: SignalRecord,
+        since: int = 0,
+        offset: float | None = None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Simulate a record from rest at its first input; return the output and ``[offset]``.
+
+        The output begins at a sample; the offset is fitted to the record's output where none is
+        given [output unit].
+        """
+        with np.errstate(over="ignore", invalid="ignore"):
+            forced = self._forced(coordinates, record.input - record.input[0])[since:]
+            if offset is None:
+                offset = float(np.mean(record.output[since:] - forced))
+        return forced + offset, np.array([offset])
+
+    def _forced(self, coordinates: FloatArray, given: FloatArray) -> FloatArray:
+        """Simulate an input that is 0 before the record, from rest; not finite on an explosion."""
+        above = np.append(np.zeros(self.nk), self.numerator(coordinates))
+        return _lfilter(above, self.denominator(coordinates), given)
+
+    def problem(self, data: Data) -> Separable:
+        """Return the least-squares problem: of ARX the one-step prediction, else the free run.
+
+        Raises:
+            InputError: for a frequency response, another sample time, or too short a record.
+        """
+        if isinstance(data, FrequencyRecord):
+            raise InputError(f"{self.sentence} is discrete; fit a continuous model to a response")
+        for record in data:
+            if abs(record.sample_time - self.sample_time) > _SAME_RATE * self.sample_time:
+                raise InputError(
+                    f"record {record.name} is sampled every {record.sample_time:g} s but the model"
+                    f" every {self.sample_time:g} s; resample, or fit a continuous model"
+                )
+        if self.kind == "arx":
+            blocks = [self._regression(record) for record in data]
+            outputs = tuple(output for _, output in blocks)
+        else:
+            blocks, outputs = [], tuple(record.output for record in data)
+        inputs = [record.input - record.input[0] for record in data]
+
+        def through(x: FloatArray, i: int) -> FloatArray:
+            with np.errstate(over="ignore", invalid="ignore"):
+                run = _lfilter([1.0], self.denominator(x), inputs[i])
+            delayed = np.concatenate([np.zeros(self.nk + self.nb - 1), run])
+            return np.column_stack([delayed[k : k + run.size] for k in range(self.nb - 1, -1, -1)])
+
+        return Separable(
+            outputs=outputs,
+            shared=(lambda _, i: blocks[i][0]) if blocks else through,
+            own=lambda _, i: np.ones((outputs[i].size, 1)),
+            lower=np.full(self.searched, -np.inf),
+            upper=np.full(self.searched, np.inf),
+            sample_times=(self.sample_time,) * len(data),
+        )
+
+    def _regression(self, record: SignalRecord) -> tuple[FloatArray, FloatArray]:
+        """Regression vectors ``phi(t)`` of ARX, shape ``(m, na + nb)``, and ``y(t)``.
+
+        Only times whose whole regression vector lies inside the record are used.
+
+        Source: Matiskova 2021, equations (25), (26).
+        """
+        y, u, start = record.output, record.input, self.reach
+        if y.size - start <= self.unknowns:
+            raise InputError(
+                f"record too short: {y.size} samples for {self.sentence}; at least"
+                f" {start + self.unknowns + 1} are needed, record longer or lower the order"
+            )
+        past_y = [-y[start - i : y.size - i] for i in range(1, self.na + 1)]
+        past_u = [u[start - i : u.size - i] for i in range(self.nk, self.nk + self.nb)]
+        return np.column_stack([*past_y, *past_u]), y[start:]
+
+    def held(self, values: Mapping[str, float]) -> Held:
+        """Return what values say of the coordinates: of ``offset``, and of ARX ``K``.
+
+        A gain g is ``sum(b) / (1 + sum(a)) = g`` (the printed G1 and G2 have g = 1).
+
+        Raises:
+            InputError: for another name.
+        """
+        check_held(values, ["K", "offset"] if self.kind == "arx" else ["offset"])
+        count = self.unknowns - self.searched
+        origin, directions = np.zeros(count), np.eye(count)
+        if "K" in values:
+            # sum(b) - g sum(a) = g is linear in theta: its solutions are a point and a null space.
+            gain = values["K"]
+            row = np.concatenate([np.full(self.na, -gain), np.ones(self.nb)])
+            origin = row * (gain / float(row @ row))
+            directions = np.linalg.svd(row[np.newaxis, :])[2][1:].T
+        return Held({}, origin, directions, values.get("offset"))

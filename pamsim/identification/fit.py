@@ -1,0 +1,184 @@
+"""Fit a linear model to data: step responses, any inputs, ARX, output error, frequency responses.
+
+A structure and the data give what differs between them: the least-squares problem and where
+its search begins. The search, the model of the noise, the intervals and the rules by which numbers
+are trusted are the same for all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.estimates import estimates_of
+from pamsim.identification.model import IdentifiedModel, scores
+from pamsim.identification.optimum import Optimum
+from pamsim.identification.records import (
+    Data,
+    FrequencyRecord,
+    SignalRecord,
+    checked_records,
+    pooled_fit_percent,
+    time_range,
+)
+from pamsim.identification.separable import Held, Separable
+from pamsim.identification.starts import starts_of
+from pamsim.identification.status import Outcome, judged
+from pamsim.identification.structure import Structure
+from pamsim.identification.weighted_fit import SearchedFit, Weights, fit_separable
+from pamsim.inference.trial_noise import WHITE
+
+
+def fit(
+    data: Data,
+    structure: Structure,
+    *,
+    held: Mapping[str, float] | None = None,
+    starts: Sequence[FloatArray] = (),
+    held_out: Sequence[SignalRecord] = (),
+    white: bool = False,
+) -> IdentifiedModel:
+    """Fit one linear model, of as many inputs as the trials have, with shared dynamics.
+
+    Of trials each has an offset of its own, and sample times may differ; before a record its input
+    is taken to have been ``inputs[0]``. A continuous model and output error are fitted by their
+    free run, ARX by its one-step prediction. Of a frequency response the relative error is
+    minimised, with equal weight for every frequency; the fit is 100 % less its RMS.
+
+    Args:
+        data: trials, or a frequency response.
+        structure: which model.
+        held: name -> value that is known and not fitted: the gain ``K``, the dead time ``L``, or
+            the ``offset`` of every trial [SI].
+        starts: where to begin the search, each of shape ``(structure.searched,)``; from a fixed
+            grid if left out, so that the result is reproducible.
+        held_out: trials that are only simulated.
+        white: whether the intervals take the noise to be white, as those of ARX always do.
+
+    Returns:
+        The model with its status; do not quote the numbers unless that is ``converged``.
+
+    Raises:
+        InputError: for no records, repeated names, too few samples, a name that cannot be held, or
+            data that the structure is not for.
+    """
+    weights = Weights.WHITE if white or structure.kind == "arx" else Weights.NOISE
+    if isinstance(data, FrequencyRecord):
+        weights = Weights.EQUAL
+    else:
+        data = checked_records(data)
+        held_out = checked_records([*data, *held_out])[len(data) :]
+    problem, known = structure.problem(data), structure.held(held or {})
+    _require_samples(data, structure)
+    at, run = _searched(problem, known, starts or starts_of(structure, data), weights)
+    evaluations, latest = run.evaluations, dict[int, float]()
+    while late := _not_shown(structure, known, at):
+        if isinstance(data, FrequencyRecord):
+            break
+        # The rest is fitted without a delay that the data do not show.
+        for place, i in late.items():
+            half = at.half_width(at.unit(place))
+            if half is not None:
+                # Less than half a sample is not resolved, however narrow the interval.
+                least = 0.5 * time_range(data)[0]
+                latest[i] = max(float(at.coordinates[place]) + half, least)
+        known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
+        at, run = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
+        evaluations += run.evaluations
+    facts = _facts(data, structure, at, held_out, problem, known)
+    lag1 = max((score.residual_lag1 for score in facts["trials"]), default=0.0)
+    one_step = facts["fit_percent_one_step"]
+    status, sentence, refuted = judged(
+        Outcome(
+            structure=structure,
+            at=at,
+            run=run,
+            data=data,
+            latest=latest,
+            lost=0.0 if one_step is None else one_step - facts["fit_percent"],
+            white=white,
+            lag1=lag1,
+        )
+    )
+    units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
+    return IdentifiedModel(
+        **vars(at),
+        **facts,
+        structure=structure,
+        estimates=tuple(
+            replace(one, held=True, interval95=None) if one.name in (held or {}) else one
+            for one in estimates_of(structure, at, *units, latest)
+        ),
+        noise=run.noise,
+        weighted=run.weighted,
+        status=status,
+        sentence=sentence,
+        refuted=refuted,
+        evaluations=evaluations,
+    )
+
+
+def _searched(
+    problem: Separable, known: Held, starts: Sequence[FloatArray], weights: Weights
+) -> tuple[Optimum, SearchedFit]:
+    """The optimum, all that is held included, from starts of all coordinates of x."""
+    places = list(known.x)
+    run = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
+    return run.optimum if known.nothing else known.optimum(run.optimum), run
+
+
+def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:
+    """Place of each fitted dead time whose interval contains 0, or that lies below -> its input."""
+    if not isinstance(structure, ContinuousStructure):
+        return {}
+    return {
+        place: i
+        for place, i in enumerate(structure.delayed, start=structure.order)
+        if place not in known.x and at.coordinates[place] <= (at.half_width(at.unit(place)) or 0.0)
+    }
+
+
+def _require_samples(data: Data, structure: Structure) -> None:
+    if isinstance(data, FrequencyRecord):
+        unknowns, samples, what = structure.unknowns, 2 * data.frequency.size, "frequencies"
+    else:
+        unknowns = structure.unknowns + structure.per_trial * len(data)
+        samples, what = sum(record.output.size for record in data), "samples"
+    if samples < 3 * unknowns:
+        count = samples if what == "samples" else samples // 2
+        raise InputError(
+            f"{count} {what} are too few for {unknowns} unknowns; record longer or lower the order"
+        )
+
+
+def _facts(
+    data: Data,
+    structure: Structure,
+    at: Optimum,
+    held_out: Sequence[SignalRecord],
+    problem: Separable,
+    known: Held,
+) -> dict[str, Any]:
+    """Scores of a model, and its units: these fields of `IdentifiedModel`."""
+    if isinstance(data, FrequencyRecord):
+        run = structure.frequency_response(at.coordinates, data.frequency)
+        miss = float(np.sqrt(np.mean(np.abs(run / data.response - 1.0) ** 2)))
+        return {
+            "trials": (),
+            "fit_percent": 100.0 * (1.0 - miss),
+            "fit_percent_one_step": None,
+        }
+    result = scores(structure, at.coordinates, data, held_out, known.offset)
+    one_step = None
+    if structure.kind == "arx":
+        left = problem.holding(known).linear_part(np.empty(0), WHITE).residual
+        ends = np.cumsum([output.size for output in problem.outputs])[:-1]
+        pairs = zip(problem.outputs, np.split(left, ends), strict=True)
+        one_step = pooled_fit_percent([(output, output - part) for output, part in pairs])
+    return {**result, "fit_percent_one_step": one_step}

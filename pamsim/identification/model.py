@@ -1,0 +1,285 @@
+"""The result of every fit of a linear model: numbers with intervals, scores, noise, status."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.optimum import Optimum
+from pamsim.identification.records import SignalRecord, fit_percent, pooled_fit_percent
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure import Structure
+from pamsim.inference.estimate import Estimate, Interval, without_intervals
+from pamsim.inference.trial_noise import TrialNoise
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrialScore:
+    """How well a model's free run matches one trial.
+
+    Attributes:
+        name: the record's name.
+        samples: number of samples.
+        offset: output at rest under the first input value, estimated [output unit].
+        fit_percent: normalised RMS fit of the free run [%].
+        rms: root mean square of measured minus simulated [output unit].
+        residual_lag1: autocorrelation of the residual at one sample; near 0 if it is white [-].
+        drift: of the output from the first sample to the last, along a line; None of a model
+            without drift [output unit].
+    """
+
+    name: str
+    samples: int
+    offset: float
+    fit_percent: float
+    rms: float
+    residual_lag1: float
+    drift: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class IdentifiedModel(Optimum):
+    """A linear model fitted to one or several trials.
+
+    The intervals hold if the structure is right: test that with
+    :func:`pamsim.identification.residual_tests.residual_independence`. They allow for stationary
+    noise that is independent of the input, coloured or white; those of ARX, and where that was
+    asked for, take the residuals as white.
+
+    Attributes:
+        structure: which model, and what its coordinates are. Of a coordinate that was held the
+            rows of the covariance are zero.
+        estimates: the user's parameters with 95 % intervals: ``K``; ``T`` or ``T1``, ``T2`` ...
+            rising, or ``wn``, ``zeta``; ``Tz`` (one zero) or ``c1`` ...; ``L``; of several inputs
+            ``K[1]`` ..., ``Tz[1]`` ..., ``L[1]`` ...; of a discrete model also ``a1`` ... and
+            ``b1`` ....
+        trials: free run against each fitted trial.
+        held_out: free run against each trial that was not fitted.
+        fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
+        fit_percent_held_out: pooled over the held-out trials; None without any [%].
+        fit_percent_one_step: of the one-step prediction; of ARX only [%].
+        noise: of the residuals.
+        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
+            plain error, and only the intervals use the noise model.
+        status: whether to trust the numbers; quote them only if it is ``converged``.
+        sentence: the same for a person.
+        refuted: whether a scan passes the structure over, however well it fits.
+        evaluations: model evaluations over all starts; 0 for a closed form.
+        level: output at rest without any input, mean of the fitted trials; None of a model that has
+            none: it integrates, drifts, or was fitted to no trial [output unit].
+        units_input: of each input.
+        unit_output: of the output.
+    """
+
+    structure: Structure
+    estimates: tuple[Estimate, ...]
+    trials: tuple[TrialScore, ...]
+    held_out: tuple[TrialScore, ...] = ()
+    fit_percent: float
+    fit_percent_held_out: float | None = None
+    fit_percent_one_step: float | None = None
+    noise: TrialNoise
+    weighted: bool = False
+    status: FitStatus
+    sentence: str
+    refuted: bool = False
+    evaluations: int = 0
+    level: float | None = None
+    units_input: tuple[str, ...] = ("-",)
+    unit_output: str = "-"
+
+    def __post_init__(self) -> None:
+        """State no interval where the search did not converge."""
+        if self.status is FitStatus.NOT_CONVERGED:
+            object.__setattr__(self, "estimates", without_intervals(self.estimates))
+
+    def __getitem__(self, name: str) -> Estimate:
+        """Return the estimate called ``name``, such as ``T1``."""
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate
+        known = ", ".join(estimate.name for estimate in self.estimates)
+        raise InputError(f"no parameter {name!r} in this fit; it has {known}")
+
+    @property
+    def gain(self) -> float:
+        """Static gain K of the only input [output unit per input unit]."""
+        return self["K"].value
+
+    @property
+    def time_constants(self) -> tuple[float, ...]:
+        """Rising time constants; empty if the poles are not those of real lags [s]."""
+        return tuple(estimate.value for estimate in self._lags)
+
+    @property
+    def interval95_time_constants(self) -> tuple[Interval | None, ...]:
+        """One 95 % interval per time constant [s]."""
+        return tuple(estimate.interval95 for estimate in self._lags)
+
+    @property
+    def _lags(self) -> tuple[Estimate, ...]:
+        return tuple(e for e in self.estimates if e.name[0] == "T" and e.name[:2] != "Tz")
+
+    def channel(self, given: int) -> IdentifiedModel:
+        """Return the model from one of several inputs alone, the others at rest.
+
+        Its scores, noise and status are those of the whole. Places count from 0.
+
+        Raises:
+            InputError: if there is no such input.
+        """
+        structure = self.structure
+        if not 0 <= given < len(self.units_input):
+            raise InputError(f"no input {given}; give 0 to {len(self.units_input) - 1}")
+        if not isinstance(structure, ContinuousStructure) or structure.inputs == 1:
+            return self
+        alone, places = structure.channel(given)
+        number = f"[{given + 1}]"
+        return replace(
+            self,
+            structure=alone,
+            coordinates=self.coordinates[places],
+            covariance=None if self.covariance is None else self.covariance[np.ix_(places, places)],
+            estimates=tuple(
+                replace(e, name=e.name.removesuffix(number))
+                for e in self.estimates
+                if "[" not in e.name or e.name.endswith(number)
+            ),
+            units_input=(self.units_input[given],),
+        )
+
+    @property
+    def channels(self) -> tuple[IdentifiedModel, ...]:
+        """The model from each input alone; of one input the model itself."""
+        return tuple(self.channel(i) for i in range(len(self.units_input)))
+
+    @property
+    def dead_time(self) -> float:
+        """Delay of the only input [s]."""
+        return self.structure.delay(self.coordinates)
+
+    @property
+    def numerator(self) -> tuple[float, ...]:
+        """Numerator coefficients of the only input, highest power of s or z first."""
+        return tuple(map(float, self.structure.numerator(self.coordinates)))
+
+    @property
+    def denominator(self) -> tuple[float, ...]:
+        """Denominator coefficients, highest power of s or z first."""
+        return tuple(map(float, self.structure.denominator(self.coordinates)))
+
+    @property
+    def poles(self) -> tuple[complex, ...]:
+        """Poles, slowest first: continuous in rad/s, discrete in the z plane."""
+        return self.structure.poles(self.coordinates)
+
+    @property
+    def zeros(self) -> tuple[complex, ...]:
+        """Zeros from the only input: continuous in rad/s, discrete in the z plane."""
+        return tuple(complex(root) for root in np.roots(self.numerator))
+
+    @property
+    def continuous_poles(self) -> tuple[complex | None, ...]:
+        """Poles in rad/s; None for a discrete pole that no continuous one is sampled to."""
+        return self.structure.continuous_poles(self.coordinates)
+
+    def simulate(self, record: SignalRecord, offset: float | None = None) -> FloatArray:
+        """Run the model freely on the inputs of any record in the units of the fit [output unit].
+
+        The offset, and with ``start = "free"`` the initial state, are fitted to the record's
+        output: nothing else of it is used. With an ``offset``, the output at rest under the first
+        inputs, the run starts there at rest and nothing of the record's output is used.
+        """
+        return self.structure.free_run(self.coordinates, record, offset=offset)[0]
+
+    def predict(self, record: SignalRecord) -> FloatArray:
+        """Predict the output of a record from its inputs alone [output unit].
+
+        At first it rests under its first inputs. Without any input it would rest where the fitted
+        trials would, on average.
+
+        Raises:
+            InputError: for a model without such a place of rest: it integrates or drifts.
+        """
+        if self.level is None:
+            raise InputError(
+                f"a model of {self.structure.sentence} has no place of rest to predict from; use"
+                " simulate, or fit one without integrators and drift"
+            )
+        return self.simulate(record, _at_rest(self.structure, self.coordinates, record, self.level))
+
+
+def _at_rest(
+    structure: Structure, coordinates: FloatArray, record: SignalRecord, level: float
+) -> float:
+    """Output at rest under a record's first inputs, of that without any input [output unit]."""
+    if isinstance(structure, ContinuousStructure):
+        gains = [coordinates[structure.coefficients(i).start] for i in range(structure.inputs)]
+    else:
+        above, below = structure.numerator(coordinates), structure.denominator(coordinates)
+        with np.errstate(divide="ignore"):
+            gains = [np.sum(above) / np.sum(below)]
+    return level + float(record.inputs[0] @ gains)
+
+
+def scores(
+    structure: Structure,
+    coordinates: FloatArray,
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord] = (),
+    offset: float | None = None,
+) -> dict[str, Any]:
+    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units.
+
+    An offset is that of the trials that were fitted; None if it was fitted to each.
+    """
+    drifts = isinstance(structure, ContinuousStructure) and structure.drift
+    moves = drifts or (isinstance(structure, ContinuousStructure) and structure.integrators > 0)
+    every: list[TrialScore] = []
+    pairs: list[tuple[FloatArray, FloatArray]] = []
+    for place, record in enumerate((*records, *held_out)):
+        known = offset if place < len(records) else None
+        run, own = structure.free_run(coordinates, record, offset=known)
+        drift = float(own[1]) if drifts else None
+        every.append(_trial_score(record, run, offset=float(own[0]), drift=drift))
+        pairs.append((record.output, run))
+    count = len(records)
+    levels = [
+        score.offset - _at_rest(structure, coordinates, record, 0.0)
+        for score, record in zip(every, records, strict=False)
+    ]
+    return {
+        "level": None if moves else float(np.mean(levels)),
+        "trials": tuple(every[:count]),
+        "held_out": tuple(every[count:]),
+        "fit_percent": pooled_fit_percent(pairs[:count]),
+        "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
+        "units_input": records[0].units_input,
+        "unit_output": records[0].unit_output,
+    }
+
+
+def _trial_score(
+    record: SignalRecord, run: FloatArray, offset: float, drift: float | None
+) -> TrialScore:
+    """Score a free run, offset and drift included, shape ``(n,)`` as the record's output."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = record.output - run
+        square = float(residual @ residual)
+        lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
+        rms = float(np.sqrt(np.mean(residual**2)))
+    return TrialScore(
+        name=record.name,
+        samples=record.output.size,
+        offset=offset,
+        fit_percent=fit_percent(record.output, run),
+        rms=rms,
+        residual_lag1=lag1,
+        drift=drift,
+    )

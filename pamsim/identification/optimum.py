@@ -1,0 +1,105 @@
+"""Where a fit of a linear model ended, and 95 % intervals of functions of its coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.special
+from numpy.typing import NDArray
+
+from pamsim.core.units import FloatArray
+from pamsim.inference.estimate import Estimate
+
+_STEP = 6e-6  # the cube root of the rounding error, best for central differences
+_BOUNDLESS = float(np.log(1e6))  # half width of a logarithm: more is no interval
+
+_quantile: Any = scipy.special.stdtrit
+
+
+def student_quantile(freedom: float) -> float:
+    """Return the half width of a 95 % interval in standard errors, of Student's t."""
+    return float(_quantile(freedom, 0.975))
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """Where a fit ended.
+
+    Attributes:
+        coordinates: shape ``(k,)``.
+        covariance: shape ``(k, k)``; None if the data do not determine them.
+        quantile: half width of a 95 % interval in standard errors.
+    """
+
+    coordinates: FloatArray
+    covariance: FloatArray | None
+    quantile: float
+
+    def unit(self, i: int) -> FloatArray:
+        """Return the gradient of coordinate i, shape ``(k,)``."""
+        return np.eye(self.coordinates.size)[i]
+
+    def ratio(self, i: int, j: int) -> tuple[float, FloatArray]:
+        """Return coordinate i over coordinate j, and its gradient."""
+        below = float(self.coordinates[j])
+        value = float(self.coordinates[i]) / below
+        return value, (self.unit(i) - value * self.unit(j)) / below
+
+    def half_width(self, gradient: FloatArray) -> float | None:
+        """Return the half width of the 95 % interval of a function with this gradient."""
+        if self.covariance is None:
+            return None
+        variance = float(gradient @ self.covariance @ gradient)
+        return self.quantile * float(np.sqrt(max(variance, 0.0)))
+
+    def estimate(
+        self, name: str, unit: str, value: float, gradient: FloatArray, *, positive: bool = False
+    ) -> Estimate:
+        """Return a function of the coordinates with its interval.
+
+        With ``positive`` that is symmetric in the logarithm, of which the gradient is, shape
+        ``(k,)``: from 0 to infinity where that is not known within a factor of a million.
+        """
+        half = self.half_width(gradient)
+        interval = None
+        if half is not None and positive:
+            known = half < _BOUNDLESS
+            factor = float(np.exp(half)) if known else np.inf
+            interval = (value / factor, value * factor) if known else (0.0, np.inf)
+        elif half is not None:
+            interval = (value - half, value + half)
+        return Estimate(name=name, unit=unit, value=value, interval95=interval)
+
+    def half_widths(self, function: Callable[[FloatArray], NDArray[Any]]) -> NDArray[Any] | None:
+        """Return half widths of the 95 % intervals of a function of the coordinates.
+
+        Of complex values those of both parts; None without a covariance.
+        """
+        covariance = self.covariance
+        if covariance is None:
+            return None
+        jacobian = central_differences(function, self.coordinates)
+
+        def spread(part: FloatArray) -> FloatArray:
+            return np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", part, covariance, part), 0.0))
+
+        if np.iscomplexobj(jacobian):
+            return self.quantile * (spread(np.real(jacobian)) + 1j * spread(np.imag(jacobian)))
+        return self.quantile * spread(jacobian)
+
+
+def central_differences(
+    function: Callable[[FloatArray], NDArray[Any]], at: FloatArray
+) -> NDArray[Any]:
+    """Return the Jacobian of a function from shape ``(k,)`` to ``(n,)``, shape ``(n, k)``."""
+    if at.size == 0:
+        return np.empty((function(at).size, 0))
+    columns: list[NDArray[Any]] = []
+    for i in range(at.size):
+        step = np.zeros(at.size)
+        step[i] = _STEP * max(abs(float(at[i])), 1e-3)
+        columns.append((function(at + step) - function(at - step)) / (2.0 * step[i]))
+    return np.column_stack(columns)

@@ -1,0 +1,246 @@
+"""Test whether past inputs, or a nonlinearity, explain part of a linear model's residuals.
+
+Tests lag by lag almost always give a false alarm in one of many lags. Here the residuals are
+regressed on all lagged inputs at once, after whitening (residuals may be coloured) and after
+projecting out the directions that the fit has already used, so that the statistic has its nominal
+distribution.
+
+A weak static nonlinearity before, behind or within the dynamics adds the squares and cubes of the
+input and of the model's output, unfiltered and through the model, to the output.
+Source: Ramsey's test of specification (Journal of the Royal Statistical Society B 31, 1969), with
+the filtered powers of a second- and third-order Volterra series.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import scipy.special
+
+from pamsim.core.encoding import json_key
+from pamsim.core.errors import InputError
+from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.records import SignalRecord, checked_records
+from pamsim.identification.separable import column_scale, linearise
+from pamsim.inference.trial_noise import WHITE
+
+_f_tail: Any = scipy.special.fdtrc
+
+_LEVEL = 0.05  # p-value below which past inputs explain something
+_EXCITED = 1e-3  # a direction of lagged inputs weaker than this, relative, is ignored
+_DEPENDENT = 1e-10  # a direction of the fit weaker than this, relative, is rounding
+_ROUNDING = 1e-5  # percent points below 100
+_NONLINEAR = 0.01  # p-value below which powers of input and output explain part of them
+_POWERS = (2, 3)  # the first two terms of a weak nonlinearity
+_SETTLED = 3.0  # slowest time constants that the lags reach back
+
+
+@dataclass(frozen=True, kw_only=True)
+class RegressorTest:
+    """F test that added regressors explain nothing of the residuals.
+
+    Attributes:
+        statistic: mean square explained over the residual's own [-].
+        degrees_of_freedom: independent directions among the regressors, residual freedom.
+        p_value: probability of a larger statistic if the model is right.
+    """
+
+    statistic: float
+    degrees_of_freedom: tuple[int, int]
+    p_value: float
+
+    @property
+    def shown(self) -> str:
+        """The p-value in words."""
+        return f"p = {self.p_value:.2g}" if self.p_value >= 1e-4 else "p < 0.0001"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Independence(RegressorTest):
+    """Portmanteau test that past inputs explain nothing of the residuals.
+
+    Attributes:
+        longest_lag: of the lagged inputs [s].
+        independent: whether the p-value is at least 5 %.
+        sentence: the same for a person.
+    """
+
+    longest_lag: float = field(metadata=json_key("longest_lag_s"))
+    independent: bool
+    sentence: str
+
+
+def residual_independence(
+    fit: IdentifiedModel, records: Sequence[SignalRecord], *, lags: int = 20
+) -> Independence:
+    """Test whether past inputs explain part of the residuals.
+
+    The lags are positive and spread evenly in the logarithm from one sample to three of the
+    model's slowest time constants (at most a quarter of the shortest record).
+
+    Args:
+        fit: a model fitted to general inputs.
+        records: the trials it was fitted to.
+        lags: how many lagged inputs enter, >= 1.
+
+    Returns:
+        The test over all lags.
+
+    Raises:
+        InputError: no lags, or other trials than those fitted.
+
+    Source: score test of added regressors (Breusch and Godfrey's principle) on lagged inputs; for
+    white residuals it is the correlation test of Ljung (System Identification, 2nd ed., 16.6) with
+    the covariance of estimated parameters.
+    """
+    if lags < 1:
+        raise InputError(f"lags = {lags}; give at least 1")
+    trials = checked_records(records)
+    if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
+        raise InputError("residual independence is tested on the fitted trials; give exactly those")
+    latest = max(channel.dead_time for channel in fit.channels)
+    reach = _SETTLED * fit.structure.slowest(fit.coordinates) + latest
+    most = 0.25 * min(record.duration for record in trials)
+    longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
+    if 100.0 - fit.fit_percent < _ROUNDING:
+        sentence = "the model reproduces the records to rounding: nothing is left to explain"
+        nothing = RegressorTest(statistic=0.0, degrees_of_freedom=(0, 0), p_value=1.0)
+        return Independence(
+            **vars(nothing), longest_lag=longest, independent=True, sentence=sentence
+        )
+    spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
+    added: list[FloatArray] = []
+    for record in trials:
+        given = record.inputs - record.inputs[0]
+        steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
+        steps = np.pad(steps, (0, lags - steps.size), constant_values=steps[-1])
+        added.append(
+            np.hstack([np.vstack([np.zeros((k, given.shape[1])), given[:-k]]) for k in steps])
+        )
+    test = added_regressors(fit, trials, added)
+    independent = test.p_value >= _LEVEL
+    verdict = (
+        "past inputs explain nothing more of the residuals"
+        if independent
+        else "past inputs explain part of the residuals: dynamics, dead time or a nonlinearity is "
+        "missing in the model"
+    )
+    sentence = f"{verdict} ({test.shown}, lags to {longest:.2g} s)"
+    return Independence(
+        **vars(test), longest_lag=longest, independent=independent, sentence=sentence
+    )
+
+
+def added_regressors(
+    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
+) -> RegressorTest:
+    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
+    x, theta = np.split(fit.coordinates, [fit.structure.searched])
+    # ARX assumes a white equation error: whitening it would test another model.
+    noise = WHITE if fit.structure.kind == "arx" else fit.noise
+    line = linearise(fit.structure.problem(records), x, theta, noise)
+    blocks: list[FloatArray] = []
+    for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
+        # ARX has no equations for its first samples.
+        used = line.noise.whiten(columns[columns.shape[0] - residual.size :], i)
+        ones = line.noise.whiten(np.ones((residual.size, 1)), i)
+        ones /= np.linalg.norm(ones)
+        blocks.append(used - ones @ (ones.T @ used))
+    residual = np.concatenate(line.residuals)
+    known, columns = np.concatenate(line.jacobians), np.concatenate(blocks)
+    known = _directions(known / column_scale(known), _DEPENDENT)
+    columns = columns / column_scale(columns)
+    residual = residual - known @ (known.T @ residual)
+    basis = _directions(columns - known @ (known.T @ columns), _EXCITED)
+    directions = basis.shape[1]
+    freedom = residual.size - directions - known.shape[1] - line.own
+    if freedom < 1 or directions < 1:
+        raise InputError(f"{residual.size} samples are too few for {directions} lags; give fewer")
+    explained = float(np.sum((basis.T @ residual) ** 2))
+    rest = float(residual @ residual) - explained
+    statistic = explained / directions / (rest / freedom) if rest > 0.0 else 0.0
+    p_value = float(_f_tail(directions, freedom, statistic))
+    return RegressorTest(
+        statistic=statistic, degrees_of_freedom=(directions, freedom), p_value=p_value
+    )
+
+
+def _directions(columns: FloatArray, weakest: float) -> FloatArray:
+    """Return an orthonormal basis of the columns without directions weaker than ``weakest``."""
+    # By way of the triangular factor: a tall SVD is far dearer.
+    tall, triangle = np.linalg.qr(columns)
+    left, sizes, _ = np.linalg.svd(triangle)
+    return tall @ left[:, sizes > weakest * sizes[0]]
+
+
+def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
+    """Test whether powers of inputs and output, or products of inputs, explain the residuals.
+
+    The model is a continuous one, the records the trials it was fitted to.
+    """
+    return added_regressors(fit, records, [_powers(fit, record) for record in records])
+
+
+def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
+    """Powers of a trial's inputs and output, and products of inputs: ``(N, 6)`` of one input.
+
+    Each unfiltered and through the model, powers of the output through the model alone.
+    """
+    structure = fit.structure
+    assert isinstance(structure, ContinuousStructure)
+    channels = fit.channels
+
+    def through_model(values: FloatArray, given: int) -> FloatArray:
+        alone, x = channels[given].structure, channels[given].coordinates
+        assert isinstance(alone, ContinuousStructure)
+        numerator = x[alone.coefficients()]
+        units, hold = (record.units_input[given],), (record.holds[given],)
+        filtered = replace(record, inputs=values, units_input=units, holds=hold, held_out=True)
+        return alone.responses(x, filtered)[:, : numerator.size] @ numerator
+
+    run = _standardised(fit.simulate(record))
+    moving = [i for i in range(structure.inputs) if np.ptp(record.inputs[:, i]) > 0.0]
+    inputs = {i: _standardised(record.inputs[:, i]) for i in moving}
+    columns: list[FloatArray] = []
+    for power in _POWERS:
+        columns += [*(through_model(run**power, i) for i in moving), run**power]
+    for i, given in inputs.items():
+        for power in _POWERS:
+            columns.append(through_model(given**power, i))
+    for i, j in combinations(inputs, 2):
+        product = inputs[i] * inputs[j]
+        columns += [product, through_model(product, i), through_model(product, j)]
+    return np.column_stack(columns)
+
+
+def _standardised(values: FloatArray) -> FloatArray:
+    return (values - np.mean(values)) / np.std(values)
+
+
+def what_is_missing(fit: IdentifiedModel, records: Sequence[SignalRecord], adequate: bool) -> str:
+    """Describe what a continuous model is missing; empty if nothing is.
+
+    That is a nonlinearity where the fitted records show it, else linear dynamics if the model is
+    not adequate: past inputs explain part of its residuals.
+    """
+    try:
+        test = residual_nonlinearity(fit, records)
+    except InputError:
+        return "" if adequate else "past inputs explain part of the residuals"
+    if test.p_value < _NONLINEAR:
+        return (
+            "the plant is not linear: powers of input and output explain part of the residuals"
+            f" ({test.shown}); no linear model describes these records completely"
+        )
+    if adequate:
+        return ""
+    return (
+        "past inputs explain part of the residuals, powers of input and output do not"
+        f" ({test.shown}): dynamics are missing that no fitted structure has, or another input acts"
+    )

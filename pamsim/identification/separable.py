@@ -1,0 +1,376 @@
+"""Least squares in which most coefficients enter linearly: several trials, whitened residuals.
+
+Gains, offsets and initial states are solved for exactly at every point of the search, so that only
+the poles (and the dead time) are searched: fewer dimensions and far fewer local minima.
+Source: variable projection (Golub and Pereyra, SIAM Journal on Numerical Analysis
+10, 1973).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from pamsim.core.errors import InputError, nearest
+from pamsim.core.units import FloatArray
+from pamsim.identification.optimum import Optimum, central_differences
+from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
+from pamsim.inference.trial_noise import WHITE, TrialNoise
+
+_qr: Any = scipy.linalg.qr
+
+_FAR = 1e150  # whose square does not overflow
+_ROUGH, _ROUGH_STEPS = 1e-4, 20
+_DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
+_STEP = 1e-7  # of a difference, over the width of the bounds
+_FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """The linear coefficients that fit best at one x.
+
+    Attributes:
+        theta: those that all trials share, shape ``(q,)``.
+        own: those of each trial, shape ``(l,)``.
+        blocks: whitened columns of each trial, its own first and its output last.
+        noise: whitened them.
+    """
+
+    theta: FloatArray
+    own: list[FloatArray]
+    blocks: list[FloatArray]
+    noise: TrialNoise
+
+    @property
+    def residual(self) -> FloatArray:
+        """Whitened residual, shape ``(N,)``."""
+        pairs = zip(self.blocks, self.own, strict=True)
+        return np.concatenate(
+            [b[:, -1] - b[:, :-1] @ np.append(eta, self.theta) for b, eta in pairs]
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What is known of the numbers of a problem before its fit.
+
+    Attributes:
+        x: place in x -> value.
+        origin: of theta, which is ``origin + directions @ free``, shape ``(q,)``.
+        directions: in which it is fitted, shape ``(q, f)``.
+        offset: the first coefficient of every trial's own; None if that is fitted.
+    """
+
+    x: Mapping[int, float]
+    origin: FloatArray
+    directions: FloatArray
+    offset: float | None = None
+
+    @property
+    def nothing(self) -> bool:
+        """Whether all is fitted."""
+        count, free = self.directions.shape
+        return not self.x and self.offset is None and count == free
+
+    def optimum(self, at: Optimum) -> Optimum:
+        """Return x and theta in full at an optimum of what was fitted."""
+        q, free = self.directions.shape
+        searched = at.coordinates.size - free
+        p = searched + len(self.x)
+        matrix, origin = np.zeros((p + q, at.coordinates.size)), np.zeros(p + q)
+        matrix[np.delete(np.arange(p), list(self.x)), np.arange(searched)] = 1.0
+        matrix[p:, searched:] = self.directions
+        origin[list(self.x)], origin[p:] = list(self.x.values()), self.origin
+        covariance = None if at.covariance is None else matrix @ at.covariance @ matrix.T
+        return Optimum(origin + matrix @ at.coordinates, covariance, at.quantile)
+
+
+def check_held(values: Mapping[str, float], known: Sequence[str]) -> None:
+    """Refuse to hold what is no number of a model, or no finite one."""
+    for name, value in values.items():
+        if name not in known:
+            raise InputError(f"`held`: {name!r} cannot be held; {nearest(name, known)}")
+        if not np.isfinite(value):
+            raise InputError(f"`held`: {name} = {value!r} is not finite; give a number")
+
+
+@dataclass(frozen=True, eq=False)
+class Separable:
+    """Predictions ``known(x) + shared(x) @ theta + own(x) @ eta_i`` of trials i.
+
+    Attributes:
+        outputs: one measured output per trial, shape ``(N_i,)``.
+        shared: ``(x, i)`` -> columns whose coefficients all trials share, shape ``(N_i, q)``.
+        own: ``(x, i)`` -> columns with coefficients of each trial's own, shape ``(N_i, l)``.
+        lower: bounds of x, shape ``(p,)``.
+        upper: same.
+        sample_times: of the trials [s]; those of one share a model of their noise.
+        known: ``(x, i)`` -> part without coefficients, shape ``(N_i,)``; None for none.
+    """
+
+    outputs: tuple[FloatArray, ...]
+    shared: Callable[[FloatArray, int], FloatArray]
+    own: Callable[[FloatArray, int], FloatArray]
+    lower: FloatArray
+    upper: FloatArray
+    sample_times: tuple[float, ...]
+    known: Callable[[FloatArray, int], FloatArray] | None = None
+
+    def predicted(self, x: FloatArray, i: int, theta: FloatArray, eta: FloatArray) -> FloatArray:
+        """Return the prediction of a trial, shape ``(N_i,)``."""
+        run = self.shared(x, i) @ theta + self.own(x, i) @ eta
+        return run if self.known is None else run + self.known(x, i)
+
+    def unknown(self, x: FloatArray, i: int) -> FloatArray:
+        """Return what theta and eta are to explain of a trial's output, shape ``(N_i,)``."""
+        return self.outputs[i] if self.known is None else self.outputs[i] - self.known(x, i)
+
+    def holding(self, held: Held) -> Separable:
+        """Return the problem of what is not held."""
+        if held.nothing:
+            return self
+        size, places = self.lower.size, list(held.x)
+        free, first = np.delete(np.arange(size), places), int(held.offset is not None)
+
+        def whole(z: FloatArray) -> FloatArray:
+            x = np.empty(size)
+            x[places], x[free] = list(held.x.values()), z
+            return x
+
+        def known(z: FloatArray, i: int) -> FloatArray:
+            x = whole(z)
+            return self.shared(x, i) @ held.origin + (held.offset or 0.0) * self.own(x, i)[:, 0]
+
+        return replace(
+            self,
+            shared=lambda z, i: self.shared(whole(z), i) @ held.directions,
+            own=lambda z, i: self.own(whole(z), i)[:, first:],
+            lower=self.lower[free],
+            upper=self.upper[free],
+            known=known,
+        )
+
+    def solved(self, x: FloatArray, noise: TrialNoise) -> tuple[FloatArray, FloatArray]:
+        """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
+
+        Where the columns overflow, both are NaN.
+        """
+        part = self.linear_part(x, noise)
+        return part.theta, part.residual
+
+    def jacobian(self, x: FloatArray, part: LinearPart) -> FloatArray:
+        """Return the slope of the residual at x, shape ``(N, p)``, for a search.
+
+        The linear coefficients are held, then what they can take up is removed: of the exact slope
+        that leaves out only what is orthogonal to the residual, so that the gradient is exact.
+
+        Source: Kaufman (BIT 15, 1975).
+        """
+        if not x.size:
+            return np.empty((sum(block.shape[0] for block in part.blocks), 0))
+        theta, edge = part.theta, self.upper - self.lower
+        step = np.where(np.isfinite(edge), _STEP * edge, _FREE_STEP * np.maximum(1.0, np.abs(x)))
+        step = np.where(x + step > self.upper, -step, step)
+        jacobians = [np.empty((0, x.size))]
+        shared = [np.empty((0, theta.size))]
+        for i, (block, eta) in enumerate(zip(part.blocks, part.own, strict=True)):
+            slope = np.empty((block.shape[0], x.size))
+            for k, at in enumerate(x + np.diag(step)):
+                slope[:, k] = self.predicted(at, i, theta, eta)
+            here = block[:, :-1] @ np.append(eta, theta)
+            if self.known is not None:
+                here = here + part.noise.whiten(self.known(x, i), i)
+            slope = (part.noise.whiten(slope, i) - here[:, np.newaxis]) / step
+            basis, rest = _orthonormal(block[:, : eta.size]), block[:, eta.size : -1]
+            jacobians.append(slope - basis @ (basis.T @ slope))
+            shared.append(rest - basis @ (basis.T @ rest))
+        basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(jacobians)
+        return basis @ (basis.T @ slope) - slope
+
+    def linear_part(self, x: FloatArray, noise: TrialNoise) -> LinearPart:
+        """Return the best linear coefficients at x; NaN where the columns overflow."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            blocks: list[FloatArray] = []
+            own = 0
+            for i in range(len(self.outputs)):
+                columns = self.own(x, i)
+                own = columns.shape[1]
+                table = [columns, self.shared(x, i), self.unknown(x, i)]
+                blocks.append(noise.whiten(np.column_stack(table), i))
+            if not all(np.max(np.abs(block)) <= _FAR for block in blocks):
+                lost = np.full(blocks[0].shape[1] - 1, np.nan)
+                return LinearPart(lost[own:], [lost[:own]] * len(blocks), blocks, noise)
+            # The triangular factors hold all that a solution needs, in a few rows.
+            factors: list[Any] = [np.linalg.qr(block, mode="r") for block in blocks]
+            rest = np.concatenate([r[own:, own:] for r in factors])
+            theta = scaled_solution(rest[:, :-1], rest[:, -1])[0]
+            etas = [
+                scaled_solution(r[:own, :own], r[:own, -1] - r[:own, own:-1] @ theta)[0]
+                for r in factors
+            ]
+            return LinearPart(theta, etas, blocks, noise)
+
+
+def scaled_solution(design: FloatArray, target: FloatArray) -> tuple[FloatArray, int]:
+    """Return a least-squares solution and its rank, by columns of the same length.
+
+    So the rank does not depend on units.
+    """
+    scale = column_scale(design)
+    scaled, _, rank, _ = np.linalg.lstsq(design / scale, target, rcond=None)
+    return scaled / scale, int(rank)
+
+
+def column_scale(columns: FloatArray) -> FloatArray:
+    """Return the length of each column; 1 of a column of zeros."""
+    norms = np.linalg.norm(columns, axis=0)
+    return np.where(norms > 0.0, norms, 1.0)
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    # An offset alone, or nothing, is the usual case, evaluated thousands of times.
+    if columns.shape[1] == 0:
+        return columns
+    if columns.shape[1] == 1:
+        return columns / np.linalg.norm(columns)
+    return _qr(columns, mode="economic")[0]
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """An optimum of a separable problem.
+
+    Attributes:
+        x: shape ``(p,)``.
+        theta: shape ``(q,)``.
+        cost: sum of squares of the whitened residual.
+        settled: whether the optimiser stopped because it had converged.
+        evaluations: of the model.
+    """
+
+    x: FloatArray
+    theta: FloatArray
+    cost: float
+    settled: bool
+    evaluations: int
+
+    @property
+    def coordinates(self) -> FloatArray:
+        """X and theta, shape ``(p + q,)``."""
+        return np.append(self.x, self.theta)
+
+
+def minimise(
+    problem: Separable, starts: Sequence[FloatArray], noise: TrialNoise = WHITE, refined: int = 4
+) -> Solution:
+    """Search from the best few of the starts, the ``refined`` best of which are followed."""
+    evaluations = 0
+    if len(starts) > 1:
+        # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
+        rough = _search(problem, starts, noise, tolerance=1e-4, steps=30, follow=refined)
+        starts, evaluations = [rough.x], rough.evaluations
+    best = _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=refined)
+    return replace(best, evaluations=evaluations + best.evaluations)
+
+
+def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
+    """Search from the best two of the starts until little is gained: for a scan of structures."""
+    return _search(problem, starts, WHITE, tolerance=_ROUGH, steps=_ROUGH_STEPS, follow=2)
+
+
+def _search(
+    problem: Separable,
+    starts: Sequence[FloatArray],
+    noise: TrialNoise,
+    *,
+    tolerance: float,
+    steps: int,
+    follow: int,
+) -> Solution:
+    last: tuple[FloatArray, LinearPart] | None = None
+
+    def residual(x: FloatArray) -> FloatArray | None:
+        nonlocal last
+        part = problem.linear_part(x, noise)
+        last = x.copy(), part
+        return part.residual if np.all(np.isfinite(part.theta)) else None
+
+    def jacobian(x: FloatArray, _: FloatArray) -> FloatArray:
+        if last is not None and np.array_equal(x, last[0]):
+            return problem.jacobian(x, last[1])
+        return problem.jacobian(x, problem.linear_part(x, noise))
+
+    found = bounded_least_squares(
+        one_by_one(residual),
+        starts,
+        lower=problem.lower,
+        upper=problem.upper,
+        jacobian=jacobian,
+        tolerance=tolerance,
+        gradient_tolerance=1e-14,
+        max_steps=steps,
+        follow=follow,
+    )
+    return Solution(
+        x=found.x,
+        theta=problem.solved(found.x, noise)[0],
+        cost=found.cost,
+        settled=found.converged,
+        evaluations=found.evaluations,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Residual and Jacobian at a point, per trial, each trial's own columns projected out.
+
+    Attributes:
+        residuals: measured minus predicted, whitened, one per trial, shape ``(N_i,)``.
+        jacobians: of the prediction to (x, theta), whitened, one per trial, ``(N_i, p + q)``.
+        own: number of coefficients of the trials' own, summed.
+        noise: the model that whitened both.
+        plain: residual, own columns and Jacobian of each trial before whitening: the own columns
+            are orthonormal after it, and the Jacobian is orthogonal to them.
+        sample_times: of the trials [s].
+        exact: whether no column of the Jacobian is a difference.
+    """
+
+    residuals: tuple[FloatArray, ...]
+    jacobians: tuple[FloatArray, ...]
+    own: int
+    noise: TrialNoise
+    plain: tuple[tuple[FloatArray, FloatArray, FloatArray], ...]
+    sample_times: tuple[float, ...]
+    exact: bool
+
+
+def linearise(
+    problem: Separable, x: FloatArray, theta: FloatArray, noise: TrialNoise
+) -> Linearised:
+    """Differentiate the prediction by central differences; the noise model whitens all."""
+    plain: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    count = 0
+    for i in range(len(problem.outputs)):
+        shared, own = problem.shared(x, i), problem.own(x, i)
+        basis, sizes, back = np.linalg.svd(noise.whiten(own, i), full_matrices=False)
+        some = sizes > _DEPENDENT * np.max(sizes, initial=0.0)
+        basis, back = basis[:, some], back[some].T / sizes[some]
+        left = problem.unknown(x, i) - shared @ theta
+        eta = back @ (basis.T @ noise.whiten(left, i))
+
+        def predicted(at: FloatArray, i: int = i, eta: FloatArray = eta) -> FloatArray:
+            return problem.predicted(at, i, theta, eta)
+
+        jacobian = np.hstack([central_differences(predicted, x), shared])
+        rest = jacobian - own @ (back @ (basis.T @ noise.whiten(jacobian, i)))
+        plain.append((left - own @ eta, own @ back, rest))
+        count += own.shape[1]
+    residuals = tuple(noise.whiten(residual, i) for i, (residual, _, _) in enumerate(plain))
+    jacobians = tuple(noise.whiten(jacobian, i) for i, (_, _, jacobian) in enumerate(plain))
+    times = problem.sample_times
+    return Linearised(residuals, jacobians, count, noise, tuple(plain), times, x.size == 0)

@@ -1,1 +1,0 @@
-"""Transfer functions, ARX and output-error fits."""

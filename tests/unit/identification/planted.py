@@ -1,0 +1,112 @@
+"""Planted linear systems, simulated by scipy and not by what is tested."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import cont2discrete, lfilter, tf2ss
+
+from pamsim.core.errors import InputError
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit
+from pamsim.identification.records import SignalRecord
+
+
+def sampled(numerator, denominator, given, interval, delay=0.0, fine=20):
+    """Run a continuous system under a held input; a delay is whole steps of ``interval/fine``."""
+    step = interval / fine
+    held = np.concatenate([np.zeros(round(delay / step)), np.repeat(given, fine)])
+    # In state space: a transfer function in z loses digits where sampling is fast.
+    a, b, c, _, _ = cont2discrete(tf2ss(numerator, denominator), step, method="zoh")
+    x, y = np.zeros(a.shape[0]), []
+    for u in held[: given.size * fine]:
+        y.append(c[0] @ x)
+        x = a @ x + b[:, 0] * u
+    return np.array(y[::fine])
+
+
+def lags(*constants):
+    result = np.array([1.0])
+    for constant in constants:
+        result = np.convolve(result, [constant, 1.0])
+    return result
+
+
+def steps(rng, n, hold, rest=20):
+    """Levels -1, 0 or 1 held for ``hold`` samples, after a rest at 0."""
+    levels = rng.choice([-1.0, 0.0, 1.0], n // hold + 1)
+    return np.concatenate([np.zeros(rest), np.repeat(levels, hold)])[:n]
+
+
+def coloured(rng, n, phi):
+    """Noise of unit variance, AR(1) with coefficient phi."""
+    white = rng.standard_normal(n + 500)
+    return np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white)[500:]
+
+
+def record(
+    seed,
+    *,
+    constants=(0.3,),
+    gain=2.0,
+    delay=0.0,
+    noise=0.0,
+    phi=0.0,
+    n=600,
+    interval=0.02,
+    offset=0.7,
+    hold=25,
+    numerator=None,
+    denominator=None,
+):
+    rng = np.random.default_rng(seed)
+    u = steps(rng, n, hold)
+    above = [gain] if numerator is None else numerator
+    below = lags(*constants) if denominator is None else denominator
+    fine = 20 if delay else 1
+    y = sampled(above, below, u, interval, delay, fine)
+    y = offset + y + noise * coloured(rng, n, phi)
+    return SignalRecord(f"trial {seed}", interval * np.arange(n), u, y, ("Pa",), "rad")
+
+
+def arx(a, b, interval, delay=1):
+    """An ARX model of these coefficients, without a fit."""
+    return DiscreteStructure("arx", len(a), len(b), delay, interval), np.array([*a, *b])
+
+
+def fit_continuous(records, *, zeros=0, starts=(), held_out=(), **which):
+    """A continuous fit; zeros of each input, or one number for all."""
+    each = () if isinstance(zeros, int) else zeros
+    most = zeros if isinstance(zeros, int) else max(zeros)
+    inputs = records[0].inputs.shape[1]
+    structure = ContinuousStructure(zeros=most, zeros_each=each, inputs=inputs, **which)
+    return fit(records, structure, starts=starts, held_out=held_out)
+
+
+def fit_arx(records, *, na, nb, nk, **more):
+    return fit(records, DiscreteStructure("arx", na, nb, nk, records[0].sample_time), **more)
+
+
+def fit_oe(records, *, nb, nf, nk):
+    return fit(records, DiscreteStructure("oe", nf, nb, nk, records[0].sample_time))
+
+
+def first_order_step(time, constant, gain=1.0):
+    return -gain * np.expm1(-np.maximum(time, 0.0) / constant)
+
+
+def second_order_step(time, first, second, gain=1.0):
+    """The textbook's form without its division by T1 - T2, before 0 nothing."""
+    small, large = sorted((first, second))
+    scaled = np.maximum(time, 0.0) / large
+    x = scaled * ((large - small) / small)
+    safe = np.where(x > 0.0, x, 1.0)
+    phi = np.where(x > 0.0, -np.expm1(-safe) / safe, 1.0)
+    return gain * (-np.expm1(-scaled) - np.exp(-scaled) * scaled * phi)
+
+
+def refuses(match, call, *args, **options):
+    """A call that is refused with a sentence."""
+    with pytest.raises(InputError, match=match):
+        call(*args, **options)

@@ -1,0 +1,233 @@
+"""A linear plant's structure by likelihood, others' by free runs; what the records do not show."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.identification.choose import (
+    Candidate,
+    by_free_run,
+    p_value_of_improvement,
+    recommend,
+)
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.residual_tests import residual_nonlinearity
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure_scan import rough_fit
+from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
+
+TS = 0.05
+FEW = {"start": "free", "arx": (1, 1, 1), "oe": (1, 1, 1)}
+LAG = [2.0], [0.4, 1.0]
+
+
+def trial(numerator, denominator, seed, *, n=400, noise=0.03, bend=0.0, slow=0.0, drift=0.0):
+    draw = np.random.default_rng(seed)
+    given = steps(draw, n + 100, 10)
+    output = sampled(numerator, denominator, given, TS)
+    output = output + bend * output**2
+    white = draw.normal(size=output.size)
+    disturbance = noise * np.std(output) * (coloured(draw, output.size, slow) if slow else white)
+    output = output + disturbance + drift * np.arange(-100, n) / (n - 1)
+    return SignalRecord(f"trial {seed}", TS * np.arange(n), given[100:], output[100:])
+
+
+def identified(record):
+    fitted = fit_models([record], [], ModelSet(**FEW))
+    chosen = recommend(fitted.candidates, [record], [], chosen=fitted.chosen, why=fitted.why)
+    best = next(c.fit for c in fitted.candidates if c.name == chosen.best)
+    return fitted, chosen, best
+
+
+PLANTS = {
+    "one lag": LAG,
+    "oscillation": ([2.0], [1.0 / 16.0, 0.4 / 4.0, 1.0]),
+    "lag and integrator": ([0.8], [0.3, 1.0, 0.0]),
+    "three poles, one zero": ([1.0, 2.0], np.convolve([1.0 / 25.0, 0.2 / 5.0, 1.0], [1.0, 1.0])),
+}
+
+
+@pytest.mark.parametrize("name", PLANTS)
+def test_poles_of_the_plant_are_chosen_and_leave_nothing_to_explain(name):
+    numerator, denominator = PLANTS[name]
+    fitted, chosen, best = identified(trial(numerator, denominator, 1))
+    assert chosen.name == chosen.best == fitted.chosen
+    assert "the Hannan-Quinn criterion" in chosen.reason
+    expected = np.sort(np.abs(np.roots(denominator)))
+    assert np.sort(np.abs(best.poles)) == pytest.approx(expected, rel=0.1, abs=1e-12)
+
+
+def test_a_bent_plant_is_called_nonlinear_and_not_recommended():
+    record = trial(*LAG, 2, bend=0.1)
+    _, chosen, best = identified(record)
+    assert (chosen.name, chosen.best != "") == ("", True)
+    assert "the plant is not linear" in chosen.missing
+    assert "the last third of each trial" in chosen.reason
+    assert residual_nonlinearity(best, [record]).p_value < 1e-4
+
+
+@pytest.mark.slow
+def test_a_linear_plant_is_seldom_taken_for_a_bent_one():
+    p_values: list[float] = []
+    for seed in range(40):
+        record = trial(*LAG, 100 + seed, n=200)
+        fit = fit_continuous([record], order=1, start="free")
+        p_values.append(residual_nonlinearity(fit, [record]).p_value)
+    assert np.mean(np.array(p_values) < 0.05) < 0.2
+    assert 0.3 < np.mean(p_values) < 0.7
+
+
+def test_a_step_response_shows_one_pole():
+    draw = np.random.default_rng(7)
+    given = np.append(np.zeros(10), np.ones(390))
+    output = sampled(*LAG, given, TS) + 0.01 * draw.normal(size=400)
+    best = identified(SignalRecord("step", TS * np.arange(400), given, output))[2]
+    assert (best.structure.order, best.structure.drift) == (1, False)
+
+
+def test_a_bent_plant_whose_record_rests_at_its_end_is_judged_by_aicc():
+    draw = np.random.default_rng(7)
+    given = np.concatenate([steps(draw, 240, 10), np.zeros(160)])
+    output = sampled(*LAG, given, TS)
+    output = output + 0.3 * output**2 + 0.01 * draw.normal(size=400)
+    record = SignalRecord("rests", TS * np.arange(400), given, output)
+    assert "the best by AICc" in identified(record)[1].reason
+
+
+def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
+    _, chosen, best = identified(trial(*LAG, 4, drift=0.5))
+    assert chosen.name == "first_order_drift"
+    assert best["T"].value == pytest.approx(0.4, rel=0.05)
+    assert best.trials[0].drift == pytest.approx(0.5, abs=0.1)
+    assert chosen.reason.startswith("1 pole, drift: the best by the Hannan-Quinn criterion")
+
+
+@pytest.mark.slow
+def test_slow_noise_is_not_taken_for_poles():
+    right = 0
+    for seed in range(6):
+        best = identified(trial(*LAG, 20 + seed, n=600, noise=0.05, slow=0.85))[2]
+        right += best.structure.order + best.structure.integrators == 1
+    assert right >= 5
+
+
+def test_undamped_poles_at_harmonics_of_the_command_are_passed_over():
+    # Filled fast and vented slowly, as a regulator: what is not linear repeats with the command.
+    interval, hold = 0.1, 10.0
+    time = interval * np.arange(400)
+    given = np.where(time // hold % 2 == 1, 10.0, 0.0)
+    output = np.zeros(time.size)
+    for k in range(1, time.size):
+        left = given[k - 1] - output[k - 1]
+        rate = left / 0.5 if left > 0.0 else max(0.8 * left, -1.6)
+        output[k] = output[k - 1] + interval * rate
+    output += 0.05 * np.random.default_rng(1).normal(size=time.size)
+    _, chosen, best = identified(SignalRecord("regulator", time, given, output))
+    assert chosen.name == ""
+    duration = time[-1]
+    lasting = [pole for pole in best.poles if pole.imag and -pole.real * duration < 1.0]
+    assert lasting == []
+    rich = fit_continuous(
+        [SignalRecord("regulator", time, given, output)],
+        order=4,
+        zeros=3,
+        real_lags=False,
+        start="free",
+        starts=[np.log([2.0 * 2.0 * np.pi / (2.0 * hold), 0.002, 0.7, 1.8])],
+    )
+    assert rich.refuted
+    assert "lasts longer than the records, which do not show its damping" in rich.sentence
+
+
+def test_held_out_trials_judge_a_linear_plant_too():
+    fitted, held_out = (trial(*LAG, seed, n=200) for seed in (5, 6))
+    models = fit_models([fitted], [held_out], ModelSet(**FEW))
+    assert models.choice.judged_by == "the held-out trials"
+
+
+def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_out():
+    draw = np.random.default_rng(9)
+    given = steps(draw, 400, 10)
+    output = sampled(*LAG, given, TS, delay=0.4)
+    output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
+    record = SignalRecord("late", TS * np.arange(300), given[100:], output[100:])
+    for dead_time, expected in (("free", True), ("none", False)):
+        fitted = fit_models([record], [], ModelSet(**FEW, dead_time=dead_time))
+        chosen = next(c.fit.structure for c in fitted.candidates if c.name == fitted.chosen)
+        assert chosen.dead_time is expected
+
+
+def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_there():
+    for seed in range(2):
+        for integrators, denominator in ((0, [3.0, 1.0]), (1, [0.3, 1.0, 0.0])):
+            draw = np.random.default_rng(seed)
+            given = steps(draw, 600, 10)
+            output = sampled([1.0], denominator, given, TS)
+            output += 0.02 * np.std(output) * draw.normal(size=output.size)
+            record = SignalRecord("trial", TS * np.arange(output.size), given, output)
+            scores: list[float] = []
+            for start in ("rest", "free"):
+                structure = ContinuousStructure(order=1, integrators=integrators, start=start)
+                fit = rough_fit(structure, [record], [np.log(denominator[:1])])
+                scores += by_free_run([fit], [record], []).held_out
+            assert scores[0] == pytest.approx(scores[1], abs=1.0)
+            assert scores[0] > 90.0
+
+
+def candidates(records, held_out=(), **second):
+    """The first order, and what is asked for beside it."""
+    fits = {
+        "plain": fit_continuous(records, order=1, held_out=held_out),
+        "second": fit_continuous(records, **{"order": 2, **second}, held_out=held_out),
+    }
+    return [Candidate(name=name, fit=fit, independence=None) for name, fit in fits.items()]
+
+
+def lagged(constants, *seeds, n=600):
+    noise = {"gain": 1.0, "noise": 0.05, "phi": 0.8, "hold": 20}
+    return [record(seed, constants=constants, n=n, **noise) for seed in seeds]
+
+
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize(("constants", "expected"), [((0.5,), "plain"), ((0.15, 0.5), "second")])
+def test_the_order_of_the_plant_is_recommended(constants, expected, hold):
+    records, held = lagged(constants, 1, 2), lagged(constants, 3, 4) if hold else []
+    given = candidates(records, held)
+    found = recommend(given, records, held)
+    assert found.name == expected, found.reason
+    assert ("held-out" in found.reason) is hold or "only model" in found.reason
+    assert min(found.aicc.values()) == 0.0
+    # Noise correlated by 0.8 from sample to sample: (1 - 0.8) / (1 + 0.8) of them count.
+    if expected == "second" and not hold:
+        assert found.effective_samples == pytest.approx(1200 * 0.2 / 1.8, rel=0.35)
+    if expected == "plain":  # none can be trusted
+        assert given[1].fit.status is not FitStatus.CONVERGED
+        alone = recommend(given[1:], records, held)
+        assert alone.name == ""
+        assert given[1].fit.sentence in alone.reason
+
+
+def test_a_parameter_that_is_not_there_is_seldom_accepted():
+    accepted = []
+    for seed in range(8):
+        records, held = lagged((0.5,), seed, n=250), lagged((0.5,), 100 + seed, n=250)
+        given = candidates(records, held, order=1, dead_time=True)
+        accepted.append(recommend(given, records, held).name == "second")
+    assert sum(accepted) <= 1
+
+
+def test_slow_errors_at_two_rates_are_no_more_often_taken_for_a_difference():
+    p_values = []
+    for seed in range(200):
+        draw = np.random.default_rng(seed)
+        # Of one correlation time: sampled fifty times as slowly it is white.
+        first, second = ([coloured(draw, 600, 0.9), draw.normal(size=600)] for _ in range(2))
+        p_values.append(p_value_of_improvement(first, second, [0.01, 0.5]))
+    assert np.mean(np.array(p_values) < 0.05) == pytest.approx(0.05, abs=0.04)
+    small = [coloured(np.random.default_rng(0), 800, 0.9)]
+    assert p_value_of_improvement([1.5 * small[0]], small, [0.01]) < 0.01
+    assert p_value_of_improvement(small, [1.5 * small[0]], [0.01]) > 0.99
+    assert p_value_of_improvement(small, small, [0.01]) == 1.0

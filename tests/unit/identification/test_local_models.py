@@ -1,0 +1,84 @@
+"""Local models over operating points: planted dependence, its absence, untrusted fits."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from pamsim.core.encoding import to_dict
+from pamsim.identification.local_models import (
+    LocalModel,
+    OperatingPoint,
+    dependence,
+    local_model_map,
+)
+from tests.unit.identification.planted import fit_continuous, record, refuses
+
+PRESSURES = (1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5)
+
+
+def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed():
+    given = [
+        (
+            record(30 + k, gain=2.0 + (p - 2e5) / 2e5, noise=0.05, n=400),
+            OperatingPoint(p, load=(0.0, 1.2)[k % 2], direction=(1, -1, 1)[k % 3]),
+        )
+        for k, p in enumerate(PRESSURES)
+    ]
+    # What cannot be trusted stays in the table and out of the regression.
+    lost = (record(50, gain=1e-3, noise=1.0, n=400), OperatingPoint(9e5))
+    local = local_model_map(
+        [LocalModel(point, fit_continuous([trial], order=1)) for trial, point in [*given, lost]]
+    )
+    assert [m.point.pressure for m in local.models] == [*PRESSURES, 9e5]
+    gain, trend = local["K"], local["K"].trends["pressure"]
+    assert gain.points == 6
+    assert trend.interval95[0] < 1.0 / 2e5 < trend.interval95[1]
+    assert trend.p_value < 1e-3
+    assert gain.trends["load"].p_value > 0.01
+    assert gain.heterogeneity_p < 1e-6
+    assert "rises" in gain.sentence
+    assert "pressure" in gain.sentence
+    assert local["T"].mean == np.clip(local["T"].mean, 0.294, 0.306)
+    assert local["T"].heterogeneity_p > 1e-3
+    json.dumps(to_dict(local.dependences), allow_nan=False)
+    refuses("operating point", local_model_map, [])
+
+
+def test_trends_that_are_not_there_are_seldom_found():
+    rng = np.random.default_rng(51)
+    given = {"pressure": np.repeat([1e5, 2e5, 3e5], 4), "load": np.tile([0.0, 1.2], 6)}
+    errors = rng.uniform(0.05, 0.15, 12)
+    for scatter in (0.0, 0.2):
+        alarms, spread = 0, 0
+        for _ in range(300):
+            values = 2.0 + scatter * rng.standard_normal(12) + errors * rng.standard_normal(12)
+            local = dependence("K", values, errors, given, logarithmic=False)
+            alarms += local.trends["pressure"].p_value < 0.05
+            spread += local.heterogeneity_p < 0.05
+        # Binomial(300, 0.05): 99.9 % of seeds give at most 28.
+        assert alarms <= 28
+        assert spread <= 28 if scatter == 0.0 else spread > 250
+
+
+def test_planted_trends_are_covered_by_their_intervals():
+    rng = np.random.default_rng(52)
+    x, hits = np.linspace(0.0, 3.0, 10), 0
+    for _ in range(200):
+        errors = rng.uniform(0.05, 0.15, 10)
+        values = 1.0 - 0.4 * x + 0.1 * rng.standard_normal(10) + errors * rng.standard_normal(10)
+        local = dependence("K", values, errors, {"load": x}, logarithmic=False)
+        low, high = local.trends["load"].interval95
+        hits += low < -0.4 < high
+    assert 178 <= hits <= 199  # Binomial(200, 0.95): 190 expected
+
+
+def test_regressors_that_are_linearly_dependent_are_left_out():
+    p = np.array([1e5, 2e5, 3e5, 4e5, 5e5])
+    same = {"pressure": p, "load": p / 1e5, "direction": np.ones(5)}
+    local = dependence("T", np.log(p), np.full(5, 0.1), same, logarithmic=True)
+    assert set(local.trends) == {"pressure"}
+    few = dependence("T", np.log(p[:2]), np.full(2, 0.1), {"pressure": p[:2]}, logarithmic=True)
+    assert few.trends == {}
+    assert "no regressor" in few.sentence

@@ -1,0 +1,61 @@
+"""The portmanteau test keeps its level under coloured noise and detects what a model is missing."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pamsim.core.encoding import to_dict
+from pamsim.identification.residual_tests import residual_independence
+from tests.unit.identification.planted import fit_arx, fit_continuous, fit_oe, record, refuses
+
+
+@pytest.mark.parametrize("phi", [0.0, 0.9])
+def test_level_of_a_right_model(phi):
+    chances = []
+    for seed in range(25):
+        given = [record(2000 + seed, noise=0.2, phi=phi, n=300)]
+        chances.append(residual_independence(fit_continuous(given, order=1), given).p_value)
+    # At 5 % of 25 more than five alarms have chance 1e-3. A test that never gives small p values
+    # would be as wrong, so their mean is held too (sd 0.058).
+    assert np.sum(np.array(chances) < 0.05) <= 5
+    assert np.mean(chances) == pytest.approx(0.5, abs=0.18)
+
+
+def test_missing_dynamics_are_seen():
+    for lack, options in (("lag", {"constants": (0.1, 0.4)}), ("dead time", {"delay": 0.08})):
+        for phi in (0.0, 0.9):
+            given = [record(21, noise=0.2, phi=phi, **options)]
+            poor = residual_independence(fit_continuous(given, order=1), given)
+            assert not poor.independent, (lack, phi)
+            assert "missing" in poor.sentence
+            asked = {"order": 2} if lack == "lag" else {"order": 1, "dead_time": True}
+            fit = fit_continuous(given, **asked)
+            rich = residual_independence(fit, given)
+            assert rich.p_value > 100.0 * poor.p_value
+            if phi == 0.0 and lack == "dead time":  # lags reach past it and the slowest decay
+                decay = fit.structure.slowest(fit.coordinates)
+                assert rich.longest_lag < 0.25 * given[0].duration
+                assert rich.longest_lag - fit.dead_time == pytest.approx(3.0 * decay, rel=1e-9)
+
+
+def test_discrete_models_are_tested_too():
+    given = [record(seed, constants=(0.1, 0.4), noise=0.1) for seed in (22, 23)]
+    # Right models fall below 5 % now and then; below 0.1 % is significant for one seed.
+    assert residual_independence(fit_oe(given, nb=2, nf=2, nk=1), given).p_value > 1e-3
+    assert not residual_independence(fit_oe(given, nb=1, nf=1, nk=1), given).independent
+    poor = residual_independence(fit_arx(given, na=1, nb=1, nk=1), given)
+    assert not poor.independent
+    json.dumps(to_dict(poor), allow_nan=False)
+
+
+def test_what_is_perfect_leaves_nothing_to_explain_and_only_fitted_trials_can_be_asked():
+    given = [record(24)]
+    fit = fit_continuous(given, order=1)
+    result = residual_independence(fit, given)
+    assert result.independent
+    assert "to rounding" in result.sentence
+    refuses("fitted trials", residual_independence, fit, [record(26)])
+    refuses("lags = 0", residual_independence, fit, given, lags=0)

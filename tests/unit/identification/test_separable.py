@@ -1,0 +1,58 @@
+"""What a search of a separable fit walks down: gradient and directions of its slope."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.separable import Separable, minimise
+from pamsim.identification.weighted_fit import fit_separable
+from pamsim.inference.coloured_noise import ArNoise
+from pamsim.inference.trial_noise import TrialNoise
+from tests.unit.identification.planted import record
+
+
+@pytest.mark.parametrize("colour", [(), (-0.8, 0.2)])
+def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(colour):
+    noise = TrialNoise((ArNoise(colour, 1.0), ArNoise(colour, 4.0)))
+    records = [record(1, noise=0.1), record(2, noise=0.1)]
+    problem = ContinuousStructure(2, 1, True, False, "free").problem(records)
+    x = np.array([0.5, 0.2, 0.031])
+    part = problem.linear_part(x, noise)
+    slope = problem.jacobian(x, part)
+
+    def cost(at):
+        residual = problem.linear_part(at, noise).residual
+        return float(residual @ residual)
+
+    gradient = [(cost(x + step) - cost(x - step)) / 2e-5 for step in 1e-5 * np.eye(3)]
+    np.testing.assert_allclose(2.0 * slope.T @ part.residual, gradient, rtol=1e-4)
+    # A change of theta or of a trial's own coefficients cannot undo any part of it.
+    first = part.blocks[0].shape[0]
+    for block, rows in zip(part.blocks, (slice(0, first), slice(first, None)), strict=True):
+        columns = block[:, : part.own[0].size]
+        assert np.max(np.abs(columns.T @ slope[rows])) <= 1e-8 * np.linalg.norm(columns)
+    shared = np.concatenate([block[:, part.own[0].size : -1] for block in part.blocks])
+    assert np.max(np.abs(shared.T @ slope)) <= 1e-8 * np.linalg.norm(shared)
+    problem = ContinuousStructure(0, 0, integrators=1).problem(records)
+    part = problem.linear_part(np.empty(0), noise)  # without a coordinate there is no slope
+    assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
+
+
+def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
+    t = np.linspace(-1.0, 1.0, 150)
+    walk = np.cumsum(np.random.default_rng(166).standard_normal(t.size))
+    problem = Separable(
+        outputs=(walk,),
+        shared=lambda x, i: np.polynomial.legendre.legvander(t, 2)[:, 1:],
+        own=lambda x, i: np.ones((t.size, 1)),
+        lower=np.empty(0),
+        upper=np.empty(0),
+        sample_times=(1.0,),
+    )
+    fit = fit_separable(problem, [np.empty(0)])
+    # They lie within their uncertainty, which after slow noise is wide, and leave 1.57 times more.
+    assert fit.disagreement > 0.01
+    assert not fit.weighted
+    np.testing.assert_allclose(fit.optimum.coordinates, minimise(problem, [np.empty(0)]).theta)

@@ -1,0 +1,128 @@
+"""Integrators, direct paths and free starts; instrumental variables; a scan that stays nested."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import cont2discrete, dlsim, tf2ss
+
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.records import SignalRecord
+from pamsim.identification.separable import WHITE
+from pamsim.identification.starts import instrumental_variable_starts, pole_coordinates
+from pamsim.identification.status import FitStatus
+from pamsim.identification.structure_scan import scan_structures
+from tests.unit.identification.planted import fit_continuous, lags, sampled, steps
+
+TS = 0.05
+N = 400
+THREE = np.convolve([0.05, 0.1, 1.0], [0.6, 1.0])
+
+
+def planted(numerator, denominator, seed, *, noise=0.0, drift=0.0, bias=0.0):
+    """A trial cut out of motion: what came before its first sample is not in the record."""
+    draw = np.random.default_rng(seed)
+    given = steps(draw, N + 100, 12)
+    output = sampled(numerator, denominator, given - bias, TS)
+    output = output + noise * np.std(output) * draw.normal(size=output.size)
+    time = TS * np.arange(N)
+    seen = output[100:] + 0.7 + drift * time
+    return SignalRecord(f"trial {seed}", time, given[100:], seen, ("V",), "m")
+
+
+def test_an_integrating_plant_and_the_input_at_which_it_rests_are_recovered():
+    # Stable by itself: lag and integrator, so that only the true input bias keeps it from running.
+    record = planted([1.5], [0.3, 1.0, 0.0], 3, bias=0.25)
+    fit = fit_continuous([record], order=1, start="free", integrators=1)
+    assert fit.status is FitStatus.CONVERGED
+    assert [e.unit for e in fit.estimates] == ["m/V/s", "s", "V"]
+    assert [e.value for e in fit.estimates] == pytest.approx([1.5, 0.3, 0.25], rel=1e-4)
+    assert fit.poles[0] == 0.0
+    given = steps(np.random.default_rng(10), N, 12)
+    output = sampled([1.5], [0.3, 1.0, 0.0], given, TS) + 0.02 * TS * np.arange(N)
+    record = SignalRecord("one integrator", TS * np.arange(N), given, output)
+    once = fit_continuous([record], order=1, start="free", integrators=1)
+    twice = fit_continuous([record], order=1, zeros=1, start="free", integrators=2)
+    assert (once.status, twice.status) == (FitStatus.CONVERGED, FitStatus.DEGENERATE)
+    assert "a zero slower than the longest record" in twice.sentence
+
+
+def test_a_direct_path_is_recovered_from_a_free_start():
+    below = np.convolve([1.0 / 16.0, 2.0 * 0.1 / 4.0, 1.0], [0.8, 1.0])
+    above = [0.02, 0.1, 0.5, 2.0]
+    given = steps(np.random.default_rng(4), N, 12)
+    a, b, c, d, _ = cont2discrete(tf2ss(above, below), TS)
+    _, output, _ = dlsim((a, b, c, d, TS), given, x0=[3.0, -1.0, 0.5])
+    record = SignalRecord("moving", TS * np.arange(N), given, output[:, 0] + 0.7)
+    fit = fit_continuous([record], order=3, zeros=3, real_lags=False, start="free")
+    assert fit.numerator == pytest.approx(above, rel=1e-3, abs=1e-4)
+    assert fit.fit_percent > 99.99
+
+
+def test_instrumental_variables_find_the_poles_without_a_grid():
+    below = np.convolve([1.0 / 36.0, 2.0 * 0.2 / 6.0, 1.0], [0.1, 1.0])
+    record = planted([0.2, 1.0], below, 5, noise=0.02)
+    structure = ContinuousStructure(3, 2, False, False, "free")
+    problem = structure.problem([record])
+
+    def cost(x):
+        return float(np.sum(problem.solved(x, WHITE)[1] ** 2))
+
+    least = cost(pole_coordinates(-1.0 / np.roots(below)))
+    starts = instrumental_variable_starts(structure, [record])
+    assert min(map(cost, starts)) < 1.05 * least
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    sizes=st.lists(st.floats(0.01, 10.0), min_size=1, max_size=3),
+    damping=st.floats(0.05, 0.95),
+    real=st.lists(st.floats(0.01, 10.0), max_size=3),
+)
+def test_pole_coordinates_keep_the_polynomial(sizes, damping, real):
+    pairs = [size * np.exp(sign * 1j * np.arccos(damping)) for size in sizes for sign in (1, -1)]
+    constants = np.array([*pairs, *real][:6])
+    structure = ContinuousStructure(constants.size, real_lags=False)
+    below = np.array([1.0])
+    for constant in constants:
+        below = np.convolve(below, [constant, 1.0])
+    again = structure.denominator(pole_coordinates(constants))
+    np.testing.assert_allclose(again, np.real(below), rtol=1e-8)
+
+
+def test_a_scan_finds_the_structure_and_stays_nested():
+    fits = scan_structures([planted([1.0], THREE, 6, noise=0.01)], start="free")
+    best = min(fits, key=lambda fit: fit.criterion).structure
+    assert (best.order, best.drift) == (3, False)
+    cost = {}
+    for fit in fits:
+        s = fit.structure
+        if not (s.integrators or s.dead_time):
+            cost[s.order, s.zeros] = fit.cost
+    assert cost[3, 0] < 0.1 * min(c for (n, _), c in cost.items() if n < 3)
+    for (order, zeros), value in cost.items():
+        for (fewer, less), simple in cost.items():
+            if fewer <= order and less <= zeros and order - fewer <= zeros - less:
+                assert value < 1.02 * simple, ((order, zeros), (fewer, less))
+
+
+def test_an_integrator_is_found_behind_a_dead_time():
+    # Without the dead time a lag explains more than an integrator, and the zero hides both.
+    draw = np.random.default_rng(8)
+    given = steps(draw, N + 100, 8)
+    given = given - np.mean(given)
+    given[80:100] = given[100]  # a model has no input from before its record
+    output = sampled([-1.8, 1.0], [0.9, 1.0, 0.0], given, TS, delay=12 * TS)
+    output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
+    record = SignalRecord("late", TS * np.arange(N), given[100:], output[100:])
+    best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion).structure
+    assert (best.order, best.integrators, best.zeros, best.dead_time) == (1, 1, 1, True)
+
+
+def test_a_drift_is_in_the_scan_where_the_record_shows_it_and_did_not_begin_at_rest():
+    record = planted([1.0], lags(0.6), 9, noise=0.02, drift=0.05)
+    best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion)
+    assert (best.structure.order, best.structure.drift) == (1, True)
+    assert not any(fit.structure.drift for fit in scan_structures([record], start="rest"))
