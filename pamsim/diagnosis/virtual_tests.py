@@ -26,7 +26,7 @@ from pamsim.diagnosis.virtual_test_conditions import (
     STRAIN,
     TURN,
 )
-from pamsim.physics.air import mass_flow
+from pamsim.physics.air import GAS_CONSTANT, mass_flow
 from pamsim.physics.chain import chain_length, chain_ratio
 from pamsim.physics.friction import dry_friction, tendon_friction
 from pamsim.physics.kernel import state_rates, tension
@@ -42,8 +42,8 @@ Quantities: TypeAlias = dict[str, tuple[float, str]]
 """Name -> value [unit] and SI unit."""
 
 _FLOW = 2e-4
-"""Flow at which a supply's sag is stated [kg/s]: it fills a MAS-20 muscle of 0.1 litres to 2 bar in
-about a second."""
+"""Flow at which a supply's sag and a tube's loss are stated [kg/s]: it fills a MAS-20 muscle of
+0.1 litres to 2 bar in about a second."""
 
 _JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
 _SUDDEN = 1e-3  # contraction [-]
@@ -342,6 +342,13 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
     )
 
 
+def _tube(rig: Bench, muscle: int) -> float:
+    """Pressure that the line to a muscle takes per mass flow, a turbulent one at a density."""
+    m = rig.muscles[muscle]
+    density = (PRESSURE + m.chamber.atmosphere) / (GAS_CONSTANT * m.chamber.temperature)
+    return m.valve.tube_resistance + m.valve.tube_friction * _FLOW / density
+
+
 def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
     """What a full-scale step waits for on the command's line: the area above its response."""
     one, other = there.muscles[muscle].valve, without.muscles[muscle].valve
@@ -385,7 +392,9 @@ TESTS: Mapping[str, VirtualTest] = {
     "valve_flow": _choked_flow,
     "valve_asymmetry": _choked_flow,
     "valve_mismatch": _choked_flow,
-    "tube_resistance": _stated("valve.tube_resistance", "pressure_drop_per_flow", "Pa*s/kg"),
+    "tube_resistance": _difference(
+        "pressure_drop_per_flow_at_0.2_g/s", "Pa*s/kg", _tube, "at_pressure"
+    ),
     "thermal_relaxation": _heat,
     "valve_delay": _stated("valve.delay", "mean_dead_time", "s"),
     "line_lag": _line,
