@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
-from pamsim.identification.status import FitStatus
+from pamsim.identification.status import FitStatus, _undamped
 from pamsim.identification.structure_scan import rough_fit
 from tests.unit.identification.planted import coloured, fit_continuous, record, sampled, steps
 
@@ -140,6 +142,15 @@ def test_undamped_poles_at_harmonics_of_the_command_are_passed_over():
     )
     assert rich.refuted
     assert "lasts longer than the records, which do not show its damping" in rich.sentence
+
+
+def test_an_undamped_pair_of_which_no_period_is_seen_stands_for_a_drift():
+    pair = SimpleNamespace(continuous=SimpleNamespace(pairs=1), range=(0.1, 40.0))
+    pair.at = SimpleNamespace(half_width=lambda _: None, unit=int)  # the damping is not known
+    for periods, expected in ((3.0, "lasts longer than the records"), (0.5, "")):
+        pair.x = np.log([2.0 * np.pi * periods / 40.0, 1e-3])
+        assert expected in _undamped(pair)
+        assert bool(_undamped(pair)) is bool(expected)
 
 
 def test_held_out_trials_judge_a_linear_plant_too():
