@@ -23,6 +23,8 @@ _UNLIKELY = 4.6
 """Difference of log-likelihoods from which another offset is excluded: 100 to 1."""
 _MOST = 10_000
 """Samples that a record is thinned to, by means of neighbours: a second of computing."""
+_GAPS = 20.0
+"""Times its samples that the even grid of a record may have, so that it fits into memory."""
 _LEAST = 8
 """Samples that both must have, as of a trial."""
 _HALF = float(norm.ppf(0.975))
@@ -40,8 +42,7 @@ class ClockFit:
 
     Attributes:
         offset, offset_error: [s], with the half width of its 95 % interval.
-        rate, rate_error: seconds of the first in one of the second; exactly 1 where the data do not
-            show that they differ.
+        rate, rate_error: seconds of the first in one of the second, likewise.
         correlation: of the two records of the signal on the common clock.
     """
 
@@ -57,8 +58,8 @@ def fit_clock(
 ) -> ClockFit:
     """Find a second clock by a signal that both loggers have recorded, in any units and signs.
 
-    The offset of the largest correlation is refined by least squares, with gain and zero of the
-    second record, and with the rate of its clock where that is certainly another. Intervals allow
+    The offset of the largest correlation is refined by least squares, together with the rate of
+    the second clock, near 1 as clocks are, and with gain and zero of its record. Intervals allow
     for residuals that resemble their neighbours, as an autoregression of first order.
 
     Args:
@@ -68,8 +69,8 @@ def fit_clock(
         seen: the signal as the second logger has it then, (m,).
 
     Raises:
-        InputError: if a record stands still, if they do not resemble each other, or if several
-            offsets fit equally well, as those of a signal that repeats.
+        InputError: if a record stands still or is mostly gaps, if they do not resemble each other,
+            or if several offsets fit equally well, as those of a signal that repeats.
     """
     for values in (signal, seen):
         if np.ptp(values) == 0.0:
@@ -107,6 +108,8 @@ def _offsets(
 ) -> tuple[float, list[float]]:
     """The offset [s] of the largest correlation on an even grid, and those of other peaks."""
     step = max(float(np.median(np.diff(time))), float(np.median(np.diff(other))))
+    if any(np.ptp(t) > _GAPS * t.size * step for t in (time, other)):
+        raise InputError("has gaps that are longer than all that was recorded; cut the log")
     grids = [np.arange(t[0], t[-1], step) for t in (time, other)]
     a = np.interp(grids[0], time, signal)
     b = np.interp(grids[1], other, seen)

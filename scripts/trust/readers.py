@@ -351,7 +351,7 @@ def main() -> None:
     asked.add_argument("--reader", choices=READERS)
     asked.add_argument("--grammar", action="store_true", help="draw files from their grammar")
     options = asked.parse_args()
-    result = head("python scripts/trust/readers.py --runs N --subprocesses M --seed S")
+    result = head("python scripts/trust/readers.py [--grammar] --runs N --subprocesses M --seed S")
     result["readers"] = {}
     if options.json is not None and options.json.exists():
         result["readers"] = json.loads(options.json.read_text(encoding="utf-8"))["readers"]

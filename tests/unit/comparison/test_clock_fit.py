@@ -54,3 +54,6 @@ def test_what_the_logs_do_not_determine_is_refused():
         )
         with pytest.raises(InputError, match=why):
             fit_clock(time, first + noise[0], time, seen)
+    gap = np.where(time > 15.0, time + 1e5, time)
+    with pytest.raises(InputError, match="cut the log"):
+        fit_clock(gap, true(time), time, true(time))
