@@ -6,8 +6,9 @@ both. Held out are 3, 6 and 8 m, and 7 bar; one set of numbers is fitted to all 
 
     python scripts/hoses.py FOLDER --json scripts/results/hoses.json
 
-The simulation is a row of volumes with links between them. One link with a constant resistance is
-`valve.tube_resistance`, as a test checks against `pamsim.simulate`; the others show what it misses.
+The simulation is a row of volumes with links between them. One link is the package's tube,
+`valve.tube_resistance` or, turbulent, `valve.tube_friction`, as a test checks against
+`pamsim.simulate`; the others show what it misses.
 """
 
 from __future__ import annotations

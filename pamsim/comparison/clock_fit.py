@@ -9,11 +9,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.signal import correlate, find_peaks
-from scipy.stats import norm
 
 from pamsim.comparison.link_inputs import smoothed
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.inference.estimate import NORMAL95
+from pamsim.inference.trial_noise import fit_trial_noise
+from pamsim.recordings.recording_checks import FEWEST_ROWS
 
 _OVERLAP = 0.2
 """Least share of the shorter log in which both must have recorded: less correlates by chance."""
@@ -25,15 +27,11 @@ _MOST = 10_000
 """Samples that a record is thinned to, by means of neighbours: a second of computing."""
 _GAPS = 20.0
 """Times its samples that the even grid of a record may have, so that it fits into memory."""
-_LEAST = 8
-"""Samples that both must have, as of a trial."""
-_HALF = float(norm.ppf(0.975))
-"""Standard errors in half of a 95 % interval."""
 _QUARTZ = 1e-4
 """Standard deviation of the rates of two clocks before their logs are seen: quartz is off by 20 to
 100 ppm."""
-_FASTEST = 1e-3
-"""By which two clocks may differ at most: ten times what poor quartz does."""
+_FASTEST = 10.0 * _QUARTZ
+"""By which two clocks may differ at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +58,7 @@ def fit_clock(
 
     The offset of the largest correlation is refined by least squares, together with the rate of
     the second clock, near 1 as clocks are, and with gain and zero of its record. Intervals allow
-    for residuals that resemble their neighbours, as an autoregression of first order.
+    for residuals that resemble their neighbours.
 
     Args:
         time: of the first clock, increasing, (n,) [s].
@@ -139,8 +137,8 @@ def _refined(
     step = float(np.median(np.diff(other)))
     margin = 2.0 * step + _FASTEST * float(np.ptp(other))
     inside = (start + other >= time[0] + margin) & (start + other <= time[-1] - margin)
-    if np.count_nonzero(inside) < _LEAST:
-        raise InputError(f"was recorded by both for {_LEAST} samples or fewer; let them overlap")
+    if np.count_nonzero(inside) < FEWEST_ROWS:
+        raise InputError(f"was recorded by both in fewer than {FEWEST_ROWS} rows; let them overlap")
     at, values = other[inside], seen[inside]
     middle, length = float(at.mean()), float(np.ptp(at))
 
@@ -161,23 +159,16 @@ def _refined(
 
     # The first is to know how large what is left is: the prior of the rate is weighed against it.
     _, left = fitted(float(values.std()))
-    independent = _independent(left)
+    independent = fit_trial_noise([left], [step]).independent([left.size])
     fit, left = fitted(math.sqrt(float(left @ left) / max(independent - 4.0, 1.0)))
-    errors = _HALF * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+    errors = NORMAL95 * np.sqrt(np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
     rate, rate_error = float(fit.x[1]) / length, float(errors[1]) / length
-    found = fit.x
     share = float(left @ left) / float(np.sum((values - values.mean()) ** 2))
     clock = ClockFit(
-        offset=start + float(found[0]) - rate * middle,
+        offset=start + float(fit.x[0]) - rate * middle,
         offset_error=math.hypot(float(errors[0]), rate_error * middle),
         rate=1.0 + rate,
         rate_error=rate_error,
         correlation=math.sqrt(max(1.0 - share, 0.0)),
     )
     return clock, independent
-
-
-def _independent(left: FloatArray) -> float:
-    """Samples that are independent, of residuals of an autoregression of first order."""
-    like = float(np.clip(left[1:] @ left[:-1] / max(left @ left, 1e-300), 0.0, 0.99))
-    return left.size * (1.0 - like) / (1.0 + like)

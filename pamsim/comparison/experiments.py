@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig
+from pamsim.engine.simulate import whole_steps
 from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import (
@@ -22,6 +24,7 @@ from pamsim.recordings.sensors import (
     true_at_rest,
 )
 from pamsim.recordings.signals import IMPOSED, kind_of
+from pamsim.recordings.start_pressures import start_pressures
 from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
@@ -33,7 +36,6 @@ REST_DURATION = 6.0
 
 _REST_HZ = 20.0  # of a run whose end alone counts
 _ON_GRID = 0.02  # share of a sample by which written times may miss a grid
-_ON_STEP = 1e-6  # share of a period, by rounding
 
 
 def experiment_of(trial: Trial, *, sample_rate: float | None = None) -> Experiment:
@@ -81,41 +83,13 @@ def on_steps(experiment: Experiment, timestep: float) -> Experiment:
     A clock that jitters is sampled on a grid that a rig with longer steps than the shipped ones
     does not have; what is read between samples is interpolated.
     """
-    steps = 1.0 / (experiment.sample_rate * timestep)
-    whole = max(round(steps), 1)
-    if abs(steps - whole) <= _ON_STEP * whole:
+    period = 1.0 / experiment.sample_rate
+    with contextlib.suppress(InputError):
+        whole_steps(period, timestep)
         return experiment
-    rate = 1.0 / (max(math.floor(steps), 1) * timestep)
+    rate = 1.0 / (max(math.floor(period / timestep), 1) * timestep)
     duration = math.ceil(experiment.duration * rate - _ON_GRID) / rate
     return replace(experiment, sample_rate=rate, duration=duration)
-
-
-def start_pressures(trial: Trial) -> FloatArray:
-    """Gauge pressures at which the muscles of a trial rest before it begins, shape (m,) [Pa].
-
-    Raises:
-        InputError: if one was neither measured nor commanded.
-    """
-    lead = trial.lead_in
-    first = trial.command[0] if lead is None else lead.command[0]
-    start = np.full(trial.muscles, np.nan) if lead is None else lead.start_pressure.copy()
-    for muscle, channel in enumerate(trial.pressure_channels):
-        measured = trial.measured.get(channel)
-        if measured is not None and lead is None:
-            start[muscle] = measured[0]
-        if np.isfinite(start[muscle]):
-            continue
-        if trial.drives.muscles[muscle] in ("pressure_set", "measured"):
-            start[muscle] = first[muscle]
-        else:
-            name = trial.muscle_names[muscle] if trial.muscle_names else ""
-            raise InputError(
-                f"trial {trial.name!r} does not give the start pressure of"
-                f" {name or f'muscle {muscle + 1}'}: record {name or f'p{muscle + 1}'}_kpa,"
-                " or command pressures"
-            )
-    # A vented sensor may read slightly below the atmosphere, where the muscle is.
-    return np.maximum(start, 0.0)
 
 
 def grid_rate(time: FloatArray) -> float:

@@ -12,13 +12,13 @@ from pamsim.core.units import parse_quantity, to_si
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
+from pamsim.inference.estimate import NORMAL95
 from pamsim.inference.free_parameter import FreeParameter, Prior, Scale
 
 FACTOR = 5.0
 """Where nothing states a range, a positive number may change by this factor either way, and one of
 either sign by this many times its size or the half-width of its stated 95 % interval."""
 
-_NORMAL95 = 1.959964  # half-width of a normal distribution's 95 % interval in standard deviations
 _WIDE = 2.0  # from this ratio of its ends on, a range of positive numbers is searched in proportion
 
 MOST_BY_DEFAULT = 8  # more would take long, and few data show as many
@@ -216,6 +216,6 @@ def _prior(parameter: RigParameter) -> Prior | None:
         return None
     return Prior(
         mean=parameter.value,
-        standard_deviation=(known[1] - known[0]) / (2.0 * _NORMAL95),
+        standard_deviation=(known[1] - known[0]) / (2.0 * NORMAL95),
         source=f"95 % interval in params.toml ({parameter.stated.source})",
     )

@@ -12,15 +12,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from pamsim.comparison.joined_logs import join_logs
+from pamsim.comparison.joined_logs import join_all
+from pamsim.comparison.joint_signs import turned_joints
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.units import FloatArray, parse_quantity
-from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
 from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings
@@ -28,13 +25,10 @@ from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.signals import (
     EFFORTS,
     JOINT_DRIVES,
-    JOINT_KINDS,
     MUSCLE_DRIVES,
     DriveLike,
     checked,
     in_toml,
-    kind_of,
-    owner_of,
 )
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, of_rig
@@ -43,9 +37,6 @@ Spans: TypeAlias = Sequence[tuple[float, float]]
 """Begin and end of parts of a log [s]."""
 
 PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
-
-_AGAINST = -0.7
-"""Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,7 +149,9 @@ def import_log(
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
     if others or shared or offset:
         with tempfile.TemporaryDirectory() as scratch:
-            joined, clocks = _joined(files, others, shared, offset, loaded, Path(scratch))
+            joined, clocks = join_all(
+                files, others, Path(scratch), names=loaded.names, shared=shared, offset=offset
+            )
             try:
                 found = import_log(
                     joined, rig=loaded, out=out, columns=columns, drive=drive, protocol=protocol,
@@ -221,7 +214,7 @@ def import_log(
         # The index is there once it is right, not while a sign in it may still be turned.
         with complete_file(folder / INDEX) as index:
             trials = write(index, guesses)
-            turned = _turned(guesses, [one.quantity for one in stated], trials, loaded)
+            turned = turned_joints(guesses, [one.quantity for one in stated], trials, loaded)
             if turned != guesses:
                 trials = write(index, turned)
     except InputError:
@@ -243,23 +236,6 @@ def import_log(
 
 def _paths(given: PathOrPaths) -> list[Path]:
     return [Path(one) for one in ([given] if isinstance(given, str | os.PathLike) else given)]
-
-
-def _joined(
-    logs: Sequence[Path], others: Sequence[Path], shared: str, offset: str, rig: Rig, folder: Path
-) -> tuple[list[Path], list[str]]:
-    """Logs joined with those of another logger in a folder, and what was found of the clocks."""
-    if len(others) != len(logs):
-        raise InputError(f"{len(logs)} logs and {len(others)} `beside` them; give one for each")
-    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
-    joined = [
-        folder / f"{log.stem}_and_{other.stem}.csv" for log, other in zip(logs, others, strict=True)
-    ]
-    clocks = [
-        join_logs(log, other, path, names=rig.names, shared=shared, offset=known)
-        for log, other, path in zip(logs, others, joined, strict=True)
-    ]
-    return joined, clocks
 
 
 def _stated(text: str, rig: Rig) -> Guess:
@@ -379,57 +355,6 @@ def _index(
             f"{key} = {in_toml(v) if key == 'drive' else json.dumps(v)}" for key, v in entry.items()
         ]
     return "\n".join(lines) + "\n"
-
-
-def _turned(
-    guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
-) -> tuple[Guess, ...]:
-    """The guesses, the signs of joints turned that move against what drives them."""
-    shortening = -moment_arms(rig, rig.model.qpos0)
-    arms = dict(zip(rig.joints, shortening.T, strict=True))
-    along: dict[str, list[float]] = {}
-    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
-        for trial in trials:
-            pull, angle = _driving(trial, joint, arms[joint], rig), trial.measured.get(channel)
-            if pull is None or angle is None:
-                continue
-            if np.ptp(pull) > 0.0 and np.ptp(angle) > 0.0:
-                along.setdefault(joint, []).append(float(np.corrcoef(pull, angle)[0, 1]))
-    against = {joint for joint, found in along.items() if np.mean(found) < _AGAINST}
-    by_itself = {joint for trial in trials for joint in trial.drives.joints}
-
-    def why(joint: str) -> str:
-        if joint in by_itself:
-            return f"sign turned, because it falls where {joint} is driven up"
-        return "sign turned, because it falls where the muscles pull it up; or they are swapped"
-
-    return tuple(
-        replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))
-        if owner_of(one.quantity) in against
-        and kind_of(one.quantity) in JOINT_KINDS
-        and one.quantity not in stated
-        else one
-        for one in guesses
-    )
-
-
-def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
-    """What drives a joint in a trial up to a factor, (n,): its own torque or force, or its muscles.
-
-    It is None where nothing says its sign: the pressures of muscles that drive nothing, as sealed
-    ones, follow the joint; a motion may be imposed. ``arm``, (m,), is by how much each muscle
-    shortens as the joint moves up.
-    """
-    drives = trial.drives
-    if joint in drives.imposed:
-        return None
-    if joint in drives.joints:
-        return trial.command[:, len(drives.muscles) + list(drives.joints).index(joint)]
-    pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
-    known = [p for p in pressures if p is not None]
-    if len(known) < len(pressures) or set(drives.muscles) == {"sealed"}:
-        return None
-    return np.column_stack(known) @ arm
 
 
 def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ...]:

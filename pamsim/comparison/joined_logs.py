@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from pamsim.comparison.clock_fit import ClockFit, fit_clock
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.units import FloatArray, to_si
+from pamsim.core.units import FloatArray, parse_quantity, to_si
 from pamsim.recordings.column_guess import guess_columns
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.signals import SignalNames
@@ -18,6 +19,35 @@ from pamsim.recordings.table_reader import read_columns
 
 _ANY = 1e6
 """Pressure of a supply [Pa] for the guesses of columns, of which only the clock is taken."""
+
+
+def join_all(
+    logs: Sequence[Path],
+    others: Sequence[Path],
+    folder: Path,
+    *,
+    names: SignalNames,
+    shared: str,
+    offset: str,
+) -> tuple[list[Path], list[str]]:
+    """Join each log with that of another logger, as `join_logs`, in a folder.
+
+    Returns:
+        The files written, and what was found of the clocks of each.
+
+    Raises:
+        InputError: as `join_logs`, or if there is not one for each, or for an offset without
+            meaning, such as ``1.25 s`` has.
+    """
+    if len(others) != len(logs):
+        raise InputError(f"{len(logs)} logs and {len(others)} `beside` them; give one for each")
+    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
+    joined: list[Path] = []
+    clocks: list[str] = []
+    for log, other in zip(logs, others, strict=True):
+        joined.append(folder / f"{log.stem}_and_{other.stem}.csv")
+        clocks.append(join_logs(log, other, joined[-1], names=names, shared=shared, offset=known))
+    return joined, clocks
 
 
 def join_logs(
@@ -61,6 +91,7 @@ def join_logs(
             fit = fit_clock(time, first.numbers(pair[0]), other, second.numbers(pair[1]))
         except InputError as error:
             raise InputError(f"{log} and {beside}: {shared} {error}") from None
+        found = _words(fit, shared)
     elif offset is None:
         raise InputError(
             f"{beside}: nothing lays its clock beside that of {log}; name a signal that both have"
@@ -68,6 +99,7 @@ def join_logs(
         )
     else:
         fit = ClockFit(offset=offset, offset_error=0.0)
+        found = f"an offset of {offset:.6g} s as stated"
     at = fit.offset + fit.rate * other
     both = (time >= at[0]) & (time <= at[-1])
     if np.count_nonzero(both) < 2:
@@ -75,8 +107,7 @@ def join_logs(
             f"{log} and {beside} have no time in common: the second runs from {at[0]:.4g} to"
             f" {at[-1]:.4g} s of the first, which has {time[0]:.4g} to {time[-1]:.4g} s"
         )
-    columns = _numbers(first, ())
-    columns = {name: values[both] for name, values in columns.items()}
+    columns = {name: values[both] for name, values in _numbers(first, ()).items()}
     units = dict(first.units)
     for name, values in _numbers(second, (other_clock, *pair[1:])).items():
         free = name if name not in columns else f"{name}_2"
@@ -88,18 +119,15 @@ def join_logs(
         if any(units.values()):
             table.writerow([units.get(name, "") or "-" for name in columns])
         table.writerows(zip(*(map(repr, v.tolist()) for v in columns.values()), strict=True))
-    known = f" = {shared}" if shared else " as stated"
-    return f"{beside.name} lies beside {log.name} by {_words(fit)}{known}"
+    return f"{beside.name} lies beside {log.name} by {found}"
 
 
-def _words(fit: ClockFit) -> str:
-    if fit.offset_error == 0.0:
-        return f"an offset of {fit.offset:.6g} s"
+def _words(fit: ClockFit, shared: str) -> str:
     fast = 1e6 * (1.0 / fit.rate - 1.0)
     return (
         f"an offset of {fit.offset:.4f} +- {fit.offset_error:.2g} s, its clock"
         f" {abs(fast):.0f} +- {1e6 * fit.rate_error:.0f} ppm {'fast' if fast > 0.0 else 'slow'},"
-        f" by the signal (correlation {fit.correlation:.4f})"
+        f" by {shared} (correlation {fit.correlation:.4f})"
     )
 
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import make_lsq_spline, splrep
 
-from pamsim.comparison.experiments import as_read, start_pressures
+from pamsim.comparison.experiments import as_read
 from pamsim.comparison.links import LinkRun
 from pamsim.core.units import FloatArray
 from pamsim.engine.external import passable
@@ -29,6 +29,7 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
 from pamsim.recordings.signals import IMPOSED
+from pamsim.recordings.start_pressures import start_pressures
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 

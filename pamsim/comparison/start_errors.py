@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.experiments import start_pressures
 from pamsim.comparison.link_inputs import sample_noise
 from pamsim.comparison.repeats import same_input
 from pamsim.core.units import FloatArray
+from pamsim.recordings.start_pressures import start_pressures
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 

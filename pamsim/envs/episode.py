@@ -26,6 +26,7 @@ from pamsim.envs.actions import KINDS
 from pamsim.envs.scales import Reach
 from pamsim.envs.settings import RANGES, EnvSettings, check_names, check_supply
 from pamsim.envs.tasks import held, task_signals
+from pamsim.inference.estimate import NORMAL95
 from pamsim.recordings.experiment import Experiment
 
 STIFFNESS, TORQUE, NOISE = 3, 4, 5
@@ -33,7 +34,6 @@ STIFFNESS, TORQUE, NOISE = 3, 4, 5
 noise of all joints' positions and all muscles' pressures."""
 
 _SEEDS = 2**63
-_NORMAL95 = 1.959964  # standard deviations from the centre of a 95 % interval to its ends
 
 _STEPS = 16
 """Time steps in one in which a rig whose parameters are drawn comes to rest: its angle is within
@@ -83,7 +83,7 @@ def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
         known = rig_parameter(rig, name)
         if known.interval95 is not None:
             low, high = known.interval95
-            sd = abs(high - low) / (2.0 * _NORMAL95)
+            sd = abs(high - low) / (2.0 * NORMAL95)
             drawn[name] = known.value, sd, known.spec.low, known.spec.high
     return drawn
 

@@ -11,16 +11,12 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.choose import (
-    Candidate,
-    Choice,
-    by_free_run,
-    by_likelihood,
-)
+from pamsim.identification.choose import Choice, by_free_run, by_likelihood
 from pamsim.identification.continuous import STARTS, ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import FitStatus, IdentifiedModel
+from pamsim.identification.recommendation import Candidate
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import (
     residual_independence,

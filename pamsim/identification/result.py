@@ -14,19 +14,14 @@ from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
-from pamsim.identification.choose import (
-    AICC,
-    LIKELIHOOD,
-    Candidate,
-    Choice,
-    Recommendation,
-)
+from pamsim.identification.choose import AICC, LIKELIHOOD, Choice
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.curves import Curves, TrialCurve, curves_of, trial_curve
 from pamsim.identification.data import IdentifyData, Source, load_data
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
+from pamsim.identification.recommendation import Candidate, Recommendation
 from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
 from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit

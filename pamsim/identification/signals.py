@@ -13,6 +13,7 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.records import SignalRecord
 from pamsim.inference.record_checks import UNIFORM_TOLERANCE
 from pamsim.recordings.signals import KINDS, MUSCLE_DRIVES, column_of, command_columns
+from pamsim.recordings.start_pressures import start_pressure
 from pamsim.recordings.trial import Trial
 
 _TERM = re.compile(r"\s*([+-]?)\s*([^\W\d]\w*)")
@@ -223,7 +224,7 @@ def table_of(trial: Trial) -> SignalTable:
     pressed = [MUSCLE_DRIVES[kind].unit == "Pa" for kind in trial.drives.muscles]
     rest = trial.command[0].copy()
     for muscle, by_pressure in enumerate(pressed):
-        rest[muscle] = _first_pressure(trial, muscle) if by_pressure else 0.0
+        rest[muscle] = start_pressure(trial, muscle) if by_pressure else 0.0
     pressures = [
         trial.measured.get(channel, command if by_pressure else None)
         for channel, command, by_pressure in zip(
@@ -244,19 +245,6 @@ def table_of(trial: Trial) -> SignalTable:
         rest={name: v for name, v in zip(driven, rest.tolist(), strict=True) if name},
         level=np.mean(known, axis=0) if known else None,
     )
-
-
-def _first_pressure(trial: Trial, muscle: int) -> float:
-    """Gauge pressure at which a muscle behind a regulator rests before the trial [Pa]."""
-    lead, measured = trial.lead_in, trial.measured.get(trial.pressure_channels[muscle])
-    first = float(trial.command[0, muscle])
-    if lead is not None:
-        known = lead.start_pressure[muscle]
-        first = float(known if np.isfinite(known) else lead.command[0, muscle])
-    elif measured is not None:
-        first = float(measured[0])
-    # A vented sensor may read slightly below the atmosphere, where the muscle is.
-    return max(first, 0.0)
 
 
 def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tuple[UsedTrial, str]:

@@ -139,14 +139,15 @@ def _undamped(of: Outcome) -> str:
     With a command that repeats itself such poles lie at its harmonics, where they imitate what is
     not linear. Of a pair slower than the records no period is seen: it stands for a drift.
     """
-    structure = of.continuous
-    for pair in range(structure.pairs if structure and of.range else 0):
+    if not (of.continuous and of.range):
+        return ""
+    duration = of.range[1]
+    for pair in range(of.continuous.pairs):
         wn, zeta = np.exp(of.x[2 * pair : 2 * pair + 2])
         half = of.at.half_width(of.at.unit(2 * pair + 1))
         at_bound = np.log(zeta / LEAST_DAMPING) < _AT_BOUND
         vague = at_bound or half is None or half > np.log(VAGUE)
-        seen = of.range is not None and wn * of.range[1] > 2.0 * np.pi
-        if of.range and vague and seen and zeta * wn * of.range[1] < 1.0:
+        if vague and wn * duration > 2.0 * np.pi and zeta * wn * duration < 1.0:
             return (
                 f"zeta = {zeta:.3g}: the oscillation at {wn:.3g} rad/s lasts longer than the"
                 " records, which do not show its damping; lower the order"

@@ -10,6 +10,9 @@ from pamsim.inference.free_parameter import Prior
 
 Interval = tuple[float, float]
 
+NORMAL95 = 1.959964
+"""Standard deviations of a normal distribution from the centre of its 95 % interval to an end."""
+
 
 class Flag(StrEnum):
     """Why an estimate should not be quoted as it stands."""

@@ -17,10 +17,10 @@ import itertools
 import os
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,28 +93,27 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     """
     index = Path(path) / INDEX if Path(path).is_dir() else Path(path)
     table = _index(index)
-    read: list[tuple[Trial, Columns, Collection[str]]] = []
+    read: list[_Read] = []
     trials: list[Trial] = []
     notes: list[str] = []
-    unused: dict[tuple[str, ...], list[str]] = {}
     for number, one in enumerate(table["trial"], start=1):
         own = table["columns"] is not None
         columns = read_columns(index.parent / one["file"], numbers_only=own)
         if own:
             columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
-        read.append(_trial(one, columns, notes, unused))
-        trials += segments.trials_of(read[-1][0], one, f"{index}: trial {number}")
+        read.append(_trial(one, columns, notes))
+        trials += segments.trials_of(read[-1].trial, one, f"{index}: trial {number}")
     if table["columns"] is None:  # a log states its units itself, and bellows work at a few kPa
-        recording_checks.units_of_all([columns for _, columns, _ in read])
-    first, of_first = _muscles(read[0][0]), read[0][1].path.name
-    for trial, columns, _ in read:
-        if _muscles(trial) != first:
+        recording_checks.units_of_all([one.columns for one in read])
+    first, of_first = _muscles(read[0].trial), read[0].columns.path.name
+    for one in read:
+        if _muscles(one.trial) != first:
             raise InputError(
-                f"{columns.path}: commands {_muscles(trial)}, {of_first} {first}; a recording is"
-                " of one rig"
+                f"{one.columns.path}: commands {_muscles(one.trial)}, {of_first} {first}; a"
+                " recording is of one rig"
             )
     unmeasured: list[str] = []
-    for channel in dict.fromkeys(channel for _, _, channels in read for channel in channels):
+    for channel in dict.fromkeys(channel for one in read for channel in one.channels):
         missing = [trial.name for trial in trials if channel not in trial.measured]
         if missing:
             where = "any trial" if len(missing) == len(trials) else ", ".join(missing)
@@ -129,12 +128,29 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
     # A path is relative to the recording; `pamsim.load_rig` finds it from anywhere.
     beside = index.parent / table["rig"]
     rig = str(beside) if os.path.isfile(beside / "params.toml") else table["rig"]
-    notes += [
+    return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes, *_unused(read)))
+
+
+class _Read(NamedTuple):
+    """A trial of a file, its known columns, channels, and columns that are not used."""
+
+    trial: Trial
+    columns: Columns
+    channels: Collection[str]
+    unused: tuple[str, ...]
+
+
+def _unused(read: Sequence[_Read]) -> list[str]:
+    """Columns that are not used, once for all files that have the same."""
+    files: dict[tuple[str, ...], list[str]] = {}
+    for one in read:
+        files.setdefault(one.unused, []).append(one.trial.name)
+    return [
         f"{', '.join(names) if len(names) < len(read) else 'every file'}: not used:"
         f" {', '.join(map(repr, columns))}"
-        for columns, names in unused.items()
+        for columns, names in files.items()
+        if columns
     ]
-    return TrialSet(rig=rig, trials=tuple(trials), notes=(*unmeasured, *notes))
 
 
 def _muscles(trial: Trial) -> str:
@@ -188,16 +204,8 @@ def _checked(table: object, where: str) -> dict[str, Any]:
     return entry
 
 
-def _trial(
-    table: Mapping[str, Any],
-    columns: Columns,
-    notes: list[str],
-    unused: dict[tuple[str, ...], list[str]],
-) -> tuple[Trial, Columns, Collection[str]]:
-    """The trial of an entry, those of its file's columns that are known, and its channels.
-
-    Adds to the notes, and to the trials by the columns of theirs that are not used.
-    """
+def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Read:
+    """The trial of an entry, with what its file has; what else to know is added to the notes."""
     drive: DriveLike = table["drive"]
     muscles = _named_muscles(columns, drive)
     if not muscles:
@@ -227,9 +235,7 @@ def _trial(
     recording_checks.units(columns, driven)
     used = {"time_s", *command, *channels}
     notes += [f"{name}: {note}" for note in (jitter, *columns.notes) if note]
-    left = (*columns.ignored, *(column for column in columns.cells if column not in used))
-    if left:
-        unused.setdefault(left, []).append(name)
+    unused = (*columns.ignored, *(column for column in columns.cells if column not in used))
     time = columns.values["time_s"]
     trial = Trial(
         name=name,
@@ -241,7 +247,7 @@ def _trial(
         measured={channels[c]: columns.si(c) for c in channels if c in columns.cells},
         muscle_names=muscles,
     )
-    return trial, columns, channels.values()
+    return _Read(trial, columns, channels.values(), unused)
 
 
 def _named_muscles(columns: Columns, drive: DriveLike) -> tuple[str, ...]:

@@ -177,7 +177,8 @@ def run() -> None:
     with tempfile.TemporaryDirectory() as folder:  # compiles, and imports what all runs need
         prepared(Path(folder))
     leaves(cli)
-    fork, faults = multiprocessing.get_context("fork"), list[tuple[int, str, str]]()
+    fork = multiprocessing.get_context("fork")
+    faults: list[tuple[int, str, str]] = []
     for number in tqdm(range(options.runs), unit="run"):
         ours, theirs = fork.Pipe(duplex=False)
         process = fork.Process(target=one_run, args=(options.seed, number, options.seconds, theirs))

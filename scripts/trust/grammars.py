@@ -214,9 +214,9 @@ def _table(rng: Draw, usual: Sequence[str]) -> bytes:
     )
 
 
-def _numbers_of(one: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+def _leaves_of(one: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     if isinstance(one, Mapping):
-        return [p for k, v in one.items() for p in _numbers_of(v, (*path, k))]
+        return [p for k, v in one.items() for p in _leaves_of(v, (*path, k))]
     return [path]
 
 
@@ -224,7 +224,7 @@ def params(rng: Draw) -> bytes:
     """A ``params.toml`` of the arm with other numbers, units, laws and keys."""
     text = (shipped_rigs() / "mas20_arm" / "params.toml").read_text(encoding="utf-8")
     content = tomllib.loads(text)
-    places = _numbers_of(content)
+    places = _leaves_of(content)
     for _ in range(int(rng.integers(1, 6))):
         *path, last = _pick(rng, places)
         where: Any = content

@@ -206,7 +206,7 @@ def test_the_index_is_there_once_it_is_right(imported, tmp_path, monkeypatch):
     def interrupted(*args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("pamsim.comparison.import_log._turned", interrupted)
+    monkeypatch.setattr("pamsim.comparison.import_log.turned_joints", interrupted)
     with pytest.raises(KeyboardInterrupt):
         imported()
     assert [path.name for path in (tmp_path / "data").iterdir()] == ["run_7.csv"]
