@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pamsim.calibration.calibration_problem import CalibrationProblem
+from pamsim.calibration.first_values import first_values
 from pamsim.calibration.result import Calibration, write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, comparisons_of
 from pamsim.comparison.experiments import experiment_of
@@ -18,6 +19,7 @@ from pamsim.comparison.free_parameters import (
     Bounds,
     FreedParameter,
     default_names,
+    first_names,
     freed_parameters,
 )
 from pamsim.comparison.likely_mistakes import likely_mistakes
@@ -54,6 +56,7 @@ def calibrate(
     *,
     rig: str | os.PathLike[str] | Rig | None = None,
     free: Sequence[str] = (),
+    first: bool = False,
     bounds: Mapping[str, Bounds] | None = None,
     prior: bool = False,
     channels: Sequence[str] = CHANNELS,
@@ -75,6 +78,8 @@ def calibrate(
             ``mas20_arm`` for static tables alone.
         free: parameters to fit, see `freed_parameters`; if left out, those of `default_names` that
             the data show.
+        first: the rig's file may be far off: the fit begins at values that are found link by link
+            (see `first_values`), and frees `first_names` if ``free`` is left out.
         bounds: name -> (low, high) [SI], such as ``{"joint.shaft.damping": (0.1, 2.0)}``.
         prior: take the 95 % intervals of the rig's file as prior knowledge.
         channels: kinds of channel to compare.
@@ -101,8 +106,10 @@ def calibrate(
     loaded = given_or_recorded(rig, data.rig or DEFAULT_RIG)
     data = data.of_rig(loaded)
     fitted, held_out = split_held_out(data, hold_out)
-    wanted = tuple(free) or default_names(loaded, moving=bool(fitted.trials))
-    freed = freed_parameters(loaded, wanted, bounds=bounds, prior=prior)
+    if first and not fitted.trials:
+        raise InputError("`first` needs recordings over time; there are only tables of angles")
+    usual = first_names(loaded) if first else default_names(loaded, moving=bool(fitted.trials))
+    freed = freed_parameters(loaded, tuple(free) or usual, bounds=bounds, prior=prior)
     names = [f.name for f in freed]
     for name in profiles:
         if name not in names:
@@ -120,6 +127,15 @@ def calibrate(
             simulated=counter.simulated,
         )
 
+    if first:
+        freed = first_values(
+            loaded,
+            fitted.trials,
+            freed,
+            threads=threads,
+            simulated=counter.simulated,
+            stage=counter.report,
+        )
     compared = problem(fitted, freed)
     jacobian, not_shown = None, ()
     if not free:
@@ -148,7 +164,7 @@ def calibrate(
     fit = _at_the_optimum(compared, parameters, fit, max_iterations, counter)
     counter.report("profiles" if profiles else "comparison")
     profiled = tuple(profile(compared, parameters, fit, name) for name in profiles)
-    pair = np.array([[p.start for p in parameters], fit.values])
+    pair = np.array([[f.before.value for f in freed], fit.values])
     comparisons = [*_comparisons(compared, pair, False), *_comparisons(unseen, pair, True)]
     folder = None if out is None else write_calibrated_rig(loaded, freed, fit, data.sources, out)
     return Calibration(

@@ -3,19 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
-from pamsim.comparison.free_parameters import FreedParameter
+from pamsim.comparison.free_parameters import FreedParameter, rig_values
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor
-from pamsim.core.errors import ParameterError
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
 
+Case, Found = TypeVar("Case"), TypeVar("Found")
+
 _REMEMBERED = 4
 """Simulated vectors: those that a fit comes back to with other starts are the last ones."""
+
+
+def possible(
+    simulate: Callable[[Sequence[Case]], Sequence[Found | None]],
+    cases: Sequence[Case],
+    *,
+    begun: bool,
+) -> list[Found | None]:
+    """What cases give when simulated together; None for those that cannot begin.
+
+    A muscle that would be longer than its fibres is a reason to search elsewhere, but not at the
+    rig as it is.
+
+    Args:
+        simulate: cases together.
+        cases: such as rigs.
+        begun: whether any has been simulated before; if not, what is wrong is raised.
+
+    Raises:
+        InputError: if the first cases cannot begin.
+    """
+    try:
+        return list(simulate(cases))
+    except InputError:
+        if not begun:
+            raise
+        if len(cases) == 1:
+            return [None]
+    return [found for case in cases for found in possible(simulate, [case], begun=True)]
 
 
 class CalibrationProblem:
@@ -77,7 +109,8 @@ class CalibrationProblem:
             if key not in self._simulated
         }
         if new:
-            found = self.predictor.as_simulated([self._rig(vector) for vector in new.values()])
+            rigs = [self._rig(vector) for vector in new.values()]
+            found = possible(self.predictor.as_simulated, rigs, begun=bool(self._simulated))
             self._simulated.update(zip(new, found, strict=True))
         answer = [self._simulated[key] for key in keys]
         used = [*self._simulated, *keys, self._start.tobytes()]  # a fit is compared with its start
@@ -99,10 +132,7 @@ class CalibrationProblem:
             self.predictor.linearise_starts(self._rig(vector), simulated=simulated)
 
     def _rig(self, vector: FloatArray) -> Rig | None:
-        values: dict[str, float] = {}
-        for freed, number in zip(self.freed, vector, strict=True):
-            values |= freed.values(float(number))
         try:
-            return self.rig.with_parameters(values)
+            return self.rig.with_parameters(rig_values(self.freed, vector.tolist()))
         except ParameterError:  # an open end of a range, such as a length of exactly 0
             return None

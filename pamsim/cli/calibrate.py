@@ -33,6 +33,11 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
 @options.recorded_rig
 @options.names("--free", names=options.parameter_names, help="Parameters to fit; A=B is one number")
 @click.option(
+    "--first",
+    is_flag=True,
+    help="The rig's file may be far off: begin link by link, from the joint back to the valves.",
+)
+@click.option(
     "--bounds",
     multiple=True,
     callback=_bounds,

@@ -6,9 +6,11 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pamsim.comparison.effects_on_rig import candidate, rig_effect
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import Sourced
 from pamsim.core.units import parse_quantity, to_si
+from pamsim.effects.effect import AT
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import RigParameter, rig_parameter
 from pamsim.engine.rig import Rig
@@ -36,6 +38,15 @@ _MOVING = (
     "valve.conductance_fill",
     "valve.conductance_exhaust",
 )
+_FIRST = (
+    "force.scale",
+    "passive.stiffness",
+    "valve.conductance_fill",
+    "valve.conductance_exhaust",
+    "chamber.dead_volume",
+)
+_LENGTH, _SCALE = "mounting.length_at_zero", "braid.nominal_length"
+_FRICTION = "frictionloss"
 # Without forces measured, the size of all forces together shows at rest by the load alone.
 _AT_REST = ("passive.stiffness", "passive.locking")
 
@@ -70,9 +81,11 @@ class FreedParameter:
         """A value [SI] in the unit of the rig's file."""
         return to_si(value, self.before.spec.unit, self.written_unit, where=self.name)
 
-    def values(self, value: float) -> dict[str, float]:
-        """The value under every name that takes it [SI]."""
-        return dict.fromkeys(self.names, value)
+
+def rig_values(freed: Sequence[FreedParameter], values: Sequence[float]) -> dict[str, float]:
+    """Values (p,) of freed parameters under the names of the rig's parameters [SI]."""
+    pairs = zip(freed, values, strict=True)
+    return {name: float(value) for one, value in pairs for name in one.names}
 
 
 def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
@@ -88,10 +101,7 @@ def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
     Raises:
         InputError: if the rig states none of them.
     """
-    stated = {
-        **{f"{group}.{k}": v for group, part in rig.file.muscle.items() for k, v in part.items()},
-        **rig.file.native,
-    }
+    stated = _stated(rig)
     joints = [f"joint.{joint}.damping" for joint in rig.joints]
     usual = (*_MOVING, *joints) if moving else _AT_REST
     open_before = [
@@ -112,6 +122,32 @@ def default_names(rig: Rig, *, moving: bool) -> tuple[str, ...]:
             f" ({', '.join(usual)}); name some with `free`"
         )
     return tuple(chosen[:MOST_BY_DEFAULT])
+
+
+def first_names(rig: Rig) -> tuple[str, ...]:
+    """Parameters to free where a rig's file may be far off: what is seldom measured apart.
+
+    How long each muscle is mounted, how hard muscles pull and push back, what damps and brakes each
+    joint, and how the air flows into which volume, as far as the rig's file states them.
+    """
+    stated = _stated(rig)
+    lengths = [
+        f"{muscle}:{_LENGTH}" if len(rig.muscles) > 1 else _LENGTH
+        for muscle in rig.muscles
+        if _SCALE in stated  # bellows have none: their lengths are those between the pins
+    ]
+    damping = [f"joint.{joint}.damping" for joint in rig.joints]
+    stated |= {name: None for name in damping}
+    usual = [n for n in (*_FIRST, *damping) if n in stated and rig_parameter(rig, n).value != 0.0]
+    return (*lengths, *usual, *(f"joint.{joint}.{_FRICTION}" for joint in rig.joints))
+
+
+def _stated(rig: Rig) -> dict[str, object]:
+    """What a rig's file states of all muscles and of its MJCF."""
+    groups = rig.file.muscle.items()
+    return {f"{group}.{k}": v for group, part in groups for k, v in part.items()} | dict(
+        rig.file.native
+    )
 
 
 def freed_parameters(
@@ -150,7 +186,7 @@ def freed_parameters(
                     f"`free` {name}: {other} is free already, which sets the same number"
                 )
         limits = [given.pop(name) for name in names if name in given]
-        freed.append(_freed(names, parameters, limits[0] if limits else None, prior))
+        freed.append(_freed(rig, names, parameters, limits[0] if limits else None, prior))
     if given:
         known = [name for parameter in freed for name in parameter.names]
         unknown = next(iter(given))
@@ -159,10 +195,14 @@ def freed_parameters(
 
 
 def _freed(
-    names: tuple[str, ...], parameters: Sequence[RigParameter], limits: Bounds | None, prior: bool
+    rig: Rig,
+    names: tuple[str, ...],
+    parameters: Sequence[RigParameter],
+    limits: Bounds | None,
+    prior: bool,
 ) -> FreedParameter:
     first, spec = parameters[0], parameters[0].spec
-    low, high, source = _range(first, limits)
+    low, high, source = _range(rig, first, limits)
     low = max(low, *(parameter.spec.low for parameter in parameters))
     high = min(high, *(parameter.spec.high for parameter in parameters))
     in_proportion = low > 0.0 and high > _WIDE * low
@@ -179,7 +219,7 @@ def _freed(
     return FreedParameter(names=names, free=free, before=first, range_source=source)
 
 
-def _range(parameter: RigParameter, limits: Bounds | None) -> tuple[float, float, str]:
+def _range(rig: Rig, parameter: RigParameter, limits: Bounds | None) -> tuple[float, float, str]:
     spec, stated, value = parameter.spec, parameter.stated, parameter.value
     unit = stated.unit if stated else spec.unit
     if limits is not None:
@@ -192,6 +232,8 @@ def _range(parameter: RigParameter, limits: Bounds | None) -> tuple[float, float
     if stated and stated.bounds:
         low, high = (to_si(end, unit, spec.unit, where=stated.where) for end in stated.bounds)
         return low, high, "bounds of params.toml"
+    if (range_ := _of_effect(rig, parameter)) is not None:
+        return range_
     if value == 0.0:
         if ParameterName.parse(parameter.name).owner == "native":
             raise InputError(
@@ -208,6 +250,20 @@ def _range(parameter: RigParameter, limits: Bounds | None) -> tuple[float, float
         value + reach,
         f"{FACTOR:g} times its size, or its stated uncertainty, either way",
     )
+
+
+def _of_effect(rig: Rig, parameter: RigParameter) -> tuple[float, float, str] | None:
+    """Range of a parameter whose value does not show it, as of the effect that changes it."""
+    name = ParameterName.parse(parameter.name)
+    if name.parameter == _LENGTH and _SCALE in _stated(rig):
+        effect, place = "rest_length", name.muscle
+    elif parameter.value == 0.0 and name.parameter.endswith(f".{_FRICTION}"):
+        effect, joint = "coulomb_friction", parameter.name.split(".")[1]
+        place = joint if len(rig.joints) > 1 else ""
+    else:
+        return None
+    (free,) = candidate(rig, rig_effect(rig, effect + (place and f"{AT}{place}"))).parameters
+    return free.low, free.high, f"range of the effect {effect}"
 
 
 def _prior(parameter: RigParameter) -> Prior | None:

@@ -8,7 +8,13 @@ import pytest
 
 import pamsim
 from pamsim.comparison.candidate import INSIDE, Candidate, inside
-from pamsim.comparison.free_parameters import FACTOR, default_names, freed_parameters
+from pamsim.comparison.free_parameters import (
+    FACTOR,
+    default_names,
+    first_names,
+    freed_parameters,
+    rig_values,
+)
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.effects.effect import Effect, EffectParameter
@@ -73,7 +79,7 @@ def test_prior_is_the_stated_interval(rig):
 
 def test_tied_names_one_muscle_and_native_fields_can_be_freed(rig):
     freed = of(rig, "valve.conductance_fill = valve.conductance_exhaust")
-    assert freed.values(3e-10) == {
+    assert rig_values([freed], [3e-10]) == {
         "valve.conductance_fill": 3e-10,
         "valve.conductance_exhaust": 3e-10,
     }
@@ -83,7 +89,7 @@ def test_tied_names_one_muscle_and_native_fields_can_be_freed(rig):
     assert second.free.start == rig.muscles["muscle_2"].chamber.dead_volume
     assert armature.free.start == rig.model.joint("shaft").armature[0]
     assert sprocket.free.start == rig.file.native["tendon.chain_1.coef"].si("m")
-    changed = rig.with_parameters(armature.values(0.004))
+    changed = rig.with_parameters(rig_values([armature], [0.004]))
     assert changed.model.joint("shaft").armature[0] == 0.004
 
 
@@ -149,3 +155,15 @@ def test_an_end_counts_unless_it_is_neutral_zero_or_natural() -> None:
     assert found.at_end(inner | {"size": 3.99})
     assert found.at_end(inner | {"shape": 0.5})
     assert not found.at_end(inner | {"shape": 0.52})
+
+
+def test_far_off_files_free_each_length_friction_and_the_air(rig):
+    arm = freed_parameters(rig, first_names(rig))
+    lengths = [f.free for f in arm if f.name.endswith(":mounting.length_at_zero")]
+    # Within a quarter of the nominal length either way.
+    assert [(f.start, f.low, f.high) for f in lengths] == [(0.25, 0.1875, 0.3125)] * 2
+    friction = next(f for f in arm if f.name == "joint.shaft.frictionloss")
+    assert (friction.free.start, friction.free.low, friction.free.high) == (0.0, 0.0, 5.0)
+    bellows = first_names(pamsim.load_rig("equimus_leg"))
+    assert "joint.hip.damping" in bellows
+    assert not any("length_at_zero" in name for name in bellows)

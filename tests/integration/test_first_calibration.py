@@ -1,0 +1,100 @@
+"""Calibration of a rig whose file is far off: it begins link by link."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import pamsim
+from pamsim.calibration.calibrate import calibrate
+from pamsim.calibration.first_values import first_values
+from pamsim.comparison.free_parameters import first_names, freed_parameters
+from pamsim.comparison.measurements import read_calibration_data
+from pamsim.core.errors import InputError
+
+PLANTED = {
+    "muscle_1:mounting.length_at_zero": 0.2455,
+    "muscle_2:mounting.length_at_zero": 0.2532,
+    "valve.conductance_fill": 3.4e-10,
+    "chamber.dead_volume": 14e-6,
+    "joint.shaft.damping": 0.22,
+    "joint.shaft.frictionloss": 0.13,
+}
+INPUTS = (
+    [(0.4, -0.5), (0.0, 0.0), (-0.6, 0.5), (0.0, 0.2)],
+    [(0.5, 0.5), (-0.2, 0.0), (-0.4, -0.6), (0.3, -0.2)],
+)
+
+
+@pytest.fixture(scope="module")
+def rig():
+    rig = pamsim.load_rig("mas20_arm")
+    rig.model.opt.timestep = 1e-3
+    return rig
+
+
+@pytest.fixture(scope="module")
+def recording(rig, tmp_path_factory):
+    """Two trials of the planted rig, with a little noise."""
+    folder = tmp_path_factory.mktemp("planted")
+    planted = rig.with_parameters(PLANTED)
+    rng = np.random.default_rng(1)
+    trials = {}
+    for number, openings in enumerate(INPUTS):
+        run = pamsim.simulate(
+            planted,
+            pamsim.Experiment(
+                drive="valve",
+                command_time=0.3 * np.arange(4),
+                command_value=np.array(openings),
+                start_pressure=np.array([2.5e5, 2.5e5]),
+                duration=1.2,
+                sample_rate=100.0,
+            ),
+        )
+        trials[f"input_{number}"] = replace(
+            run.with_angle(run.angle + 1e-4 * rng.standard_normal(run.angle.shape)),
+            pressure=run.pressure + 50.0 * rng.standard_normal(run.pressure.shape),
+            tension=run.tension + 0.1 * rng.standard_normal(run.tension.shape),
+        )
+    pamsim.write_recording(folder, "mas20_arm", trials)
+    return folder
+
+
+def test_each_link_leads_most_of_the_way_to_the_planted_rig(rig, recording):
+    trials = read_calibration_data([recording]).of_rig(rig).trials
+    stages: list[str] = []
+    freed = freed_parameters(rig, list(PLANTED))
+    found = first_values(rig, trials, freed, stage=stages.append)
+    assert [one.name for one in found] == [one.name for one in freed]
+    for before, one in zip(freed, found, strict=True):
+        far = abs(one.before.value - PLANTED[one.name])
+        assert before.free.start == one.before.value
+        assert abs(one.free.start - PLANTED[one.name]) < 0.2 * far, one.name
+    # From the joint back to the valves, all together at last.
+    links = [text.partition(":")[0] for text in stages]
+    assert links == ["joint and transmission", "muscle", "valves and air", "all links"]
+    assert stages[1].count("length_at_zero") == 2
+
+
+def test_a_calibration_that_begins_there_ends_at_the_planted_rig(rig, recording):
+    *known, brake = PLANTED
+    near = rig.with_parameters({name: PLANTED[name] for name in known[1:]})
+    free = [known[0], brake]
+    found = calibrate([recording], rig=near, free=free, first=True, channels=["angle"])
+    for one in found.parameters:
+        assert one.value == pytest.approx(PLANTED[one.name], rel=0.01), one.name
+    length, friction = found.to_dict()["parameters"]
+    assert (length["before"], friction["before"]) == (0.25, 0.0)
+    assert friction["range_source"] == "range of the effect coulomb_friction"
+
+
+def test_tables_at_rest_cannot_lead_link_by_link(rig):
+    with pytest.raises(InputError, match="`first` needs recordings over time"):
+        calibrate(["mas20"], rig=rig, first=True)
+
+
+def test_what_is_freed_is_what_a_file_seldom_has_measured(rig):
+    assert set(PLANTED) < set(first_names(rig))
