@@ -136,14 +136,19 @@ def calibrate(
             simulated=counter.simulated,
             stage=counter.report,
         )
+    jacobian, not_shown = None, []
+    if first and not free:
+        # Friction that comes out as none, as it was, would only make the fit less smooth.
+        none = [f.name for f in freed if f.free.start == f.free.low == f.before.value]
+        not_shown += [name for name in none if name not in profiles]
+        freed = tuple(f for f in freed if f.name not in not_shown)
     compared = problem(fitted, freed)
-    jacobian, not_shown = None, ()
     if not free:
         seen, jacobian = shown(compared, [f.free for f in freed])
         seen |= [f.name in profiles for f in freed]
         if seen.any() and not seen.all():
             jacobian = jacobian[:, seen]
-            not_shown = tuple(f.name for f, yes in zip(freed, seen, strict=True) if not yes)
+            not_shown += [f.name for f, yes in zip(freed, seen, strict=True) if not yes]
             freed = tuple(f for f in freed if f.name not in not_shown)
             compared = problem(fitted, freed)
     unseen = problem(held_out, freed)

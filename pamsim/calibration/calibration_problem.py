@@ -15,7 +15,8 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
 
-Case, Found = TypeVar("Case"), TypeVar("Found")
+Case = TypeVar("Case")
+Found = TypeVar("Found")
 
 _REMEMBERED = 4
 """Simulated vectors: those that a fit comes back to with other starts are the last ones."""

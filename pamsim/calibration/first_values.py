@@ -89,9 +89,7 @@ def first_values(
     return tuple(now.values())
 
 
-def _stages(
-    freed: Sequence[FreedParameter], runs: Sequence[tuple[Trial, LinkRun]]
-) -> list[_Stage]:
+def _stages(freed: Sequence[FreedParameter], runs: Sequence[tuple[Trial, LinkRun]]) -> list[_Stage]:
     links = sorted({run.link for _, run in runs}, key=lambda link: link.order, reverse=True)
     stages: list[_Stage] = []
     placed: list[FreedParameter] = []

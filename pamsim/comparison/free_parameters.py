@@ -136,18 +136,17 @@ def first_names(rig: Rig) -> tuple[str, ...]:
         for muscle in rig.muscles
         if _SCALE in stated  # bellows have none: their lengths are those between the pins
     ]
+    known = [name for name in _FIRST if name in stated]
     damping = [f"joint.{joint}.damping" for joint in rig.joints]
-    stated |= {name: None for name in damping}
-    usual = [n for n in (*_FIRST, *damping) if n in stated and rig_parameter(rig, n).value != 0.0]
+    usual = [name for name in (*known, *damping) if rig_parameter(rig, name).value != 0.0]
     return (*lengths, *usual, *(f"joint.{joint}.{_FRICTION}" for joint in rig.joints))
 
 
-def _stated(rig: Rig) -> dict[str, object]:
+def _stated(rig: Rig) -> dict[str, Sourced | str]:
     """What a rig's file states of all muscles and of its MJCF."""
     groups = rig.file.muscle.items()
-    return {f"{group}.{k}": v for group, part in groups for k, v in part.items()} | dict(
-        rig.file.native
-    )
+    shared = {f"{group}.{k}": v for group, part in groups for k, v in part.items()}
+    return {**shared, **rig.file.native}
 
 
 def freed_parameters(
