@@ -20,6 +20,7 @@ from pamsim.diagnosis.by_link.entries import (
     far_from_stated,
     link_entries,
     nuisance_entries,
+    suspect_entries,
 )
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.learned_entry import learned_entries
@@ -78,6 +79,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
         rig=rig.name,
         links=link_entries(found),
         effects=effect_entries(rig, found),
+        suspected=suspect_entries(rig, found),
         learned=learned_entries(rig, found.shape),
         gap=chain.gap,
         nuisance=refitted,

@@ -47,6 +47,7 @@ class LinkDiagnosis:
             parameters refitted; 1 is noise.
         after: the same with the effects of which at least the place is certain.
         effects: that are there, the largest gain first.
+        suspected: without any of those, effects that fit what is fitted, none of them certain.
         sizes: parameter of an effect -> value and interval.
         remainders: what is left in every link with all effects.
         unexplained: what is left with those of which at least the place is certain.
@@ -62,6 +63,7 @@ class LinkDiagnosis:
     before: Mapping[Link, float]
     after: Mapping[Link, float]
     effects: tuple[Judged, ...]
+    suspected: tuple[Candidate, ...] = ()
     sizes: Mapping[str, Size]
     remainders: Mapping[Link, Remainder]
     unexplained: Mapping[Link, Remainder]
@@ -129,7 +131,8 @@ def diagnose_links(
     sure = claimed(fitter, searched, model, effects, alpha=alpha)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     left, unexplained, whole = unseen.remainders(model), unseen.remainders(sure), None
-    found = sizes(fitter, sharpened(fitter, model))
+    suspected = () if effects else searched.model.effects
+    found = sizes(fitter, sharpened(fitter, searched.model if suspected else model))
     nothing_left = not any(one.counts(alpha) for one in left.values())
     if effects and (nothing_left or all(one.certain(alpha)["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
@@ -158,6 +161,7 @@ def diagnose_links(
         before={link: float(np.mean(loss)) for link, loss in before.items()},
         after={link: float(np.mean(loss)) for link, loss in after.items()},
         effects=effects,
+        suspected=suspected,
         sizes=found,
         remainders=left,
         unexplained=unexplained,

@@ -20,6 +20,7 @@ from pamsim.diagnosis.by_link.result import (
     NuisanceEntry,
     RivalEntry,
     SizeEntry,
+    SuspectEntry,
 )
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.physical_size import Fitted, physical_sizes
@@ -60,6 +61,20 @@ def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, 
         jacobian=_beside_nuisance(found.model, names),
     )
     return tuple(_effect(rig, found, fitted, one) for one in found.effects)
+
+
+def suspect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[SuspectEntry, ...]:
+    """Effects that may be there where something is left, none of them certain."""
+    if not any(one.undecided or one.counts(ALPHA) for one in found.unexplained.values()):
+        return ()
+    return tuple(
+        SuspectEntry(
+            effect=one.label,
+            missing=one.effect.missing,
+            sizes={p.name: _size(rig, p, found.sizes[p.name]) for p in one.parameters},
+        )
+        for one in found.suspected
+    )
 
 
 def nuisance_entries(

@@ -167,6 +167,21 @@ class EffectEntry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class SuspectEntry:
+    """An effect that fits what was fitted, where none is certain.
+
+    Attributes:
+        effect: with its form and place.
+        missing: what a model without it is missing, as the end of a sentence.
+        sizes: parameter -> value, if it is the cause; the one that measures the effect first.
+    """
+
+    effect: str
+    missing: str
+    sizes: Mapping[str, SizeEntry]
+
+
+@dataclass(frozen=True, kw_only=True)
 class NuisanceEntry:
     """A parameter that was refitted with every effect, in ``unit``.
 
@@ -277,6 +292,7 @@ class LinkReport:
         rig: its name.
         links: from the command on.
         effects: that are there, the largest first.
+        suspected: effects that may be there where none is certain.
         learned: curves of what has no name, where something is left behind the muscles.
         gap: channel -> what the whole chain misses, from the command on.
         nuisance: parameters that were refitted.
@@ -295,6 +311,7 @@ class LinkReport:
     rig: str
     links: tuple[LinkEntry, ...]
     effects: tuple[EffectEntry, ...]
+    suspected: tuple[SuspectEntry, ...] = ()
     learned: tuple[LearnedEntry, ...] = ()
     gap: Mapping[str, ChannelGap] = field(default_factory=dict[str, ChannelGap])
     nuisance: tuple[NuisanceEntry, ...] = ()

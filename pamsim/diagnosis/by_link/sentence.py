@@ -12,7 +12,7 @@ from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport, SizeEntry
+    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport, SizeEntry, SuspectEntry
 
 
 def verdict_sentence(result: LinkReport) -> str:
@@ -44,7 +44,13 @@ def verdict_sentence(result: LinkReport) -> str:
             f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
             " explains."
         )
-    return " ".join([*sentences, *_learned(result)])
+    return " ".join([*sentences, *map(_suspicion, result.suspected), *_learned(result)])
+
+
+def _suspicion(one: SuspectEntry) -> str:
+    """The size of an effect that is not certain, as a condition."""
+    name, size = next(iter(one.sizes.items()))
+    return f"If it is {one.missing}: {_sized(name, size)} ({one.effect})."
 
 
 def _learned(result: LinkReport) -> list[str]:
@@ -83,7 +89,8 @@ def effect_sentence(one: EffectEntry) -> str:
     certain = f"Certain: {certain_words(one)}"
     if one.level == "form":
         return f"{certain} ({one.effect}), {', '.join(parameters)}."
-    exact = "" if one.exact else f", not exact: {100.0 * max(one.left, 0.0):.2g} % left"
+    # Where no repeats show it, a formula may be exact that is not known to be.
+    exact = "" if one.exact or one.left <= 0.0 else f", not exact: {100.0 * one.left:.2g} % left"
     nearest = f"Nearest formula: {one.effect}, {parameters[0]}{exact}."
     match one.level:
         case "name" | "family":

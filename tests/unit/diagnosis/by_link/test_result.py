@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 import pamsim
+from pamsim.comparison.effects_on_rig import candidate, rig_effect
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
-from pamsim.diagnosis.by_link.entries import far_from_stated
+from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.result import SizeEntry, SuspectEntry
+from pamsim.diagnosis.by_link.sizes import Size
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
 
@@ -62,6 +65,22 @@ def test_what_no_repeats_decide_is_no_agreement():
     assert "No gap" not in alone.sentence
     assert "No effect tried is certain. More is left than the estimated noise" in alone.sentence
     assert "muscle and joint (0.4). Without repeats" in beside.sentence
+    size = SizeEntry(
+        value=0.28,
+        interval95=(0.26, 0.30),
+        unit="N*m",
+        value_si=0.28,
+        interval95_si=(0.26, 0.30),
+        unit_si="N*m",
+    )
+    one = SuspectEntry(
+        effect="coulomb_friction:rigid",
+        missing="dry friction at the joint",
+        sizes={"joint.shaft.frictionloss": size},
+    )
+    condition = "If it is dry friction at the joint: frictionloss 0.28 [0.26, 0.3] N*m"
+    assert condition in replace(alone, suspected=(one,)).sentence
+    assert condition not in replace(VERDICTS["no_gap"], suspected=(one,)).sentence
     assert beside.verdict.value == "ambiguous"
     assert alone.to_dict()["links"][1]["more_left"] is None
     assert "more than the estimated noise is left" in "\n".join(alone.lines())
@@ -137,3 +156,22 @@ def test_a_refitted_parameter_far_from_what_the_rig_states_is_in_the_warnings():
     assert far_from_stated([near, replace(far, whole=3.1e-5)]) == ()
     (sentence,) = far_from_stated([near, far])
     assert sentence.startswith("chamber.dead_volume was refitted to 1.9 times what the rig states")
+
+
+def test_suspects_are_named_only_where_something_is_left():
+    rig = pamsim.load_rig("mas20_arm")
+    friction = candidate(rig, rig_effect(rig, "coulomb_friction:rigid"))
+    (parameter,) = friction.parameters
+    left = {"more": (True, False), "unknown": (False, True), "none": (False, False)}
+    for counts, undecided in left.values():
+        remainder = SimpleNamespace(undecided=undecided, counts=lambda _alpha, c=counts: c)
+        found = SimpleNamespace(
+            suspected=(friction,),
+            sizes={parameter.name: Size(value=0.1, interval95=(0.05, 0.15))},
+            unexplained={"link": remainder},
+        )
+        entries = suspect_entries(rig, found)
+        assert bool(entries) is (counts or undecided)
+        for one in entries:
+            assert one.effect == "coulomb_friction:rigid"
+            assert one.sizes[parameter.name].interval95 == (0.05, 0.15)
