@@ -57,9 +57,10 @@ LAYERS = {
 INTRODUCTION = f"""\
 # The effects
 
-What `pamsim diagnose` can name, link by link from the command to the readings. Find effects in your
-data: [diagnose](diagnose.md). Add your own: [own physics](own_physics.md). Symbols and sources:
-[theory](theory.md). Meaning of each parameter: [parameters](parameters.md).
+What `pamsim diagnose` can name, link by link from the command to the readings. `pamsim list effects
+NAME` prints an effect's equation; symbols and sources: [theory](theory.md); meaning of each
+parameter: [parameters](parameters.md). Find effects in your data: [diagnose](diagnose.md); add your
+own: [own physics](own_physics.md).
 
 An effect may have several **forms**: formulas of the same physics, in bold. Effects of one
 **family** are kinds of one cause, which data may be unable to separate.
@@ -110,7 +111,7 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
         apart.append(f"To separate: {one.separating}.")
     last = f"\n{' '.join(apart)}\n" if apart else ""
     return (
-        f"{form}{_missing(one)}.{when}\n\n`{one.equation}`\n\n"
+        f"{form}{_missing(one)}.{when}\n\n"
         f"{_numbers(rig, one, before)}\n{last}\n"
         f"![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
@@ -138,7 +139,7 @@ def _numbers(rig: Rig, one: Effect, before: Effect | None) -> str:
 
 
 def _number(rig: Rig, parameter: EffectParameter) -> str:
-    """A number of a card, with its symbol in the equation, or the meaning of one of the MJCF."""
+    """A number of a card; one of the MJCF with its meaning."""
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
     added = parameter.neutral is None and not parameter.shape
     form = "x{:g}" if parameter.relative else "{:+g}" if added else "{:g}"
@@ -150,9 +151,8 @@ def _number(rig: Rig, parameter: EffectParameter) -> str:
     there = "" if parameter.relative or unit == "1" else f" {unit}"
     kind = "*shape* " if parameter.shape else ""
     name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
-    symbol = re.match(r"(1/)?\w{1,3}(_\w+)?(?=[,:])|k = \S+", spec.doc)
     native = parameter.name.startswith(("joint.", "body."))  # docs/parameters.md has the others
-    meaning = symbol[0] if symbol else spec.doc if native else ""
+    meaning = spec.doc if native else ""
     return f"{kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} [{low}, {high}]"
 
 

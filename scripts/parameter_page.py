@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pamsim.core.parameters import ParameterGroup, specs
@@ -66,19 +66,19 @@ def _is_needed(field: dataclasses.Field[object]) -> bool:
     return field.default is missing and field.default_factory is missing
 
 
-def _laws(name: str, when: str, cards: Iterable[ForceLaw | Operator]) -> Iterator[str]:
-    """The fields that all laws have, and those of each, or of several with the same."""
-    same: dict[tuple[str, ...], list[ForceLaw | Operator]] = {}
+def _laws(name: str, when: str, cards: Collection[ForceLaw | Operator]) -> Iterator[str]:
+    """The fields that all laws have, and by name those of each, whose card states the rest."""
+    rows = {card.name: _rows(card.group) for card in cards}
+    shared = [row for row in next(iter(rows.values())) if all(row in own for own in rows.values())]
+    yield (
+        f"\n## muscle.{name}\n\n{when}Its `law` is one of the table, and `pamsim list models LAW`"
+        f" prints meaning, unit, default and range of its fields. All have\n{_list(tuple(shared))}"
+        "\n| law | | fields |\n|---|---|---|\n"
+    )
     for card in cards:
-        same.setdefault(_rows(card.group), []).append(card)
-    first, *others = same
-    shared = tuple(row for row in first if all(row in rows for rows in others))
-    yield f"\n## muscle.{name}\n\n{when}Its `law` is one of these. All have\n{_list(shared)}"
-    for rows, laws in same.items():
-        names = ", ".join(card.name for card in laws)
-        titles = "; ".join(f"{card.title}{_validity(card)}" for card in laws)
-        own = _list(tuple(row for row in rows if row not in shared))
-        yield f"\n### {names}\n\n{titles}.\n{own}"
+        fields = [row for row in rows[card.name] if row not in shared]
+        stated = ", ".join(row.split()[1].rstrip(":") for row in fields)
+        yield f"| `{card.name}` | {card.title}{_validity(card)} | {stated} |\n"
 
 
 def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
