@@ -44,11 +44,11 @@ LARGE = """
 ## What a large study costs
 
 On paper, from {rate:,.0f} steps per second and core at 2,000 steps to the second of an arm, 10^9
-seconds take {hours:,.0f} core-hours. As a sweep of runs of 2 s they take {swept:,.0f}, {days:.2g} days
-on 64 cores, and {gigabytes:,.0f} GB of memory: each run adds {rest:g} s to rest, {more:.0f} % of time
-and {memory:.1f} kB. They are {studies:,} studies, since a sweep takes {most:,} runs at most. Two
-threads of one process are {gain:.2g} times as quick as one; worker processes do not wait for each
-other.
+seconds of an arm take {hours:,.0f} core-hours. As a sweep of runs of 2 s they take {swept:,.0f},
+or {days:.2g} days on 64 cores, and {gigabytes:,.0f} GB of memory: a run also takes its {rest:g} s
+to rest, {more:.0f} % more time and {memory:.1f} kB. They are {studies:,} studies, since a sweep
+takes {most:,} runs at most. Two threads of one process are {gain:.2g} times as quick as one;
+worker processes do not wait for each other.
 """
 
 REST = 1.8
