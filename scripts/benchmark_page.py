@@ -19,8 +19,9 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 INTRODUCTION = """# How fast it is
 
 Ratios compare two things timed in turn, so they hold on other machines, too. Above 1, pamsim is
-quicker; of a frame it is the time. The machine was shared, with two cores: spreads are wide, and
-1.1 may be chance. `make benchmark` runs all scripts, `scripts/benchmark_page.py` writes this page.
+quicker; for frames the ratio is that of times, and above 1 it is slower. The machine was shared,
+with two cores: spreads are wide, and 1.1 may be chance. `make benchmark` runs all scripts,
+`scripts/benchmark_page.py` writes this page.
 
 | what | against | ratio | spread | script |
 |---|---|---|---|---|

@@ -66,8 +66,8 @@ An effect may have several **forms**: formulas of the same physics, in bold. Eff
 **family** are kinds of one cause, which data may be unable to separate.
 
 - **Numbers**: typical value, where a search starts, and in brackets the range that it may try.
-  x multiplies the rig's own value, + and - are added to it. A *shape* counts only while the effect
-  is there. *As before*: same values as in the form above.
+  x multiplies the rig's own value, + and - are added to it. A *shape* is a parameter that counts
+  only while the effect is there.
 - **...** stands for the first words of the effect's first form.
 - **Second round**: tried only where the other effects leave more than noise, or by name.
 - **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
@@ -112,7 +112,7 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
     last = f"\n{' '.join(apart)}\n" if apart else ""
     return (
         f"{form}{_missing(one)}.{when}\n\n"
-        f"{_numbers(rig, one, before)}\n{last}\n"
+        f"{_numbers(rig, one)}\n{last}\n"
         f"![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
@@ -128,20 +128,22 @@ def _missing(one: Effect) -> str:
     return f"{one.missing[0].upper()}{one.missing[1:]}"
 
 
-def _numbers(rig: Rig, one: Effect, before: Effect | None) -> str:
-    """The numbers of a form, those with the values of the form before by name alone."""
-    known = [_number(rig, parameter) for parameter in before.parameters] if before else []
-    numbers = [_number(rig, parameter) for parameter in one.parameters]
-    new = [number for number in numbers if number not in known]
-    names = [number.split("`")[1] for number in numbers if number in known]
-    again = [f"as before `{'`, `'.join(names)}`"] if names else []
-    return "; ".join(new + again)
+def _numbers(rig: Rig, one: Effect) -> str:
+    """The sizes of a form with their ranges, and its shapes by name."""
+    sizes = [_number(rig, each) for each in one.parameters if not each.shape]
+    shapes = [f"`{_name(each)}`" for each in one.parameters if each.shape]
+    return "; ".join([*sizes, f"shape {', '.join(shapes)}"] if shapes else sizes)
+
+
+def _name(parameter: EffectParameter) -> str:
+    """Its name, with what is to be filled in in capitals."""
+    return re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
 
 
 def _number(rig: Rig, parameter: EffectParameter) -> str:
     """A number of a card; one of the MJCF with its meaning."""
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
-    added = parameter.neutral is None and not parameter.shape
+    added = parameter.neutral is None
     form = "x{:g}" if parameter.relative else "{:+g}" if added else "{:g}"
     values = (parameter.typical, parameter.low, parameter.high)
     typical, low, high = (form.format(value) for value in values)
@@ -149,11 +151,9 @@ def _number(rig: Rig, parameter: EffectParameter) -> str:
         typical = f"{parameter.neutral + parameter.typical:g}"
     unit = f"{spec.unit} per {parameter.scaled_by}" if parameter.scaled_by else spec.unit
     there = "" if parameter.relative or unit == "1" else f" {unit}"
-    kind = "*shape* " if parameter.shape else ""
-    name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
     native = parameter.name.startswith(("joint.", "body."))  # docs/parameters.md has the others
     meaning = spec.doc if native else ""
-    return f"{kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} [{low}, {high}]"
+    return f"`{_name(parameter)}`{meaning and ', '}{meaning}: {typical}{there} [{low}, {high}]"
 
 
 def _picture(one: Effect) -> Path:
