@@ -35,8 +35,8 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="muscle_hysteresis", name="muscle_hysteresis", form="free_shape",
-        missing="rate-independent hysteresis of the muscle, growing with pressure, that turns over"
-        " within a contraction of its own",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, that yields"
+        " within a fitted contraction",
         equation="F = F_static - h p (z - c kappa), z' = kappa'/D (1 - |z|^n (sigma sign(z kappa')"
         " + 1 - sigma))",
         parameters=(_WIDTH, _YIELD, _CHORD),
