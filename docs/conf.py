@@ -48,6 +48,7 @@ nb_execution_timeout = 300
 nb_merge_streams = True
 
 autodoc_mock_imports = ["stable_baselines3"]  # an extra that brings PyTorch
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented_params"

@@ -57,17 +57,18 @@ LAYERS = {
 INTRODUCTION = f"""\
 # The effects
 
-What `pamsim diagnose` can name. `pamsim list effects NAME` prints a card. To find effects in your
-data: [diagnose](diagnose.md); to add your own: [own physics](own_physics.md). Symbols and sources:
-[theory](theory.md); meaning and unit of each parameter: [parameters](parameters.md).
+What `pamsim diagnose` can name, link by link from the command to the readings. `pamsim list effects
+NAME` prints an effect's equation; symbols and sources: [theory](theory.md); meaning of each
+parameter: [parameters](parameters.md). Find effects in your data: [diagnose](diagnose.md); add your
+own: [own physics](own_physics.md).
 
-Each section is a link of the chain from the command to the readings. An effect may have several
-**forms**: formulas of the same physics. The effects of a **family** are kinds of one cause, which
-data may be unable to separate.
+An effect may have several **forms**: formulas of the same physics, in bold. Effects of one
+**family** are kinds of one cause, which data may be unable to separate.
 
-- **Numbers**: typical value, from which a search starts, and in brackets the range that it may try.
-  x multiplies the rig's own value, + and - are added to it. A *shape* counts only while the effect
-  is there.
+- **Numbers**: typical value, where a search starts, and in brackets the range that it may try.
+  x multiplies the rig's own value, + and - are added to it. A *shape* is a parameter that counts
+  only while the effect is there.
+- **...** stands for the first words of the effect's first form.
 - **Second round**: tried only where the other effects leave more than noise, or by name.
 - **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
   `pamsim hide` (its title) that shows it best over the sensors' noise
@@ -76,6 +77,7 @@ data may be unable to separate.
 Written by `scripts/effect_gallery.py` from `pamsim/effects/`.
 """
 
+SHARED_WORDS = 4  # that begin two descriptions and are not repeated; fewer save no reading
 AT_REST = "Tried in tables of angles at rest; in recordings over time only by name."
 
 
@@ -100,7 +102,6 @@ def page() -> str:
 def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
     """A form of an effect, without what the form before states as well."""
     form = f"**{one.form}**: " if one.form else ""
-    numbers = "; ".join(_number(rig, parameter) for parameter in one.parameters)
     when = " Second round." if one.rare else ""
     apart: list[str] = []
     if before is None or before.look_alikes != one.look_alikes:
@@ -110,15 +111,39 @@ def _card(rig: Rig, one: Effect, before: Effect | None) -> str:
         apart.append(f"To separate: {one.separating}.")
     last = f"\n{' '.join(apart)}\n" if apart else ""
     return (
-        f"{form}{one.missing[0].upper()}{one.missing[1:]}.{when}\n\n`{one.equation}`\n\n"
-        f"{numbers}\n{last}\n![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
+        f"{form}{_missing(one)}.{when}\n\n"
+        f"{_numbers(rig, one)}\n{last}\n"
+        f"![{one.label}]({_picture(one).relative_to(DOCS).as_posix()})\n"
     )
 
 
+def _missing(one: Effect) -> str:
+    """What is missing, in a sentence; of a further form what differs from the first."""
+    first = FORMS[one.name][0]
+    pairs = zip(one.missing.split(), first.missing.split(), strict=False)
+    shared = itertools.takewhile(lambda pair: pair[0].strip(",") == pair[1].strip(","), pairs)
+    same = len(list(shared))
+    if one is not first and same >= SHARED_WORDS:
+        return f"... {' '.join(one.missing.split()[same:])}"
+    return f"{one.missing[0].upper()}{one.missing[1:]}"
+
+
+def _numbers(rig: Rig, one: Effect) -> str:
+    """The sizes of a form with their ranges, and its shapes by name."""
+    sizes = [_number(rig, each) for each in one.parameters if not each.shape]
+    shapes = [f"`{_name(each)}`" for each in one.parameters if each.shape]
+    return "; ".join([*sizes, f"shape {', '.join(shapes)}"] if shapes else sizes)
+
+
+def _name(parameter: EffectParameter) -> str:
+    """Its name, with what is to be filled in in capitals."""
+    return re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
+
+
 def _number(rig: Rig, parameter: EffectParameter) -> str:
-    """A number of a card, with its symbol in the equation, or the meaning of one of the MJCF."""
+    """A number of a card; one of the MJCF with its meaning."""
     spec = rig_parameter(rig, rig_name(rig, parameter.name)).spec
-    added = parameter.neutral is None and not parameter.shape
+    added = parameter.neutral is None
     form = "x{:g}" if parameter.relative else "{:+g}" if added else "{:g}"
     values = (parameter.typical, parameter.low, parameter.high)
     typical, low, high = (form.format(value) for value in values)
@@ -126,12 +151,9 @@ def _number(rig: Rig, parameter: EffectParameter) -> str:
         typical = f"{parameter.neutral + parameter.typical:g}"
     unit = f"{spec.unit} per {parameter.scaled_by}" if parameter.scaled_by else spec.unit
     there = "" if parameter.relative or unit == "1" else f" {unit}"
-    kind = "*shape* " if parameter.shape else ""
-    name = re.sub(r"\{(\w+)\}", lambda place: place[1].upper(), parameter.name)
-    symbol = re.match(r"(1/)?\w{1,3}(_\w+)?(?=[,:])|k = \S+", spec.doc)
     native = parameter.name.startswith(("joint.", "body."))  # docs/parameters.md has the others
-    meaning = symbol[0] if symbol else spec.doc if native else ""
-    return f"{kind}`{name}`{meaning and ', '}{meaning}: {typical}{there} ({low} to {high})"
+    meaning = spec.doc if native else ""
+    return f"`{_name(parameter)}`{meaning and ', '}{meaning}: {typical}{there} [{low}, {high}]"
 
 
 def _picture(one: Effect) -> Path:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pamsim.core.parameters import ParameterGroup, specs
@@ -27,20 +27,20 @@ PAGE = Path(__file__).resolve().parent.parent / "docs" / "parameters.md"
 INTRODUCTION = """\
 # Every field of params.toml
 
-`field` [unit] = default: meaning. A field without a default must be stated. A value may be in any
-unit of the quantity; one outside its range is refused, and `pamsim list params` prints the ranges.
-How the file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written
-by `scripts/parameter_page.py`.
+`field` [unit] = default: meaning. **Bold** fields must be stated where the group is; others are 0
+unless a default is given. Groups without *Needed* may be left out. A value may be in any unit of
+the quantity; one outside its range is refused (`pamsim list params` prints the ranges). How the
+file is written: [your own rig](rig.md); equations and sources: [theory](theory.md). Written by
+`scripts/parameter_page.py`.
 """
 
-NEEDED = "Needed."
-OPTIONAL = "Optional."
+NEEDED = "*Needed.*"
 
 WHEN: dict[type[ParameterGroup], str] = {
-    Braid: "Needed; a bellows or piston has `stroke` instead.",
-    Stroke: "Needed by a bellows or piston, in place of `braid`.",
-    Learned: "Optional: curves that `pamsim diagnose` fits and writes.",
-    ParallelHysteresis: "Optional: hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
+    Braid: "*Needed*; a bellows or piston has `stroke` instead.",
+    Stroke: "*Needed* by a bellows or piston, in place of `braid`.",
+    Learned: "Curves that `pamsim diagnose` fits and writes.",
+    ParallelHysteresis: "Hysteresis beside that of `muscle.hysteresis`, by Maxwell slip.",
 }
 """Groups of which more is to be stated than whether every muscle needs them."""
 
@@ -50,13 +50,14 @@ def page() -> str:
     parts = [INTRODUCTION]
     needed = {field.name for field in dataclasses.fields(Muscle) if _is_needed(field)}
     for group in PLAIN_GROUPS:
-        when = WHEN.get(group, NEEDED if group.group in needed else OPTIONAL)
+        when = WHEN.get(group, NEEDED if group.group in needed else "")
         rows = () if group is Learned else _rows(group)
-        parts.append(f"\n## muscle.{group.group}\n\n{when}\n{_list(rows)}")
-    parts += _laws("force", NEEDED, FORCE_LAWS.values())
-    parts += _laws("hysteresis", OPTIONAL, OPERATORS.values())
+        above = (f"{when}\n",) if when else ()
+        parts.append(f"\n## muscle.{group.group}\n{_list(above)}{_list(rows)}")
+    parts += _laws("force", f"{NEEDED} ", FORCE_LAWS.values())
+    parts += _laws("hysteresis", "", OPERATORS.values())
     sensor = _list(_rows(MeasurementChain))
-    parts.append(f"\n## sensor\n\nOptional: the sensors of the rig.\n{sensor}")
+    parts.append(f"\n## sensor\n\nThe sensors of the rig.\n{sensor}")
     return "".join(parts)
 
 
@@ -65,35 +66,30 @@ def _is_needed(field: dataclasses.Field[object]) -> bool:
     return field.default is missing and field.default_factory is missing
 
 
-def _laws(name: str, when: str, cards: Iterable[ForceLaw | Operator]) -> Iterator[str]:
-    """The fields that all laws have, and those of each, or of several with the same."""
-    same: dict[tuple[str, ...], list[ForceLaw | Operator]] = {}
+def _laws(name: str, when: str, cards: Collection[ForceLaw | Operator]) -> Iterator[str]:
+    """The fields that all laws have, and by name those of each, whose card states the rest."""
+    rows = {card.name: _rows(card.group) for card in cards}
+    shared = [row for row in next(iter(rows.values())) if all(row in own for own in rows.values())]
+    yield (
+        f"\n## muscle.{name}\n\n{when}Its `law` is one of the table, and `pamsim list models LAW`"
+        f" prints meaning, unit, default and range of its fields. All have\n{_list(tuple(shared))}"
+        "\n| law | | fields |\n|---|---|---|\n"
+    )
     for card in cards:
-        same.setdefault(_rows(card.group), []).append(card)
-    first, *others = same
-    shared = tuple(row for row in first if all(row in rows for rows in others))
-    yield f"\n## muscle.{name}\n\n{when} Its `law` is one of these. All have\n{_list(shared)}"
-    for rows, laws in same.items():
-        names = ", ".join(card.name for card in laws)
-        titles = "; ".join(f"{card.title}{_validity(card)}" for card in laws)
-        own = _list(tuple(row for row in rows if row not in shared))
-        yield f"\n### {names}\n\n{titles}.\n{own}"
+        fields = [row for row in rows[card.name] if row not in shared]
+        stated = ", ".join(row.split()[1].rstrip(":") for row in fields)
+        yield f"| `{card.name}` | {card.title}{_validity(card)} | {stated} |\n"
 
 
 def _rows(group: type[ParameterGroup]) -> tuple[str, ...]:
     defaults = {field.name: field.default for field in dataclasses.fields(group)}
     return tuple(
-        f"- `{name}`{_unit(spec.unit)}{_default(defaults[name])}: {spec.doc}\n"
-        for name, spec in specs(group)
+        f"- {_stated(name, spec.unit, defaults[name])}: {spec.doc}\n" for name, spec in specs(group)
     )
 
 
 def _list(rows: tuple[str, ...]) -> str:
     return f"\n{''.join(rows)}" if rows else ""
-
-
-def _unit(unit: str) -> str:
-    return "" if unit == "1" else f" [{unit}]"
 
 
 def _validity(card: ForceLaw | Operator) -> str:
@@ -105,8 +101,12 @@ def _validity(card: ForceLaw | Operator) -> str:
     return "" if high == math.inf else f", for {low:g} to {high:g} kPa"
 
 
-def _default(value: object) -> str:
-    return f" = {value:g}" if isinstance(value, float | int) else ""
+def _stated(name: str, unit: str, default: object) -> str:
+    """Field, unit and default; bold if it must be stated, and without a default of 0."""
+    optional = isinstance(default, float | int)
+    field = f"`{name}`" if optional else f"**`{name}`**"
+    in_unit = "" if unit == "1" else f" [{unit}]"
+    return f"{field}{in_unit} = {default:g}" if optional and default else f"{field}{in_unit}"
 
 
 def main() -> None:

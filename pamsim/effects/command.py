@@ -25,7 +25,7 @@ EFFECTS = (
     ),
     Effect(
         link="command", family="command_delay", name="line_lag", form="limited_rate",
-        missing="a limit on the rate at which the command on its way to the valves changes",
+        missing="a limit on the rate of the command that reaches the valves",
         equation="u_valve' = (u - u_valve) / tau, |u_valve'| <= 1 bar / t_slew of set points, 1 /"
         " t_slew of openings",
         parameters=(
@@ -33,8 +33,8 @@ EFFECTS = (
             size("valve.line_lag", 2e-3, 0.0, 0.5),
         ),
         look_alikes=("valve_delay", "valve_slew", "valve_flow"),
-        separating="steps of different height: a limited rate takes the longer, the higher the"
-        " step, a lag takes the same time",
+        separating="steps of different height: with a limited rate higher steps take"
+        " longer, with a lag the same time",
         upstream_of_pressure=True,
     ),
     Effect(
@@ -43,7 +43,7 @@ EFFECTS = (
         equation="|u_valve'| <= 1 / travel_time",
         parameters=(size("valve.travel_time", 0.03, 0.0, 1.0),),
         look_alikes=("line_lag", "valve_delay", "valve_flow"),
-        separating="steps of different size: a slow valve takes the longer, the further it opens,"
+        separating="steps of different size: a slow valve takes longer to open further,"
         " a lag takes the same time",
         probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
     ),

@@ -50,7 +50,7 @@ EFFECTS = (
     ),
     Effect(
         link="joint", family="joint_friction", name="coulomb_friction", form="dwell",
-        missing="dry friction at the joint that is the harder to break loose, the longer it rests",
+        missing="dry friction at the joint that grows the longer it rests",
         equation="f' = (C + D)/d (v - |v| f / (C + D b)), b' = (1 - b) / t_D - |v| b / d_D",
         parameters=(
             size("friction.coulomb_force", 8.0, 0.0, 75.0),
@@ -74,7 +74,7 @@ EFFECTS = (
             shape(f"joint.{JOINT}.friction_speed", 0.05, 2e-3, 1.0, starts=(0.3,)),
         ),
         look_alikes=("viscous_friction", "muscle_hysteresis"),
-        separating="the arm left alone off its rest: it creeps back, and does not stay",
+        separating="let go of the arm away from its rest: it creeps back instead of staying",
         probes=(0.1, 0.5, 2.0), path_dependent=True,
     ),
     Effect(

@@ -54,7 +54,7 @@ EFFECTS = (
     ),
     Effect(
         link="sensor", family="angle_sensor", name="dead_angle",
-        missing="an angle channel that is dead, all the time or from some time of a recording on",
+        missing="an angle channel that stands still, all the time or from some moment on",
         equation="beta_read(t) = beta(min(t, (1 - share) T)) in a recording of length T",
         # Any share may be dead. It may be sought from half of it: at 1 no signal is left.
         parameters=(size("sensor.angle_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
@@ -110,7 +110,7 @@ EFFECTS = (
     ),
     Effect(
         link="sensor", family="pressure_sensor", name="dead_pressure",
-        missing="pressure channels that are dead, all the time or from some time of a recording on",
+        missing="pressure channels that stand still, all the time or from some moment on",
         equation="p_read(t) = p(min(t, (1 - share) T)) in a recording of length T",
         parameters=(size("sensor.pressure_dead_share", 0.5, 0.0, 1.0, natural_ends=True),),
         look_alikes=("pressure_scale", "regulator_dead_band", "pressure_lag"),

@@ -35,8 +35,8 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="muscle_hysteresis", name="muscle_hysteresis", form="free_shape",
-        missing="rate-independent hysteresis of the muscle, growing with pressure, that turns over"
-        " within a contraction of its own",
+        missing="rate-independent hysteresis of the muscle, growing with pressure, that yields"
+        " within a fitted contraction",
         equation="F = F_static - h p (z - c kappa), z' = kappa'/D (1 - |z|^n (sigma sign(z kappa')"
         " + 1 - sigma))",
         parameters=(_WIDTH, _YIELD, _CHORD),
@@ -115,7 +115,7 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="first_stroke", name="first_stroke",
-        missing="force that the first stroke after a rest takes, and later ones do not",
+        missing="force that is lost in the first stroke after a rest, and not in later ones",
         equation="F = F_static - F_1 clip(1 + (kappa - kappa_m) / d, 0, 1), kappa_m the furthest"
         " kappa so far",
         parameters=(
@@ -130,14 +130,14 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="softening", name="softening",
-        missing="force that the muscle loses while it works, by its warmth or its age",
+        missing="force that the muscle loses while it works, as it warms or ages",
         equation="F = F_static (1 - c w), w' = (1 - w) / tau, w = 0 after a rest",
         parameters=(
             size("softening.share", 0.05, -0.5, 0.5),
             shape("softening.time", 4.0, 0.3, 1000.0, starts=(1.0, 20.0)),
         ),
         look_alikes=("viscoelastic_creep", "air_leak", "passive_stiffness"),
-        separating="the same cycle again and again from a rest on: the force falls from cycle to"
+        separating="the same cycle many times after a rest: the force falls from cycle to"
         " cycle, whichever way the muscle moves",
         path_dependent=True, rare=True,
     ),
@@ -148,7 +148,7 @@ EFFECTS = (
         parameters=(size("braid.friction", 5e-4, 0.0, 1e-2),),
         look_alikes=("viscous_friction", "muscle_hysteresis"),
         separating="let the arm swing freely at two common pressures: friction in the braid damps"
-        " the more, the higher the pressure",
+        " more at higher pressure",
         path_dependent=True, rare=True,
     ),
     Effect(
@@ -161,7 +161,7 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="muscle_force", name="threshold_pressure", form="gradual",
-        missing="pressure that is lost before the tube presses on the braid, gradually",
+        missing="pressure that is gradually lost before the tube presses on the braid",
         equation="F = F_active(max(p - p_0 p / (p + w), 0), kappa) + F_passive(kappa)",
         parameters=(
             size("threshold.pressure", 3e4, 0.0, 3e5),
@@ -181,7 +181,7 @@ EFFECTS = (
     ),
     Effect(
         link="muscle", family="muscle_force", name="passive_stiffness", form="hardening",
-        missing="a stiffness of tube and braid that does not let go, and may harden",
+        missing="a stiffness of tube and braid that does not soften, and may harden",
         equation="F = F_active + F_passive + K x (1 + (x/x_h)^2), x = kappa_0 - kappa",
         parameters=(
             # A third of the passive stiffness of a MAS-20.

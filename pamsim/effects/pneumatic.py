@@ -32,7 +32,7 @@ EFFECTS = (
         parameters=(size("chamber.laminar_leak_conductance", 1e-12, 0.0, 5e-11),),
         look_alikes=("pressure_scale", "pressure_bias", "supply_sag"),
         separating="shut the valves at a high and at a low pressure and watch the pressures for"
-        " some seconds: a narrow gap leaks the less, the lower the pressure, than an orifice",
+        " some seconds: at low pressure a narrow gap leaks less than an orifice",
         upstream_of_pressure=True,
     ),
     Effect(
@@ -122,7 +122,7 @@ EFFECTS = (
     ),
     Effect(
         link="air", family="regulator", name="least_set_point",
-        missing="a least pressure of the regulators, which they keep to where less is asked for",
+        missing="a least pressure that the regulators keep where less is commanded",
         equation="p_set = max(p_set, p_least)",
         # Data sheets of regulators for 5 to 10 bar begin at 5 to 50 kPa.
         parameters=(size("valve.least_set_point", 2e4, 0.0, 1.5e5),),
@@ -189,7 +189,7 @@ EFFECTS = (
     ),
     Effect(
         link="air", family="tube_resistance", name="tube_resistance", form="turbulent",
-        missing="pressure that a long tube takes in proportion to the flow squared",
+        missing="a pressure drop along the tube in proportion to the flow squared",
         equation="V / (R T) P_valve' = mdot - v, P_valve - P = K v |v| / rho",
         parameters=(
             # 4 m of a hose of 4 mm: as much as 1e8 Pa s/kg at 5 g/s of air at 4 bar.
@@ -197,8 +197,8 @@ EFFECTS = (
             shape("valve.tube_volume", 1e-5, 4e-6, 1e-4, starts=(3e-5,)),
         ),
         look_alikes=("pressure_lag", "valve_flow", "supply_sag"),
-        separating="fill and vent from several pressures: a vent to 63 % takes the longer, the"
-        " higher the pressure that it begins at",
+        separating="fill and vent from several pressures: a vent to 63 % takes longer from a"
+        " higher pressure",
         probes=(0.1, 0.5, 2.0), upstream_of_pressure=True, rare=True,
     ),
     Effect(
@@ -211,7 +211,7 @@ EFFECTS = (
     ),
     Effect(
         link="air", family="thermal", name="thermal_relaxation", form="temperature",
-        missing="heat that the air exchanges with the muscle in a time of its own",
+        missing="heat exchanged between the air and the muscle, with a time constant",
         equation="P' = n (R T mdot - P V') / V - h (P - m R T / V)",
         parameters=(size("chamber.heat_rate", 1.0, 0.0, 50.0), _INDEX),
         look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
