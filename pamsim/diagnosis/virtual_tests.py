@@ -397,6 +397,7 @@ TESTS: Mapping[str, VirtualTest] = {
     ),
     "thermal_relaxation": _heat,
     "valve_delay": _stated("valve.delay", "mean_dead_time", "s"),
+    "valve_closing": _stated("valve.closing_delay", "extra_open_time", "s"),
     "line_lag": _line,
     "valve_slew": _stated("valve.travel_time", "time_for_full_scale", "s"),
     "chain_backlash": _stated("chain.backlash", "lost_travel", "m"),

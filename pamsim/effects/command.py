@@ -15,6 +15,16 @@ EFFECTS = (
         upstream_of_pressure=True,
     ),
     Effect(
+        link="command", family="command_delay", name="valve_closing",
+        missing="valves that close later than they open",
+        equation="u_valve(t) = u(t - delay - closing_delay) where |u| gets smaller",
+        parameters=(size("valve.closing_delay", 0.01, 0.0, 0.1),),
+        look_alikes=("valve_delay", "valve_slew", "valve_flow"),
+        separating="pulses of several lengths: each adds as much air as one that is longer by the"
+        " same time",
+        upstream_of_pressure=True, rare=True,
+    ),
+    Effect(
         link="command", family="command_delay", name="line_lag", form="first_order",
         missing="a lag between the command and the valves",
         equation="tau u_valve' = u - u_valve",

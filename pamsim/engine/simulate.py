@@ -33,6 +33,7 @@ from pamsim.engine.sampling import (
 from pamsim.engine.state import put_away, put_back, quieten, restore_state, save_state, settle
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.physics.learned import learns
+from pamsim.physics.valves import ValvePair
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 
@@ -72,14 +73,14 @@ class Run:
         return np.arange(self.samples) / self.experiment.sample_rate
 
     @property
-    def delays(self) -> list[float]:
-        """(m,) dead times of the muscles' commands [s]."""
-        return [muscle.valve.delay for muscle in self.rig.muscles.values()]
+    def valves(self) -> list[ValvePair]:
+        """(m,) of the muscles."""
+        return [muscle.valve for muscle in self.rig.muscles.values()]
 
     def plan(self, commands: FloatArray) -> Plan:
         """When which commands reach the valves, of commands (n, m + j) at the samples."""
         imposed, timestep = self.external.inertia > 0.0, float(self.model.opt.timestep)
-        return command_plan(self.experiment, commands, self.delays, imposed, timestep, self.steps)
+        return command_plan(self.experiment, commands, self.valves, imposed, timestep, self.steps)
 
     def recording(
         self,
@@ -141,7 +142,8 @@ def simulate(
     The rig first comes to rest at the start pressures (held by the set-point regulator whatever the
     experiment's command), with creep relaxed, then time starts. Every sample is taken before the
     step that leaves it, so angle, pressure and tension belong to the same instant. Commands reach
-    the valves late by ``valve.delay``; the recording holds them as commanded.
+    the valves late by ``valve.delay``, and smaller openings by ``valve.closing_delay`` more; the
+    recording holds them as commanded.
 
     Args:
         rig: as `pamsim.load_rig` returns it, or a name or path that it takes.
@@ -150,7 +152,7 @@ def simulate(
         integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
         backend: ``compiled`` or ``python``, see `pamsim.live`.
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
-            the rig must be the same, without ``valve.delay``. Time goes on from there.
+            the rig must be the same, without delays of its valves. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
             free to change that, the muscles' parameters and states, and ``data.qfrc_applied`` of
             joints that the experiment does not drive. While the rig comes to rest, time is
@@ -169,10 +171,10 @@ def simulate(
     rig = rig if isinstance(rig, Rig) else load_rig(rig)
     data = mujoco.MjData(rig.model)
     run = prepare(rig, experiment, timestep=timestep, integrator=integrator, data=data)
-    if from_state is not None and any(run.delays):
+    if from_state is not None and any(v.delay + v.closing_delay for v in run.valves):
         raise InputError(
-            "a run with valve.delay cannot be continued: its state does not hold the commands"
-            " under way; simulate the whole experiment at once"
+            "a run with valve.delay or valve.closing_delay cannot be continued: its state does not"
+            " hold the commands under way; simulate the whole experiment at once"
         )
     refuse_above_supply(rig.muscles, run.experiment)
     with live(run.model, backend=backend), engine_warnings_held():

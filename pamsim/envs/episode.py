@@ -75,7 +75,7 @@ def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
         for muscle, groups in sections.items()
         for group, section in groups.items()
         for field in section
-        if field != "law" and (group, field) != ("valve", "delay")
+        if field != "law" and f"{group}.{field}" not in ("valve.delay", "valve.closing_delay")
     ]
     names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
     drawn = {}

@@ -83,7 +83,12 @@ class Rigs:
             -LIMIT, LIMIT, self.observation.shape[1:], np.float64
         )
         self.action_space = self.kind.space(self._muscles)
-        timestep, valves = rig.model.opt.timestep, (one.valve for one in rig.muscles.values())
+        timestep, valves = rig.model.opt.timestep, [one.valve for one in rig.muscles.values()]
+        if any(valve.closing_delay for valve in valves):
+            raise InputError(
+                f"rig {rig.name!r} has a valve.closing_delay, which acts in pamsim.simulate only;"
+                " set it to 0 for an environment"
+            )
         late = [round((valve.delay + settings.delay) / timestep) for valve in valves]
         self._stretches = _stretches(late, settings.frame_skip)
         span = 0.5 * top if settings.action == "pressure_set" else 1.0

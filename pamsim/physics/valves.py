@@ -96,6 +96,12 @@ class ValvePair(ParameterGroup, group="valve"):
         5e-6,
     )
     delay: float = quantity("[0, 1] s", "dead time of the command; in simulate only", 0.0)
+    closing_delay: float = quantity(
+        "[0, 1] s",
+        "by which a smaller opening arrives later still: an on/off valve stays open for longer than"
+        " its pulse; in simulate only",
+        0.0,
+    )
 
 
 def has_tube(valve: ValvePair) -> bool:

@@ -33,6 +33,7 @@ EFFECTS = {
     "end_shape": {"end_shape.loss": 0.4, "end_shape.onset": -0.02},
     "line_lag": {"valve.line_lag": 0.04},
     "valve_delay": {"valve.delay": 0.013},
+    "valve_closing": {"valve.closing_delay": 0.013},
     "chain_backlash": {"chain.backlash": 3e-4},
     "stribeck_friction": {"friction.stribeck_force": 10.0, "friction.stribeck_velocity": 5e-3},
     "dahl": {"friction.coulomb_force": 12.0},
@@ -166,7 +167,7 @@ def test_an_effect_rests_where_it_is_held_runs_in_batches_and_goes_on_from_its_s
         for found, expected in zip(simulate_batch(jobs[::way]), alone[::way], strict=True):
             assert same(found, expected)
             assert np.array_equal(found.final_state, expected.final_state)
-    if name == "valve_delay":
+    if name in ("valve_delay", "valve_closing"):
         with pytest.raises(InputError, match=r"\A[^\n]*valve\.delay[^\n]*\Z"):
             pamsim.simulate(there, step(duration=0.2), from_state=part.final_state)
         return
@@ -184,6 +185,25 @@ def test_a_delay_of_whole_samples_shifts_the_run_to_the_bit(rig, experiment):
     prompt, run = (pamsim.simulate(one, experiment).completed() for one in (rig, late))
     np.testing.assert_allclose(run.angle[samples:], prompt.angle[:-samples], atol=2e-6)
     assert np.ptp(run.angle[:samples]) < 1e-6
+
+
+def test_valves_that_close_late_do_as_longer_pulses_to_the_bit(rig):
+    """Openings that end by as much later, a whole number of samples."""
+    samples, experiment = 3, valves(duration=0.4)
+    late = rig.with_parameters({"valve.closing_delay": samples / experiment.sample_rate})
+    sample = np.arange(round(experiment.duration * experiment.sample_rate) + 1)
+    short, long = (
+        dataclasses.replace(
+            experiment,
+            command_time=sample / experiment.sample_rate,
+            command_value=np.outer((sample >= 10) & (sample < end), [0.5, -0.5]),
+        )
+        for end in (20, 20 + samples)
+    )
+    runs = [pamsim.simulate(late, short), pamsim.simulate(rig, long)]
+    assert np.ptp(runs[0].pressure) > 1e3
+    for signal in SIGNALS:
+        np.testing.assert_array_equal(*(getattr(run, signal) for run in runs))
 
 
 def test_each_muscle_has_its_own_delay_of_any_fraction_of_a_step(rig):

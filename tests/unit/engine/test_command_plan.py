@@ -5,28 +5,39 @@ from __future__ import annotations
 import numpy as np
 
 from pamsim.engine.command_plan import arriving, command_plan
+from pamsim.physics.valves import ValvePair
 from pamsim.recordings.experiment import Experiment
 
 DT, STEPS, SAMPLES = 5e-4, 4, 30
+PAIR = {
+    "conductance_fill": 5e-10,
+    "conductance_exhaust": 5e-10,
+    "critical_ratio": 0.3,
+    "supply_pressure": 6e5,
+}
 BEFORE = (2e5, 3e5)
 RNG = np.random.default_rng(9)
 COMMANDS = np.repeat(RNG.uniform(0.0, 6e5, (10, 2)), 3, axis=0)
 
 
-def planned(delays, drive="pressure_set"):
+def planned(delays, drive="pressure_set", commands=COMMANDS, longer=(0.0, 0.0)):
+    valves = [
+        ValvePair(**PAIR, delay=late, closing_delay=more)
+        for late, more in zip(delays, longer, strict=True)
+    ]
     experiment = Experiment(
         drive=drive,
         command_time=STEPS * DT * np.arange(SAMPLES),
-        command_value=COMMANDS,
+        command_value=commands,
         start_pressure=np.array(BEFORE),
         duration=SAMPLES * STEPS * DT,
     )
-    return command_plan(experiment, COMMANDS, delays, np.empty(0, dtype=bool), DT, STEPS)
+    return command_plan(experiment, commands, valves, np.empty(0, dtype=bool), DT, STEPS)
 
 
 def test_every_time_hears_what_was_commanded_a_delay_ago():
     for delays in (
-        (0.0, 0.0), (2e-3, 5e-4), (1.3e-4, 0.0), (0.0137, 0.0041), (3.3e-4, 3.3e-4), (9, 0)
+        (0.0, 0.0), (2e-3, 5e-4), (1.3e-4, 0.0), (0.0137, 0.0041), (3.3e-4, 3.3e-4), (0.9, 0)
     ):  # fmt: skip
         plan = planned(delays)
         ends = np.cumsum(plan.steps * plan.timestep)
@@ -57,3 +68,49 @@ def test_a_measured_pressure_is_never_late():
     late, plain = planned((3e-3, 0.0), "measured"), planned((0.0, 0.0), "measured")
     assert all(np.array_equal(one, other) for one, other in zip(late, plain, strict=True))
     assert np.array_equal(plain.first, STEPS * np.arange(SAMPLES + 1))
+
+
+def heard(plan, muscle):
+    """Times [s] at which a muscle's command changes, and to what."""
+    begins = np.append(0.0, np.cumsum(plan.steps * plan.timestep))[:-1]
+    command = plan.command[:, muscle]
+    new = np.flatnonzero(np.diff(command, prepend=np.nan) != 0.0)
+    return np.column_stack([begins[new], command[new]])
+
+
+def pulses(*opened):
+    """Openings of two valves, the second the first's reversed; samples of the first -> opening."""
+    first = np.zeros(SAMPLES)
+    for begin, end, opening in opened:
+        first[begin:end] = opening
+    return np.column_stack([first, -first])
+
+
+def test_a_pulse_stays_open_for_longer_by_the_closing_delay():
+    commands, sample = pulses((5, 6, 0.8), (15, 20, -0.4)), STEPS * DT
+    plan = planned((3e-3, 0.0), "valve", commands, longer=(1.3e-3, 2.2e-3))
+    for muscle, (late, longer) in enumerate(((3e-3, 1.3e-3), (0.0, 2.2e-3))):
+        sign = 1.0 - 2.0 * muscle
+        np.testing.assert_allclose(
+            heard(plan, muscle),
+            [
+                (0.0, 0.0),
+                (5 * sample + late, 0.8 * sign),
+                (6 * sample + late + longer, 0.0),
+                (15 * sample + late, -0.4 * sign),
+                (20 * sample + late + longer, 0.0),
+            ],
+            atol=1e-12,
+        )
+
+
+def test_a_valve_that_is_opened_before_it_has_closed_stays_open():
+    commands, sample = pulses((5, 6, 1.0), (7, 9, 0.6)), STEPS * DT
+    plan = planned((0.0, 0.0), "valve", commands, longer=(2.5 * sample, 0.0))
+    changes = [(0.0, 0.0), (5 * sample, 1.0), (7 * sample, 0.6), (11.5 * sample, 0.0)]
+    np.testing.assert_allclose(heard(plan, 0), changes, atol=1e-12)
+
+
+def test_set_points_are_no_openings():
+    plain, longer = planned((0.0, 0.0)), planned((0.0, 0.0), longer=(5e-3, 5e-3))
+    assert all(np.array_equal(one, other) for one, other in zip(plain, longer, strict=True))
