@@ -67,6 +67,13 @@ def _spans(
 @click.option(
     "--offset", default="", help="Or what the log's clock shows when the other is at 0: 1.25s."
 )
+@click.option(
+    "--schedule",
+    type=options.PATH,
+    multiple=True,
+    help="Of each log, a table of what was commanded when, if it was not logged; a row holds until"
+    " the next.",
+)
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
 @click.option(
     "--rate", default="", help="Of the rows, if there is no clock, or of an even clock: 200Hz."

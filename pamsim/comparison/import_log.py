@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pamsim.comparison.joined_logs import join_all
+from pamsim.comparison.joined_logs import join_all, schedule_all
 from pamsim.comparison.joint_signs import turned_joints
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
@@ -102,6 +102,7 @@ def import_log(
     beside: PathOrPaths = (),
     shared: str = "",
     offset: str = "",
+    schedule: PathOrPaths = (),
     columns: Sequence[str] = (),
     drive: str = "",
     protocol: str = "",
@@ -123,7 +124,10 @@ def import_log(
             become one table on the clock of the log.
         shared: columns of both that hold one signal, ``sync=trigger``, by which the clocks' offset
             is found.
-        offset: or what a log's clock shows when the other is at 0, such as ``1.25 s``.
+        offset: or what a log's clock shows when the other is at 0, such as ``1.25 s``; without
+            another log, when a schedule is.
+        schedule: of each log, a table of what was commanded when, if that was not logged: times,
+            and a column for each muscle; each row holds until the next.
         columns: what is known of some, ``knee.angle=-phi:deg`` or ``knee.torque=F*0.0069m:N``:
             quantity, sign, name and, if known, a factor and the unit; the others are guessed.
         drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
@@ -145,22 +149,26 @@ def import_log(
         InputError: for a log that cannot be read, nothing that drives a muscle, or a file that is
             there already.
     """
-    files, others = _paths(logs), _paths(beside)
+    files, others, schedules = _paths(logs), _paths(beside), _paths(schedule)
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
-    if others or shared or offset:
+    if others or schedules or shared or offset:
         with tempfile.TemporaryDirectory() as scratch:
-            joined, clocks = join_all(
-                files, others, Path(scratch), names=loaded.names, shared=shared, offset=offset
-            )
+            names, place = loaded.names, Path(scratch)
+            if others or not schedules:
+                joined, found_out = join_all(
+                    files, others, place, names=names, shared=shared, offset=offset
+                )
+            else:
+                joined, found_out = schedule_all(files, schedules, place, names, offset)
             try:
                 found = import_log(
-                    joined, rig=loaded, out=out, columns=columns, drive=drive, protocol=protocol,
-                    rate=rate, period=period, segments=segments, lead_in=lead_in, load=load,
-                    force=force,
+                    joined, rig=loaded, out=out, schedule=schedules if others else (),
+                    columns=columns, drive=drive, protocol=protocol, rate=rate, period=period,
+                    segments=segments, lead_in=lead_in, load=load, force=force,
                 )  # fmt: skip
             except InputError as error:
                 raise InputError(str(error).replace(f"{scratch}{os.sep}", "")) from None
-        return replace(found, notes=(*clocks, *found.notes))
+        return replace(found, notes=(*found_out, *found.notes))
     table = read_columns(files[0], numbers_only=True)
     stated = [_stated(text, loaded) for text in columns]
     guesses, unused = guess_columns(

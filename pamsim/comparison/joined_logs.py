@@ -1,9 +1,9 @@
-"""Two logs of one experiment by different loggers, as one table on the clock of the first."""
+"""A log with what another logger or a schedule of commands adds, as one table on its clock."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +48,33 @@ def join_all(
         joined.append(folder / f"{log.stem}_and_{other.stem}.csv")
         clocks.append(join_logs(log, other, joined[-1], names=names, shared=shared, offset=known))
     return joined, clocks
+
+
+def schedule_all(
+    logs: Sequence[Path],
+    schedules: Sequence[Path],
+    folder: Path,
+    names: SignalNames,
+    offset: str,
+) -> tuple[list[Path], list[str]]:
+    """Join each log with its schedule of commands, as `with_schedule`, in a folder.
+
+    Returns:
+        The files written, and what was made of each schedule.
+
+    Raises:
+        InputError: as `with_schedule`, or if there is not one for each, or for an offset without
+            meaning.
+    """
+    if len(schedules) != len(logs):
+        raise InputError(f"{len(logs)} logs and {len(schedules)} `schedule`; give one for each")
+    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
+    files = [folder / f"{log.stem}_commanded.csv" for log in logs]
+    texts = [
+        with_schedule(log, schedule, out, names=names, offset=known)
+        for log, schedule, out in zip(logs, schedules, files, strict=True)
+    ]
+    return files, texts
 
 
 def join_logs(
@@ -113,13 +140,69 @@ def join_logs(
         free = name if name not in columns else f"{name}_2"
         columns[free] = np.interp(time[both], at, values)
         units[free] = second.units.get(name, "")
+    _write(out, columns, units)
+    return f"{beside.name} lies beside {log.name} by {found}"
+
+
+def with_schedule(
+    log: Path, schedule: Path, out: Path, *, names: SignalNames, offset: float = 0.0
+) -> str:
+    """Write the rows of a log with what was commanded meanwhile, as a schedule states it.
+
+    Each row of the schedule holds until the next. A command of the log is its mean until the next
+    sample, so that a pulse that is shorter than a sample lets as much air through.
+
+    Args:
+        log: a table with a clock that runs on.
+        schedule: a table of times and commands, with a clock of its own.
+        out: CSV file to write.
+        names: of the rig's signals, to know the clocks by.
+        offset: what the log's clock shows when the schedule is at 0 [s].
+
+    Returns:
+        What was made of it, in a sentence.
+
+    Raises:
+        InputError: for a table that cannot be read or has no clock, a column that both have, or a
+            schedule that begins after the log.
+    """
+    first, second = (read_columns(path, numbers_only=True) for path in (log, schedule))
+    (_, time), (clock, other) = (_clock(table, names) for table in (first, second))
+    begins = other + offset
+    if begins[0] > time[0]:
+        raise InputError(
+            f"{schedule} begins at {begins[0]:.4g} s of {log}, which begins at {time[0]:.4g} s;"
+            " add a row with what was commanded before, or state another `offset`"
+        )
+    columns, commanded = _numbers(first, ()), _numbers(second, (clock,))
+    twice = sorted(columns.keys() & commanded.keys())
+    if twice:
+        raise InputError(f"{schedule}: {twice[0]} is a column of {log}, too; rename or remove it")
+    samples = np.append(time, 2.0 * time[-1] - time[-2])
+    last = max(samples[-1], begins[-1]) + 1.0
+    for name, values in commanded.items():
+        # The integral of what is held is linear in between.
+        amount = np.append(0.0, np.cumsum(values * np.diff(np.append(begins, last))))
+        columns[name] = np.diff(np.interp(samples, np.append(begins, last), amount))
+        columns[name] /= np.diff(samples)
+    _write(out, columns, {**second.units, **first.units})
+    shortest, sample = np.diff(other).min(initial=np.inf), np.diff(time).max()
+    text = f"{schedule.name} is what was commanded: {', '.join(commanded)}"
+    if shortest < sample:
+        text += (
+            f"; it changes within {shortest * 1e3:.3g} ms, in samples of {sample * 1e3:.3g} ms as"
+            " their mean: give a higher `rate` if it matters when"
+        )
+    return text
+
+
+def _write(out: Path, columns: Mapping[str, FloatArray], units: Mapping[str, str]) -> None:
     with complete_file(out) as part, part.open("w", encoding="utf-8", newline="") as text:
         table = csv.writer(text)
         table.writerow(columns)
-        if any(units.values()):
-            table.writerow([units.get(name, "") or "-" for name in columns])
+        if any(units.get(name) for name in columns):
+            table.writerow([units.get(name) or "-" for name in columns])
         table.writerows(zip(*(map(repr, v.tolist()) for v in columns.values()), strict=True))
-    return f"{beside.name} lies beside {log.name} by {found}"
 
 
 def _words(fit: ClockFit, shared: str) -> str:

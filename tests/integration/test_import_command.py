@@ -306,3 +306,40 @@ def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, mon
         code, _, error = run(monkeypatch, capsys, *asked, "--force", *more)
         assert (code, error.count("\n")) == (2, 1)
         assert why in error
+
+
+def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_through(
+    rig, tmp_path, monkeypatch, capsys
+):
+    keep = ("t_ms", "P flexor [psia]", "P extensor [psia]", "phi")
+    log = write(tmp_path / "air.txt", {name: LOG[name] for name in keep})
+    sample = TIME[1] - TIME[0]
+    # A pulse of a quarter of a sample in the third, and one of five samples from the sixth on.
+    begins = np.array([0.0, 2.5, 2.75, 6.0, 11.0]) * sample
+    opened = np.array([0.0, 0.8, 0.0, -0.5, 0.0])
+    pulses = write(
+        tmp_path / "pulses.csv",
+        {"time_s": begins - 1.0, "flexor_valve": opened, "extensor_valve": 0.0 * opened},
+    )
+    asked = ("import", log, "--rig", rig, "--out", tmp_path / "out", "--schedule", pulses)
+    code, shown, _ = run(monkeypatch, capsys, *asked, "--offset", "1s")
+    assert code == 0
+    assert "pulses.csv is what was commanded: flexor_valve, extensor_valve; it changes" in shown
+    assert "within 2.5 ms, in samples of 10 ms as their mean: give a higher" in shown
+    (trial,) = read_recordings(tmp_path / "out").trials
+    assert trial.drive == "valve"
+    expected = np.zeros(TIME.size)
+    expected[2], expected[6:11] = 0.25 * 0.8, -0.5
+    np.testing.assert_allclose(trial.command, np.outer(expected, [1.0, 0.0]), atol=1e-12)
+    both = {"flexor_valve": opened, "phi": opened}
+    twice = write(tmp_path / "twice.csv", {"time_s": begins, **both})
+    late = write(tmp_path / "late.csv", {"time_s": begins + 1.0, **both})
+    for schedules, why in (
+        ((twice,), "phi is a column of"),
+        ((late,), "add a row with what was commanded before"),
+        ((pulses, pulses), "1 logs and 2 --schedule; give one for each"),
+    ):
+        options = [part for one in schedules for part in ("--schedule", one)]
+        code, _, error = run(monkeypatch, capsys, *asked[:-2], "--force", *options)
+        assert (code, error.count("\n")) == (2, 1)
+        assert why in error
