@@ -43,7 +43,7 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     save_json(json_file, result)
     _print(replication)
     if out is not None:
-        from pamsim.papers.replication_figures import replication_figures
+        from pamsim.papers.replicate import replication_figures
         from pamsim.report.replication_page import write_replication
 
         write_replication(result, replication_figures(replication.papers), out)

@@ -73,6 +73,7 @@ def curves() -> Mapping[str, Any]:
         "fine_kpa": fine,
         **branches,
         "width_cm": {"bouc_wen": free.width, "passive": passive.width},
+        "bench": bench_curves(),
     }
 
 

@@ -16,15 +16,12 @@ from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
 from pamsim.papers.numerics import least_squares, rms, root
 from pamsim.papers.sarosi import equations
-from pamsim.papers.sarosi.equations import BARS, TYPE
-from pamsim.papers.sarosi.fits import measured
+from pamsim.papers.sarosi.equations import BARS, TYPE, measured
 from pamsim.physics.braid import max_contraction
 from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
-from pamsim.physics.force_laws.published import PUBLISHED
 
 Constants = tuple[float, float, float, float]
 
-_LAW = PUBLISHED[TYPE]
 _LENGTH, _DIAMETER, _FIBRE_ANGLE = 0.200, 0.020, 28.6 / DEG_PER_RAD
 _CONTRACTION = np.linspace(0.0, 0.25, 101)
 _WANTED = (0.0, 200.0, 400.0, 600.0, 800.0, 1000.0)  # forces of the inverse [N]
@@ -42,9 +39,7 @@ _RISE, _SWEEP = 0.6, 8.0
 
 def _pressures(force: FloatArray | float, contraction: FloatArray) -> FloatArray:
     """Gauge pressures [bar] by (5) that give forces [N] at contractions [-]."""
-    pairs = np.broadcast(force, contraction)
-    pascal = [equations.pressure_for(_LAW, float(f), float(k)) for f, k in pairs]
-    return np.array(pascal) / PA_PER_BAR
+    return np.vectorize(equations.pressure_for)(force, contraction) / PA_PER_BAR
 
 
 def curves() -> Mapping[str, Any]:
@@ -57,7 +52,7 @@ def curves() -> Mapping[str, Any]:
         gives it; ``round_trip_bar``: largest error of (5) after (4).
     """
     geometry = (_DIAMETER, _FIBRE_ANGLE)
-    exponential = _family(lambda p, k: equations.force(_LAW, p, k))
+    exponential = _family(equations.force)
     fitted, misfit = _fit_corrected(exponential)
     inverse = {f"{force:g} N": _pressures(force, _CONTRACTION) for force in _WANTED}
     back = [_pressures(exponential[f"{bar:g} bar"], _CONTRACTION) - bar for bar in BARS]
@@ -76,6 +71,7 @@ def curves() -> Mapping[str, Any]:
             for name, bar in inverse.items()
         },
         "round_trip_bar": float(np.max(np.abs(back))),
+        "bench": bench_curves(),
     }
 
 
@@ -107,7 +103,7 @@ def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[Constants, float]:
 
 def force_by_law(pressure: float, contraction: float) -> float:
     """Tension by (4) [N] at a gauge pressure [Pa]: its force, or none where it would push."""
-    return max(equations.force(_LAW, pressure, contraction), 0.0)
+    return max(equations.force(pressure, contraction), 0.0)
 
 
 def contraction_by_law(pressure: float, weight: float) -> float:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pamsim.papers.replicate import Replication
-from pamsim.papers.replication_figures import replication_figures
+from pamsim.papers.replicate import Replication, replication_figures
 from pamsim.report.replication_page import (
     FIGURES,
     VERDICTS,
