@@ -79,16 +79,13 @@ _LEAST_DIGITS = 3  # of a recomputed number, however few digits were printed
 
 def write_replication(
     result: Mapping[str, Any], curves: Mapping[str, Mapping[str, Any]], out: Path
-) -> list[Path]:
-    """Write page and figures of a replication.
+) -> Path:
+    """Write page and figures of a replication; return the page.
 
     Args:
         result: of schema ``pamsim-replicate/3``, JSON-safe.
         curves: name of a paper -> what its figures draw; papers left out get no figures.
         out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
 
     Raises:
         InputError: if the result has another schema, or ``out`` is a file.
