@@ -42,7 +42,7 @@ import importlib
 import itertools
 import math
 import pkgutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -189,16 +189,20 @@ def agreeing(*values: float) -> dict[str, Any]:
 _RECOMPUTE: dict[str, Callable[[], Recomputed | Numbers]] = {}
 
 
-def recomputes(id: str, *arguments: Any) -> Callable[[Any], Any]:
-    """Make a function the one that recomputes the claim of an id, called with these arguments.
+def recomputes(first: str, *, each: Iterable[Any] = ((),)) -> Callable[[Any], Any]:
+    """Make a function the one that recomputes the claim of an id, and those numbered after it.
 
-    It returns a `Recomputed`, or just its value.
+    It returns a `Recomputed`, or just its value, and is called with an entry of ``each``, which has
+    one for every claim: an argument, or a tuple of several.
     """
+    paper, _, number = first.rpartition("-")
 
     def register(function: Callable[..., Any]) -> Callable[..., Any]:
-        if id in _RECOMPUTE:
-            raise InputError(f"claim {id} has two functions")
-        _RECOMPUTE[id] = functools.partial(function, *arguments)
+        for place, given in enumerate(each, start=int(number)):
+            id, arguments = f"{paper}-{place:02d}", given if isinstance(given, tuple) else (given,)
+            if id in _RECOMPUTE:
+                raise InputError(f"claim {id} has two functions")
+            _RECOMPUTE[id] = functools.partial(function, *arguments)
         return function
 
     return register

@@ -101,19 +101,20 @@ def half_unit(decimals: int) -> float:
 
 
 class PrintedNumbers(NamedTuple):
-    """The entries of table ``number`` of ``<paper>.toml``, in their printed units, by name.
+    """The entries of a table of ``<paper>.toml``, in their printed units, by name.
 
     Each raises an `InputError` if there is no such entry.
     """
 
     paper: str
+    table: str = "number"
 
     def all_digits(self, name: str) -> tuple[Printed, ...]:
         """All numbers of an entry, with their digits."""
-        entries = _document(self.paper)["number"]
+        entries = _document(self.paper)[self.table]
         if name not in entries:
             raise InputError(f"{self.paper} prints no {name!r}; {nearest(name, entries)}")
-        return tuple(several(self.quoted(entries[name]["value"])))
+        return tuple(several(self.quoted(f"${self.table}.{name}")))
 
     def digits(self, name: str) -> Printed:
         """The only number of an entry, with its digits."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -25,6 +26,7 @@ from pamsim.papers.alraouf2025.loop import (
     published,
     scores,
 )
+from pamsim.papers.alraouf2025.sensors import RANGER
 from pamsim.papers.claim import Order, Recomputed, recomputes
 from pamsim.papers.numerics import half_unit, propagated, propagated_each
 from pamsim.recordings.printed import (
@@ -44,12 +46,10 @@ _ROUNDING = half_unit(3)
 
 def _ranger() -> Printed:
     """Printed accuracy of the distance sensor [cm]."""
-    document = printed_document("alraouf2025.toml", digits=True)
-    return Printed(0.1 * document["ranger"]["accuracy"]["value"], half_unit(1))
+    return Printed(0.1 * RANGER.value("accuracy"), half_unit(1))
 
 
-@recomputes("alraouf2025-41", "up")
-@recomputes("alraouf2025-42", "down")
+@recomputes("alraouf2025-41", each=BRANCHES)
 def _intervals(branch: str) -> Recomputed:
     student = float(stdtrit(_RUNS - 1, 0.975))
     factor = student / math.sqrt(_RUNS)
@@ -69,8 +69,7 @@ def _intervals(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-43", "up")
-@recomputes("alraouf2025-44", "down")
+@recomputes("alraouf2025-43", each=BRANCHES)
 def _residual_size(branch: str) -> Recomputed:
     residual = np.abs(arctangent_residual(branch, published(branch)))
     limit = Printed(0.3, half_unit(1))
@@ -87,8 +86,7 @@ def _residual_size(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-45", "up")
-@recomputes("alraouf2025-46", "down")
+@recomputes("alraouf2025-45", each=BRANCHES)
 def _residual_order(branch: str) -> Recomputed:
     residual = -arctangent_residual(branch, published(branch))
     centred = residual - residual.mean()
@@ -134,8 +132,7 @@ def _delayed() -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-49", 0)
-@recomputes("alraouf2025-50", 9)
+@recomputes("alraouf2025-49", each=(0, 9))
 def _still(index: int) -> Recomputed:
     ends = [loop_rows(branch)[index : index + 2] for branch in BRANCHES]
     change = [second.mean.value - first.mean.value for first, second in ends]
@@ -177,24 +174,21 @@ def _product_sign() -> Recomputed:
     return Recomputed((total, product), order=Order.RISING)
 
 
-@recomputes("alraouf2025-02", "up")
-@recomputes("alraouf2025-03", "down")
-def _same_estimates(branch: str) -> Recomputed:
-    return Recomputed([row.estimate for row in loop_coefficients(branch)])
+@recomputes("alraouf2025-02", each=BRANCHES)
+def _same_estimates(branch: str) -> list[Printed]:
+    return [row.estimate for row in loop_coefficients(branch)]
 
 
 def _fitted_scores(branch: str) -> dict[str, float]:
     return arctangent_scores(branch, fit_arctangent(branch))
 
 
-@recomputes("alraouf2025-04", "up")
-@recomputes("alraouf2025-05", "down")
+@recomputes("alraouf2025-04", each=BRANCHES)
 def _coefficients(branch: str) -> Recomputed:
     return Recomputed(fit_arctangent(branch), mse=_fitted_scores(branch)["MSE"])
 
 
-@recomputes("alraouf2025-06", "up")
-@recomputes("alraouf2025-07", "down")
+@recomputes("alraouf2025-06", each=BRANCHES)
 def _own_intervals(branch: str) -> Recomputed:
     """Do interval, coefficients, MSE and pressures of the paper belong to one another?"""
     pressure, _ = branch_data(branch)
@@ -214,14 +208,7 @@ def _own_intervals(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-08", "up", 0)
-@recomputes("alraouf2025-09", "up", 1)
-@recomputes("alraouf2025-10", "up", 2)
-@recomputes("alraouf2025-11", "up", 3)
-@recomputes("alraouf2025-12", "down", 0)
-@recomputes("alraouf2025-13", "down", 1)
-@recomputes("alraouf2025-14", "down", 2)
-@recomputes("alraouf2025-15", "down", 3)
+@recomputes("alraouf2025-08", each=itertools.product(BRANCHES, range(4)))
 def _interval(branch: str, index: int) -> Recomputed:
     result, mse = fit_arctangent(branch), _fitted_scores(branch)["MSE"]
     half = float(arctangent_half_intervals(branch_data(branch)[0], result, mse)[index])
@@ -241,14 +228,7 @@ def _five_digits(number: Printed) -> Printed:
     return Printed(number.value, max(digit, number.half_unit))
 
 
-@recomputes("alraouf2025-16", "up", "MSE")
-@recomputes("alraouf2025-17", "up", "R2")
-@recomputes("alraouf2025-18", "up", "RMSE")
-@recomputes("alraouf2025-19", "up", "MAE")
-@recomputes("alraouf2025-20", "down", "MSE")
-@recomputes("alraouf2025-21", "down", "R2")
-@recomputes("alraouf2025-22", "down", "RMSE")
-@recomputes("alraouf2025-23", "down", "MAE")
+@recomputes("alraouf2025-16", each=itertools.product(BRANCHES, SCORES))
 def _on_table(branch: str, score: str) -> Recomputed:
     return Recomputed(
         propagated(lambda *a: arctangent_scores(branch, a)[score], *loop_equation(branch)),
@@ -257,15 +237,13 @@ def _on_table(branch: str, score: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-24", "up")
-@recomputes("alraouf2025-25", "down")
+@recomputes("alraouf2025-24", each=BRANCHES)
 def _within_reach(branch: str) -> Recomputed:
     printed = loop_scores(branch, "arctangent")["MSE"]
     return Recomputed(_fitted_scores(branch)["MSE"], printed=printed, high=printed)
 
 
-@recomputes("alraouf2025-26", "up")
-@recomputes("alraouf2025-27", "down")
+@recomputes("alraouf2025-26", each=BRANCHES)
 def _root(branch: str) -> Recomputed:
     models = [loop_scores(branch, name) for name in ("arctangent", "bouc_wen")]
     return Recomputed(
@@ -280,16 +258,14 @@ def _implied_variance(branch: str, model: str) -> Printed:
     return propagated(lambda mse, r2: mse / (1.0 - r2), printed["MSE"], printed["R2"])
 
 
-@recomputes("alraouf2025-28", "up")
-@recomputes("alraouf2025-29", "down")
+@recomputes("alraouf2025-28", each=BRANCHES)
 def _variance_agrees(branch: str) -> Recomputed:
     return Recomputed(
         _implied_variance(branch, "bouc_wen"), printed=_implied_variance(branch, "arctangent")
     )
 
 
-@recomputes("alraouf2025-30", "up")
-@recomputes("alraouf2025-31", "down")
+@recomputes("alraouf2025-30", each=BRANCHES)
 def _variance_of_table(branch: str) -> Recomputed:
     # The table drops trailing zeros: all its numbers have three decimals.
     means = [Printed(row.mean.value, half_unit(3)) for row in loop_rows(branch)]
@@ -299,8 +275,7 @@ def _variance_of_table(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-32", "up")
-@recomputes("alraouf2025-33", "down")
+@recomputes("alraouf2025-32", each=BRANCHES)
 def _bouc_wen_scores(branch: str) -> Recomputed:
     printed = loop_scores(branch, "bouc_wen")
     result = scores(fit_bouc_wen().residual[branch], branch_data(branch)[1])
@@ -309,8 +284,7 @@ def _bouc_wen_scores(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-34", "up")
-@recomputes("alraouf2025-35", "down")
+@recomputes("alraouf2025-34", each=BRANCHES)
 def _bouc_wen_better(branch: str) -> Recomputed:
     ours = fit_bouc_wen().residual[branch]
     arctangent = arctangent_residual(branch, fit_arctangent(branch))
@@ -331,8 +305,7 @@ def _bouc_wen_better(branch: str) -> Recomputed:
     )
 
 
-@recomputes("alraouf2025-36", "arctangent")
-@recomputes("alraouf2025-37", "bouc_wen")
+@recomputes("alraouf2025-36", each=("arctangent", "bouc_wen"))
 def _rounded(model: str) -> Recomputed:
     both = [loop_scores(branch, model)["R2"] for branch in BRANCHES]
     return Recomputed(

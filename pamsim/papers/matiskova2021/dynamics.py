@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -12,28 +12,24 @@ from pamsim.core.errors import PamsimError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.identification.step_response import StepIdentification, identify_step, step_of_lags
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.numerics import propagated, root
+from pamsim.papers.numerics import PrintedNumbers, propagated, root
 from pamsim.papers.reproduce import Reproduction, reproduce
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document
+from pamsim.recordings.printed import Printed, mas20_steps
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""
 
 _LENGTHS = (2.0, 6.0, 10.0)  # s; the second is the length of our own simulated responses
-
-
-def _constants() -> tuple[Printed, Printed]:
-    """T1 and T2 of (31) [s]."""
-    printed = printed_document("matiskova2021.toml", digits=True)["g2"]
-    return printed["T1_s"], printed["T2_s"]
+_G2 = PrintedNumbers("matiskova2021", "g2")
+_LAGS = "T1_s", "T2_s"  # of (31)
 
 
 @functools.cache
 def _identified(samples: int) -> StepIdentification:
     """Step of the printed G2, as many samples after the first, without noise."""
     time = np.arange(samples + 1) / SAMPLE_RATE
-    return identify_step(time, step_of_lags(time, *(number.value for number in _constants())))
+    return identify_step(time, step_of_lags(time, *map(_G2.value, _LAGS)))
 
 
 def _first_order(samples: int) -> float:
@@ -41,19 +37,18 @@ def _first_order(samples: int) -> float:
     return _identified(samples).g1.output_error.time_constants[0]
 
 
-@recomputes("matiskova2021-29", lambda first, second: first * second)
-@recomputes("matiskova2021-30", lambda first, second: first + second)
+@recomputes(
+    "matiskova2021-29",
+    each=(operator.mul, operator.add),
+)
 def _of_both_constants(function: Callable[[float, float], float]) -> Printed:
-    return propagated(function, *_constants())
+    return propagated(function, *map(_G2.digits, _LAGS))
 
 
-@recomputes("matiskova2021-31", lambda models: models.g1.output_error)
-@recomputes("matiskova2021-32", lambda models: models.g1.arx_unit_gain)
-@recomputes("matiskova2021-33", lambda models: models.g1.arx_free_gain)
-def _as_first_order(estimate: Callable[[StepIdentification], Any]) -> Recomputed:
-    constants = [
-        estimate(_identified(round(length * SAMPLE_RATE))).time_constants[0] for length in _LENGTHS
-    ]
+@recomputes("matiskova2021-31", each=("output_error", "arx_unit_gain", "arx_free_gain"))
+def _as_first_order(estimate: str) -> Recomputed:
+    models = [_identified(round(length * SAMPLE_RATE)).g1 for length in _LENGTHS]
+    constants = [getattr(model, estimate).time_constants[0] for model in models]
     listed = ", ".join(
         f"{value:.3f} s from {length:g} s"
         for value, length in zip(constants, _LENGTHS, strict=True)
@@ -63,7 +58,7 @@ def _as_first_order(estimate: Callable[[StepIdentification], Any]) -> Recomputed
 
 def _cut_samples() -> int:
     """Length of record at which output error gives T nearest to (30) [samples]."""
-    single = float(mas20_models()["g1"]["T_s"])
+    single = PrintedNumbers("matiskova2021", "g1").value("T_s")
 
     def excess(length: float) -> float:
         return _first_order(round(length * SAMPLE_RATE)) - single
@@ -132,11 +127,7 @@ def _simulated_first_order() -> Recomputed:
 @recomputes("matiskova2021-39")
 def _simulated_second_order() -> Recomputed:
     found = _models().g2.output_error
-    printed = [mas20_models()["g2"][key] for key in ("T1_s", "T2_s")]
-    first, second = (
-        100.0 * abs(ours / paper - 1.0)
-        for ours, paper in zip(found.time_constants, printed, strict=True)
-    )
+    first, second = 100.0 * np.abs(np.divide(found.time_constants, [*map(_G2.value, _LAGS)]) - 1.0)
     return Recomputed(found.time_constants, fit=found.fit_percent, first=first, second=second)
 
 

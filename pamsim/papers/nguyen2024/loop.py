@@ -189,9 +189,7 @@ def _searches() -> dict[str, SearchRun]:
     return {run.method: run for run in runs}
 
 
-@recomputes("nguyen2024-28", "least_squares")
-@recomputes("nguyen2024-29", "differential_evolution")
-@recomputes("nguyen2024-30", "water_cycle")
+@recomputes("nguyen2024-28", each=("least_squares", "differential_evolution", "water_cycle"))
 def _recovered(method: str) -> Recomputed:
     run = _searches()[method]
     limits = {

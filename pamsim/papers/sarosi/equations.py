@@ -76,8 +76,7 @@ def _both(v: FloatArray, p: FloatArray, kappa: FloatArray) -> FloatArray:
     return (a * p + b) * np.exp(c * kappa + d) + (e * p + f) * kappa + g * p + h
 
 
-@recomputes("sarosi-07", _single, _ONE_PRESSURE)
-@recomputes("sarosi-08", _both, _ALL_PRESSURES)
+@recomputes("sarosi-07", each=((_single, _ONE_PRESSURE), (_both, _ALL_PRESSURES)))
 def _rank(law: Form, place: tuple[float, ...]) -> float:
     p, kappa = (axis.ravel() for axis in np.meshgrid(BARS, np.linspace(0.0, 0.25, 11)))
     columns = jacobian(lambda v: law(v, p, kappa), place)
@@ -137,24 +136,32 @@ def predicted(law: str, coefficients: tuple[float, ...], points: MeasuredForces)
     return np.array([entry.force(p, kappa, coefficients, braid) for p, kappa in pairs])
 
 
-@functools.cache
-def fitted_residual(law: str) -> FloatArray:
-    """Predicted less measured force on the DMSP-20 map after a least-squares fit [N].
+def fitted(law: str, points: MeasuredForces) -> tuple[tuple[float, ...], FloatArray]:
+    """Least squares of a law on the points of a map.
 
     Args:
         law: ``ideal`` (nothing to fit), ``strain`` ((2) with mu constant), ``corrected`` ((2)) or
             ``exponential`` ((4)).
+        points: what it is fitted to.
+
+    Returns:
+        Its coefficients in the catalog, and predicted less measured force (n,) [N].
     """
-    points = measured("DMSP-20")
     if law == "ideal":
-        return predicted("ideal_mckibben", (1.0,), points) - points.force
+        return (1.0,), predicted("ideal_mckibben", (1.0,), points) - points.force
     name, coefficients, start = _FITS[law]
 
     def force(*values: float) -> FloatArray:
         return predicted(name, coefficients(*values), points)
 
-    fitted, _ = least_squares(force, points.force, start, x_scale="jac", max_nfev=2000)
-    return force(*fitted) - points.force
+    found, _ = least_squares(force, points.force, start, x_scale="jac", max_nfev=2000)
+    return coefficients(*found.tolist()), force(*found) - points.force
+
+
+@functools.cache
+def fitted_residual(law: str) -> FloatArray:
+    """Residual of `fitted` on the map of a DMSP-20 (n,) [N]."""
+    return fitted(law, measured("DMSP-20"))[1]
 
 
 @recomputes("sarosi-14")
@@ -192,9 +199,10 @@ def _better() -> Recomputed:
     return Recomputed((old, new), order=Order.FALLING)
 
 
-@recomputes("sarosi-18", "DMSP-20-200", "DMSP-20")
-@recomputes("sarosi-19", "DMSP-20-400", "DMSP-20")
-@recomputes("sarosi-20", "DMSP-10", "DMSP-10")
+@recomputes(
+    "sarosi-18",
+    each=(("DMSP-20-200", "DMSP-20"), ("DMSP-20-400", "DMSP-20"), ("DMSP-10", "DMSP-10")),
+)
 def _published(kind: str, diameter: str) -> Recomputed:
     points = measured(diameter)
     force = predicted("six_parameter", coefficients_of(PUBLISHED[kind]), points)

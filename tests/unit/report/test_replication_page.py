@@ -58,7 +58,7 @@ def replication():
         "place": "text", "recomputed": 0.25, "unit": "kPa", "reason": "why not",
     }  # fmt: skip
     return {
-        "schema": "pamsim-replicate/2",
+        "schema": "pamsim-replicate/3",
         "papers": {"matiskova2021": "Authors of A", "alraouf2025": "B", "nguyen2024": "C"},
         "claims": [
             claim("matiskova2021-01", 0.61, 0.6103515625, INDEPENDENT),
@@ -111,7 +111,7 @@ def test_every_claim_is_a_row_with_its_numbers_mark_and_reason(replication, tmp_
     assert source.count("&lt;script&gt;") == 5
     sentence = verdict_sentence(replication)
     assert sentence == (
-        "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent, 0 identity,"
+        "4 printed statements of 3 papers recomputed, 4 facts: 1 agree (1 independent,"
         " 0 calibrated), 0 not significant, 1 inconsistent in the paper, 0 text damaged and"
         " 2 not reproducible from printed data. Not evaluated: Nguyen 2024."
     )
@@ -160,7 +160,7 @@ def test_what_a_number_must_be_stands_beside_it():
 
 
 def test_another_schema_and_a_file_in_place_of_the_folder_are_refused(replication, tmp_path):
-    with refused("pamsim-replicate/2"):
+    with refused("pamsim-replicate/3"):
         write({**replication, "schema": "other/1"}, tmp_path)
     (tmp_path / "file").write_text("")
     with refused("is a file"):
