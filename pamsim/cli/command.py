@@ -9,12 +9,12 @@ import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pamsim.core.computation import Progress
-from pamsim.core.encoding import write_json
+if TYPE_CHECKING:  # `pamsim --help` needs no numpy
+    from pamsim.core.computation import Progress
 
 STANDARD_OUTPUT = "-"
 """Value of ``--json`` that asks for the result on standard output."""
@@ -105,6 +105,8 @@ def _noted(key: str) -> bool:
 
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
     """Write a result to the file given by ``--json``, if it was given."""
+    from pamsim.core.encoding import write_json
+
     if str(path) == STANDARD_OUTPUT:
         print(json.dumps(result, indent=1, allow_nan=False), file=standard_output())
     elif path is not None:
