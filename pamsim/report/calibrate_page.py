@@ -18,6 +18,9 @@ from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-calibrate/1"
 
+_READABLE = 12  # parameters up to which a correlation is written into its field
+_BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 6}
+
 
 def write_calibration(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
@@ -72,10 +75,6 @@ def headline(result: Mapping[str, Any]) -> str:
     fitted = f"{count} parameters" if count > 1 else "1 parameter"
     moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
     return f"{fitted} fitted.{moved} {sentence(result['sentence'])}"
-
-
-_READABLE = 12  # parameters up to which a correlation is written into its field
-_BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 6}
 
 
 @styled

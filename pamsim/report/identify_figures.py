@@ -41,6 +41,8 @@ from pamsim.report.style import (
 
 _MOST_TRIALS = 5
 
+_DIRECTIONS = {1: ("^", "rising input"), -1: ("v", "falling input"), 0: ("o", "both ways")}
+
 
 def label(quantity: str, unit: str) -> str:
     """Axis label; without a unit in it for a pure number."""
@@ -282,9 +284,6 @@ def _pole_marker(pole: complex) -> tuple[str, str]:
     if pole.real >= 0.0:
         return "unstable", "s"
     return ("conjugate pair", "D") if pole.imag else ("lag", "x")
-
-
-_DIRECTIONS = {1: ("^", "rising input"), -1: ("v", "falling input"), 0: ("o", "both ways")}
 
 
 @styled

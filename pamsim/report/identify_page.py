@@ -31,6 +31,8 @@ from pamsim.report.numbers import fixed, interval, quantity, significant
 from pamsim.report.page import write_page
 from pamsim.report.style import INK, finish_axes, styled
 
+_POINTS = 300
+
 
 def write_identification(
     identification: Identification | FrequencyIdentification, out: Path
@@ -90,9 +92,6 @@ def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
     if result["scan"] is not None:
         figures["scan"] = scan(result)
     return figures
-
-
-_POINTS = 300
 
 
 def write_frequency_identification(result: FrequencyIdentification, out: Path) -> Path:

@@ -52,6 +52,11 @@ SUPPORTED: Mapping[str, tuple[str, str]] = {
 }
 """Verdict -> what a paper may state of it, and what not."""
 
+_WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
+_BAR = 0.36  # thickness; links are 1 apart
+_CURVE_IN = 2.4  # height of a curve's axes
+_BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
+
 
 def write_link_diagnosis(
     result: Mapping[str, Any],
@@ -153,12 +158,6 @@ def _grouped(names: Sequence[str]) -> str:
     """Names of trials, those that differ in their last number together."""
     stems = Counter(re.sub(r"[_ ]?\d+$", "", name) or name for name in names)
     return ", ".join(f"{stem} ({n})" if n > 1 else stem for stem, n in stems.items())
-
-
-_WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
-_BAR = 0.36  # thickness; links are 1 apart
-_CURVE_IN = 2.4  # height of a curve's axes
-_BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
 
 
 @styled

@@ -24,6 +24,8 @@ _LENGTHS = (2.0, 6.0, 10.0)  # s; the second is the length of our own simulated 
 _G2 = PrintedNumbers("matiskova2021", "g2")
 _LAGS = "T1_s", "T2_s"  # of (31)
 
+_GRAVITY = 9.81  # m/s^2
+
 
 @functools.cache
 def _identified(samples: int) -> StepIdentification:
@@ -91,9 +93,6 @@ def _unit_gain() -> Recomputed:
         for step in mas20_steps()
     ]
     return Recomputed((min(gains), max(gains)))
-
-
-_GRAVITY = 9.81  # m/s^2
 
 
 @functools.cache

@@ -38,6 +38,10 @@ from pamsim.physics.rest_state import charged_air_state
 from pamsim.physics.static_muscle import muscle_length, static_force
 from pamsim.recordings.printed import Printed, PrintedStep, distinct_steps, mas20_steps
 
+_FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
+_LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span
+_POINTS = 40
+
 
 @recomputes("matiskova2021-17")
 def _rest_length() -> Recomputed:
@@ -114,11 +118,6 @@ def _radius() -> Recomputed:
         angle=largest * DEG_PER_RAD,
         stroke=way / MILLIMETRE,
     )
-
-
-_FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
-_LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span
-_POINTS = 40
 
 
 def ideal_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:

@@ -42,6 +42,11 @@ _FREQUENCIES = (1.0, 3.5, 10.0)
 """Ends of the identification tests and the frequency of the first study case [Hz]."""
 _PERIODS, _SAMPLES = 30, 200
 
+_BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
+"""Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""
+_SEEDS = range(5)
+_NOISE = 0.01
+
 
 def simulated_loop(frequency: float, amplitude: float) -> tuple[FloatArray, FloatArray]:
     """Last period of displacement [m] and force [N] of (8), solved with its whole history.
@@ -160,12 +165,6 @@ def _amplitude_dependent() -> Recomputed:
     loops = [simulated_loop(frequency, force) for force in values("first_case_amplitudes")]
     ratios = [float(np.ptp(force) / np.ptp(x)) for x, force in loops]
     return Recomputed(max(ratios) / min(ratios) - 1.0, low=AGREES)
-
-
-_BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
-"""Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""
-_SEEDS = range(5)
-_NOISE = 0.01
 
 
 @functools.cache

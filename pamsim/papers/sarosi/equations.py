@@ -32,6 +32,24 @@ _ONE_PRESSURE = (280.0, -30.0, 0.5, -900.0, -20.0)
 _ALL_PRESSURES = (-4.0, 280.0, -30.0, 0.5, -900.0, 50.0, 290.0, -270.0)
 """Where the derivatives are taken: of the size of the published constants, p in bar."""
 
+MAPS = {"DMSP-20": "dmsp20_300_force_map.csv", "DMSP-10": "dmsp10_250_force_map.csv"}
+"""Diameter -> published force map (Martens and Boblan, Actuators 2017, 6, 33)."""
+_DECAY, _BAR = _PRINTED.value("decay"), PA_PER_BAR
+_FITS = {
+    "exponential": (
+        "invertible_exponential",
+        lambda a, b, c, e, f, g, h: (1.0, a / _BAR, b, c, e / _BAR, f, g / _BAR, h),
+        [0.0, 300.0, -30.0, -900.0, 0.0, 300.0, -300.0],
+    ),
+    "strain": (
+        "corrected_mckibben",
+        lambda a, b, factor: (1.0, a, b, 0.0, factor, _DECAY),
+        [1.0, -1.0, -1.0],
+    ),
+    "corrected": ("corrected_mckibben", lambda *v: (1.0, *v, _DECAY), [1.0, -1.0, 0.1, -1.0]),
+}
+"""Name of a fit -> law of the catalog, its coefficients from what is fitted, start."""
+
 
 @recomputes("sarosi-03")
 def _angle() -> Recomputed:
@@ -89,26 +107,6 @@ def _published_largest() -> Recomputed:
     low, high = _PRINTED.all_digits("max_contraction")
     result = root(lambda k: force(BARS[-1] * PA_PER_BAR, k), 0.1, 0.4, 1e-12)
     return Recomputed(result / PERCENT, low=low, high=high)
-
-
-MAPS = {"DMSP-20": "dmsp20_300_force_map.csv", "DMSP-10": "dmsp10_250_force_map.csv"}
-"""Diameter -> published force map (Martens and Boblan, Actuators 2017, 6, 33)."""
-
-_DECAY, _BAR = _PRINTED.value("decay"), PA_PER_BAR
-_FITS = {
-    "exponential": (
-        "invertible_exponential",
-        lambda a, b, c, e, f, g, h: (1.0, a / _BAR, b, c, e / _BAR, f, g / _BAR, h),
-        [0.0, 300.0, -30.0, -900.0, 0.0, 300.0, -300.0],
-    ),
-    "strain": (
-        "corrected_mckibben",
-        lambda a, b, factor: (1.0, a, b, 0.0, factor, _DECAY),
-        [1.0, -1.0, -1.0],
-    ),
-    "corrected": ("corrected_mckibben", lambda *v: (1.0, *v, _DECAY), [1.0, -1.0, 0.1, -1.0]),
-}
-"""Name of a fit -> law of the catalog, its coefficients from what is fitted, start."""
 
 
 class MeasuredForces(NamedTuple):
