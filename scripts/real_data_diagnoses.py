@@ -46,7 +46,7 @@ from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.papers.alraouf2025.loop import loop_scores
 from pamsim.papers.claim import evaluate, recomputed
-from pamsim.papers.replication_figures import replication_figures
+from pamsim.papers.replicate import replication_figures
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import first_figure

@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import present, progress_bar, save_json, show_page
+from pamsim.cli.command import Command, exit_code, present, progress_bar, save_json, show_page
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -83,7 +81,7 @@ def command(
         from pamsim.report.calibrate_page import write_calibration
 
         save_json(out / "calibration.json", result)
-        write_calibration(result, calibration.comparisons, out)
+        page = write_calibration(result, calibration.comparisons, out)
         click.echo(f"rig:  {result['calibrated_rig']}")
-        show_page(out / "index.html")
-    return OK if result["status"] == "converged" else FINDING
+        show_page(page)
+    return exit_code(result["status"] == "converged")

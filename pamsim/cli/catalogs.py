@@ -9,9 +9,8 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command
-from pamsim.cli.main import OK, NamedGroup
-from pamsim.cli.output import save_json, show_card, show_list
+from pamsim.cli.command import Command, save_json, show_card, show_list
+from pamsim.cli.main import NamedGroup
 
 
 @click.group(name="list", cls=NamedGroup)
@@ -22,7 +21,7 @@ def command() -> None:
 @command.command(name="rigs", cls=Command)
 @click.argument("name", type=options.RIG, required=False)
 @options.json
-def _rigs(name: str | None, json_file: Path | None) -> int:
+def _rigs(name: str | None, json_file: Path | None) -> None:
     """List the rigs that come with pamsim, or show NAME, one of them or a rig folder."""
     from pamsim.engine.rig_cards import rig_cards
 
@@ -46,7 +45,6 @@ def _rigs(name: str | None, json_file: Path | None) -> int:
                 "folder": card["folder"],
             },
         )
-    return OK
 
 
 def _joint(joint: dict[str, Any]) -> str:
@@ -69,7 +67,7 @@ def _muscle(muscle: dict[str, Any]) -> str:
 @click.argument("name", required=False, shell_complete=options.completed(options.parameter_names))
 @options.rig
 @options.json
-def _params(name: str | None, rig: str, json_file: Path | None) -> int:
+def _params(name: str | None, rig: str, json_file: Path | None) -> None:
     """List the parameters of a rig with value, range and source, or show the one called NAME.
 
     The names are those that `pamsim calibrate --free` takes. Values are in the units of the rig's
@@ -97,7 +95,6 @@ def _params(name: str | None, rig: str, json_file: Path | None) -> int:
                 "note": stated.get("note", ""),
             },
         )
-    return OK
 
 
 def _value(card: dict[str, Any]) -> str:
@@ -120,7 +117,7 @@ def _unit(shown: dict[str, Any]) -> str:
 @click.argument("name", required=False, shell_complete=options.completed(options.law_names))
 @options.laws_rig
 @options.json
-def _models(name: str | None, rig: str | None, json_file: Path | None) -> int:
+def _models(name: str | None, rig: str | None, json_file: Path | None) -> None:
     """List all force laws and hysteresis operators, or show the one called NAME."""
     from pamsim.fitting.models import models
 
@@ -143,7 +140,6 @@ def _models(name: str | None, rig: str | None, json_file: Path | None) -> int:
                 "notes": entry["notes"],
             },
         )
-    return OK
 
 
 def _laws(entries: list[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -165,7 +161,7 @@ def _yes(value: bool | None) -> str:
     "--rig", type=options.RIG, help="Also the effects of this rig, and what it cannot have."
 )
 @options.json
-def _effects(name: str | None, rig: str | None, json_file: Path | None) -> int:
+def _effects(name: str | None, rig: str | None, json_file: Path | None) -> None:
     """List the effects that a diagnosis can name, or show the one called NAME."""
     from pamsim.comparison.effects_on_rig import effect_cards
 
@@ -178,7 +174,7 @@ def _effects(name: str | None, rig: str | None, json_file: Path | None) -> int:
         click.echo(
             "`pamsim list effects NAME` shows parameters, look-alikes and separating experiment"
         )
-        return OK
+        return
     for card in cards:
         form = f" ({card['form']})" if card["form"] else ""
         show_card(
@@ -192,7 +188,6 @@ def _effects(name: str | None, rig: str | None, json_file: Path | None) -> int:
                 "not tried": card.get("not_tried") or "",
             },
         )
-    return OK
 
 
 def _effect(card: dict[str, str]) -> tuple[str, str]:
@@ -204,7 +199,7 @@ def _effect(card: dict[str, str]) -> tuple[str, str]:
 @command.command(name="protocols", cls=Command)
 @click.argument("name", required=False, shell_complete=options.completed(options.protocol_names))
 @options.json
-def _protocols(name: str | None, json_file: Path | None) -> int:
+def _protocols(name: str | None, json_file: Path | None) -> None:
     """List the inputs that `pamsim hide --protocols` takes, or show the one called NAME."""
     from pamsim.twins.protocol_cards import KINDS, protocol_cards
 
@@ -227,4 +222,3 @@ def _protocols(name: str | None, json_file: Path | None) -> int:
                 "trial": f"{card['duration']:g} s at {card['rate']:g} Hz",
             },
         )
-    return OK

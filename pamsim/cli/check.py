@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import present, progress_bar, show_page
+from pamsim.cli.command import Command, exit_code, present, progress_bar, show_page
 
 
 @click.command(name="check", cls=Command)
@@ -37,4 +35,4 @@ def command(data: tuple[str, ...], out: Path | None, json_file: Path | None, **c
 
         result.save(out)
         show_page(write_check(content, result.comparisons, out))
-    return FINDING if result.suspicions else OK
+    return exit_code(not result.suspicions)

@@ -8,10 +8,8 @@ from pathlib import Path
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer, warn
+from pamsim.cli.command import Command, answer, exit_code, progress_bar, warn
 from pamsim.cli.diagnose import show
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import progress_bar
 
 _RIG = "mas20_arm"
 _SIZE = 0.3
@@ -39,7 +37,7 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     import pamsim
     from pamsim.effects.catalog import effect as look_up
     from pamsim.engine.parameters import rig_parameter
-    from pamsim.report.diagnosis_headline import Hidden
+    from pamsim.report.link_page import Hidden
 
     rig = pamsim.load_rig(_RIG)
     found = look_up(effect)
@@ -64,7 +62,7 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     answer(f"hidden was {found.name}, {hidden.size()}: {'' if right else 'not '}named by itself")
     if opened if opened is not None else sys.stdout.isatty():
         click.launch(str((out / "index.html").resolve()))
-    return OK if right else FINDING
+    return exit_code(right)
 
 
 def _pictured(path: Path) -> Path | None:

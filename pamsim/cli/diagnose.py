@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer, warn
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, exit_code, progress_bar, save_json, show_page, warn
 
 if TYPE_CHECKING:
     from pamsim.diagnosis.by_link.result import LinkReport
-    from pamsim.report.diagnosis_headline import Hidden
+    from pamsim.report.link_page import Hidden
 
 _FINE = ("no_gap", "named")
 
@@ -98,7 +96,7 @@ def show(
             click.echo(f"rig:  {result['repaired_rig'] or 'none written: no effect was found'}")
         show_page(out / "index.html")
     answer(result["sentence"], f"verdict: {result['verdict']}")
-    return OK if result["verdict"] in _FINE else FINDING
+    return exit_code(result["verdict"] in _FINE)
 
 
 def _filmed(report: LinkReport, out: Path, recording: Path | str, rig: str | None) -> Path | None:
@@ -106,7 +104,7 @@ def _filmed(report: LinkReport, out: Path, recording: Path | str, rig: str | Non
     from pamsim.core.errors import PamsimError
     from pamsim.engine.rig import load_rig
     from pamsim.recordings.recording_reader import read_recordings
-    from pamsim.report.gap_film import film_gap
+    from pamsim.report.film import film_gap
     from pamsim.report.link_page import shown_trials
 
     path = out / "gap.gif"

@@ -9,9 +9,8 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer, warn
-from pamsim.cli.main import FINDING, OK, with_flags
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, exit_code, progress_bar, save_json, show_page, warn
+from pamsim.cli.main import with_flags
 from pamsim.core.errors import InputError
 
 _MILLIMETRES = options.Quantity("mm", "m")
@@ -88,7 +87,7 @@ def command(
         click.echo(f"wrote {result.save_parameters(out)}")
         show_page(write_fit(found, out))
     best = found["fits"][: 1 if compare and found["kind"] == "force_map" else None]
-    return OK if all(one["converged"] for one in best) else FINDING
+    return exit_code(all(one["converged"] for one in best))
 
 
 def _held(texts: tuple[str, ...], model: str | None) -> dict[str, float]:

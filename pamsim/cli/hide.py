@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import progress_bar, save_json
+from pamsim.cli.command import Command, answer, progress_bar, save_json
 
 if TYPE_CHECKING:
     from pamsim.twins.synthetic_recording import SyntheticRecording
@@ -43,7 +41,7 @@ if TYPE_CHECKING:
 @click.option("--no-forces", is_flag=True, help="Measure no muscle forces.")
 @options.seed()
 @options.json
-def command(**given: Any) -> int:
+def command(**given: Any) -> None:
     """Record a rig in which EFFECTS are hidden: air_leak, or air_leak+coulomb_friction, or none.
 
     "coulomb_friction at elbow" hides one at a joint of several, "air_leak at biceps" in one muscle.
@@ -65,7 +63,7 @@ def record(
     no_forces: bool,
     json_file: Path | None,
     **choices: Any,
-) -> int:
+) -> None:
     """Record; write the recording and the ground truth, and print their places.
 
     All but ``hide``, which is `pamsim.hide` or takes the same arguments, are the command's options.
@@ -86,4 +84,3 @@ def record(
     click.echo(f"recording: {out}")
     click.echo(f"ground truth: {ground_truth}")
     answer(recording.summary())
-    return OK

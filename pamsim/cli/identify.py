@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import present, progress_bar, show_page
+from pamsim.cli.command import Command, exit_code, present, progress_bar, show_page
 from pamsim.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -110,9 +108,8 @@ def command(
     if out is not None:
         from pamsim.report.identify_page import write_identification
 
-        page, *_ = write_identification(identification, out)
-        show_page(page)
-    return OK if identification.best else FINDING
+        show_page(write_identification(identification, out))
+    return exit_code(bool(identification.best))
 
 
 def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:

@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import save_json
+from pamsim.cli.command import Command, answer, save_json
 from pamsim.core.errors import InputError
 
 
@@ -88,7 +86,7 @@ def _spans(
 @click.option("--lead-in", default="", help="Simulated before each trial, not compared: 2s.")
 @options.load("Mass on the arm.", default="0")
 @options.json
-def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **choices: Any) -> int:
+def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **choices: Any) -> None:
     """Make a recording of LOGS: CSV, MAT, npz or Parquet files, copied as they lie.
 
     Columns, units and signs are guessed from names and values. What each column was taken for is
@@ -102,4 +100,3 @@ def command(logs: tuple[str, ...], out: Path, json_file: Path | None, **choices:
     save_json(json_file, found.to_dict())
     click.echo(found.summary())
     answer(f"wrote {out / 'recording.toml'}; next: pamsim check {out}")
-    return OK

@@ -25,7 +25,7 @@ from pamsim import __version__
 from pamsim.cli.command import verbose
 from pamsim.core.errors import PamsimError, nearest
 
-OK, FINDING, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+OK, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 _OBJECTS = 50_000  # that may come to be between two collections, about as many as imports leave
 

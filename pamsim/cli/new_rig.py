@@ -9,7 +9,6 @@ import click
 
 from pamsim.cli import options
 from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
 
 
 @click.command(name="new-rig", cls=Command)
@@ -27,7 +26,7 @@ from pamsim.cli.main import OK
 @click.option("--pushing", is_flag=True, help="Its tendons get bellows or pistons, which push.")
 @click.option("--out", type=options.PATH, help="Folder to write; NAME if left out.")
 @options.force
-def command(name: str, out: Path | None, **choices: Any) -> int:
+def command(name: str, out: Path | None, **choices: Any) -> None:
     """Write a rig folder to start from: MJCF, params.toml and README.
 
     It runs as it is. Every effect that a muscle can have is there and off, so that you change
@@ -42,4 +41,3 @@ def command(name: str, out: Path | None, **choices: Any) -> int:
     rig = load_rig(folder)
     click.echo(f"rig {rig.name}: joints {', '.join(rig.joints)}; muscles {', '.join(rig.muscles)}")
     answer(f"wrote {folder}; next: correct the numbers in {folder / 'params.toml'}")
-    return OK

@@ -15,16 +15,13 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from pamsim.cli.command import STANDARD_OUTPUT
+from pamsim.cli.command import OPENED, STANDARD_OUTPUT
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_existing, results_folder
 
 PATH = click.Path(path_type=Path)
 
 _FORCED, _RESUMED = "pamsim.force", "pamsim.resume"
-
-OPENED = "pamsim.open"
-"""Note in a context that ``--open`` was given."""
 
 
 def _noted(key: str) -> Any:

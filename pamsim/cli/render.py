@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import progress_bar
+from pamsim.cli.command import Command, answer, progress_bar
 
 _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 
@@ -49,7 +47,7 @@ def command(
     height: int | None,
     camera: str,
     **pace: float | None,
-) -> int:
+) -> None:
     """Write PICTURE, a png or jpg of a rig, or a gif or mp4 film of a recording.
 
     Without --recording the rig comes to rest at some pressures. With it the arm is shown as it was
@@ -77,7 +75,7 @@ def command(
         pressures = pressure or (487e3, 100e3)
         picture_rest(picture, rig=rig or "mas20_arm", pressures=pressures, load=load, **look)
         answer(f"wrote {picture}")
-        return OK
+        return
     options.refuse("is known from the recording", pressure=pressure, load=load)
     if film:
         options.refuse("is of a picture, not of a film: write a .png", time=time)
@@ -101,4 +99,3 @@ def command(
     if replay.others:
         click.echo(f"trial {replay.trial.name}; others by --trial: {', '.join(replay.others)}")
     answer(f"wrote {picture}")
-    return OK

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, exit_code, progress_bar, save_json, show_page
 
 if TYPE_CHECKING:
     from pamsim.papers.replicate import Replication
@@ -43,12 +41,11 @@ def command(papers: tuple[str, ...], out: Path | None, json_file: Path | None) -
     save_json(json_file, result)
     _print(replication)
     if out is not None:
-        from pamsim.papers.replication_figures import replication_figures
+        from pamsim.papers.replicate import replication_figures
         from pamsim.report.replication_page import write_replication
 
-        write_replication(result, replication_figures(replication.papers), out)
-        show_page(out / "index.html")
-    return FINDING if replication.failures else OK
+        show_page(write_replication(result, replication_figures(replication.papers), out))
+    return exit_code(not replication.failures)
 
 
 def _print(replication: Replication) -> None:

@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import FINDING, OK
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, exit_code, progress_bar, save_json, show_page
 
 
 @click.command(name="reproduce", cls=Command)
@@ -38,9 +36,8 @@ def command(rig: str, out: Path | None, json_file: Path | None, **choices: Any) 
     if out is not None:
         from pamsim.report.reproduce_page import write_reproduction
 
-        write_reproduction(result, reproduction.recordings, out)
-        show_page(out / "index.html")
-    return OK if all(check.ok for check in reproduction.checks) else FINDING
+        show_page(write_reproduction(result, reproduction.recordings, out))
+    return exit_code(all(check.ok for check in reproduction.checks))
 
 
 def _print(result: dict[str, Any]) -> None:

@@ -9,9 +9,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import save_json, show_page
+from pamsim.cli.command import Command, answer, save_json, show_page
 
 
 @click.command(name="step", cls=Command)
@@ -62,7 +60,7 @@ def command(
     out: Path | None,
     json_file: Path | None,
     **choices: Any,
-) -> int:
+) -> None:
     """Step the pressures or the valves of a rig and record what the arm does.
 
     Numbers may carry a unit; bare pressures are kPa (gauge), angles deg.
@@ -145,4 +143,3 @@ def command(
             ends = "not settled when the recording ended"
         shown = "angle" if short else name
         answer(f"{shown} {began:.2f} -> {final:.2f} {unit}, overshoot {overshoot:.1f} %, {ends}")
-    return OK

@@ -11,9 +11,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, progress_bar, save_json, show_page
 
 
 @click.command(name="sweep", cls=Command)
@@ -30,7 +28,7 @@ def command(
     scheduler: str | None,
     json_file: Path | None,
     **choices: Any,
-) -> int:
+) -> None:
     """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
     The table has a row for every run, failed ones included. An interrupted sweep goes on with
@@ -52,7 +50,6 @@ def command(
         click.echo(f"wrote {path}")
     show_page(page)
     answer(result.summary())
-    return OK
 
 
 @contextlib.contextmanager

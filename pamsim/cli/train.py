@@ -8,9 +8,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer
-from pamsim.cli.main import OK
-from pamsim.cli.output import progress_bar
+from pamsim.cli.command import Command, answer, progress_bar
 
 
 @click.command(name="train", cls=Command)
@@ -28,7 +26,7 @@ from pamsim.cli.output import progress_bar
 @click.option("--steps", type=int, default=600_000, help="Of 32 rigs together.")
 @options.seed()
 @options.force
-def command(out: Path, top_pressure: float | None, **choices: Any) -> int:
+def command(out: Path, top_pressure: float | None, **choices: Any) -> None:
     """Train a policy with stable-baselines3's PPO on 32 rigs and one core.
 
     Writes the policy as plain numbers, which `pamsim.controllers.neural_policy` runs without
@@ -46,4 +44,3 @@ def command(out: Path, top_pressure: float | None, **choices: Any) -> int:
     files = result.save(out, force=options.forced())
     click.echo(f"wrote {' and '.join(map(str, files))}")
     answer(result.summary())
-    return OK

@@ -8,7 +8,6 @@ import click
 
 from pamsim.cli import options
 from pamsim.cli.command import Command
-from pamsim.cli.main import OK
 
 
 @click.command(name="view", cls=Command)
@@ -35,7 +34,7 @@ def command(
     effects: tuple[str, ...],
     trial: str | None,
     speed: float | None,
-) -> int:
+) -> None:
     """Simulate a rig in real time, or replay RECORDING in a loop, until the window is closed.
 
     Beside the arm run its angle, its pressures and the loop that they draw. The sliders of the
@@ -50,7 +49,7 @@ def command(
 
         replay = read_replay(recording, trial=trial, rig=rig)
         watch_replay(replay, speed=1.0 if speed is None else speed)
-        return OK
+        return
     options.refuse("needs a RECORDING to replay", trial=trial, speed=speed)
     from pamsim.comparison.effects_on_rig import movable_effects
     from pamsim.engine.rig import load_rig
@@ -60,4 +59,3 @@ def command(
     movable = movable_effects(loaded, effects)
     start = pressure or [200e3] * len(loaded.muscles)
     watch_live(loaded, start, load=load or 0.0, effects=movable.sizes, with_effects=movable.at)
-    return OK

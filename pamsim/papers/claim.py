@@ -1,14 +1,14 @@
 """A claim: a printed statement, what came out when it was recomputed, and the verdict on it.
 
 A claim is a row of ``pamsim/data/<paper>_claims.toml`` and a function that recomputes it, joined by
-the claim's id. Columns of a row:
+the claim's id. A statement that could not fail is no claim. Columns of a row:
 
     statement   the printed statement in a short sentence
     place       where the paper prints it
     printed     the printed number, numbers or words; ``$table.key`` quotes the paper's other file,
                 ``<paper>.toml``; left out where the function reads them from a printed table
     unit        of both; ``1`` for a pure number
-    kind        what agreement is worth: ``independent``, ``identity`` or ``calibrated``
+    kind        what agreement is worth: ``independent`` or ``calibrated``
     because     why it is of that kind
     otherwise   verdict if the statement does not hold: ``inconsistent``, ``text damaged`` or, if
                 left out, ``not reproducible from printed data``
@@ -42,15 +42,15 @@ import importlib
 import itertools
 import math
 import pkgutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
 from pamsim.core.errors import InputError, nearest
+from pamsim.papers.numerics import PrintedNumbers, digits_of, several
 from pamsim.recordings.printed import Printed, printed_document
 
-Value = float | str | tuple[float, ...]
 Number = float | Printed
 Numbers = Number | Sequence[Number]
 Limits = Number | Sequence[Number | None]
@@ -65,7 +65,6 @@ class Verdict(StrEnum):
     """What recomputing a printed statement showed."""
 
     INDEPENDENT = "independent"
-    IDENTITY = "identity"
     CALIBRATED = "calibrated"
     NOT_SIGNIFICANT = "not significant"
     INCONSISTENT = "inconsistent in the paper"
@@ -73,9 +72,9 @@ class Verdict(StrEnum):
     NOT_REPRODUCIBLE = "not reproducible from printed data"
 
 
-KINDS = (Verdict.INDEPENDENT, Verdict.IDENTITY, Verdict.CALIBRATED)
-"""Verdicts on a statement that holds: agreement that could have failed, that could not, and that
-was made by fitting."""
+KINDS = (Verdict.INDEPENDENT, Verdict.CALIBRATED)
+"""Verdicts on a statement that holds: agreement that could have failed, and that was made by
+fitting."""
 
 _OTHERWISE = {
     "inconsistent": Verdict.INCONSISTENT,
@@ -119,7 +118,6 @@ class Claim:
     The other attributes are columns of the row, or those of a `Note`.
 
     Attributes:
-        recomputed: number or numbers computed here.
         accepted: interval in which each recomputed number must lie, None for an open end.
         scatter: half the 95 % interval of each recomputed number; empty if they do not scatter.
         order: in which the recomputed numbers must come, if any.
@@ -131,7 +129,7 @@ class Claim:
     paper: str
     statement: str
     place: str
-    printed: Value
+    printed: float | str | tuple[float, ...]
     recomputed: float | tuple[float, ...]
     unit: str
     accepted: tuple[Interval, ...]
@@ -188,16 +186,23 @@ def agreeing(*values: float) -> dict[str, Any]:
     }
 
 
-_RECOMPUTE: dict[str, Callable[[], Recomputed]] = {}
+_RECOMPUTE: dict[str, Callable[[], Recomputed | Numbers]] = {}
 
 
-def recomputes(id: str, *arguments: Any) -> Callable[[Any], Any]:
-    """Make a function the one that recomputes the claim of an id, called with these arguments."""
+def recomputes(first: str, *, each: Iterable[Any] = ((),)) -> Callable[[Any], Any]:
+    """Make a function the one that recomputes the claim of an id, and those numbered after it.
 
-    def register(function: Callable[..., Recomputed]) -> Callable[..., Recomputed]:
-        if id in _RECOMPUTE:
-            raise InputError(f"claim {id} has two functions")
-        _RECOMPUTE[id] = functools.partial(function, *arguments)
+    It returns a `Recomputed`, or just its value, and is called with an entry of ``each``, which has
+    one for every claim: an argument, or a tuple of several.
+    """
+    paper, _, number = first.rpartition("-")
+
+    def register(function: Callable[..., Any]) -> Callable[..., Any]:
+        for place, given in enumerate(each, start=int(number)):
+            id, arguments = f"{paper}-{place:02d}", given if isinstance(given, tuple) else (given,)
+            if id in _RECOMPUTE:
+                raise InputError(f"claim {id} has two functions")
+            _RECOMPUTE[id] = functools.partial(function, *arguments)
         return function
 
     return register
@@ -215,8 +220,7 @@ def evaluate(id: str) -> Claim | Note:
         InputError: if there is no such claim, its row and function do not fit each other, or a
             number is not finite.
     """
-    row, result = recomputed(id)
-    return note(id, row, result) if row.get("note") else judge(id, row, result)
+    return judge(id, *recomputed(id))
 
 
 def recomputed(id: str) -> tuple[Mapping[str, Any], Recomputed]:
@@ -229,7 +233,8 @@ def recomputed(id: str) -> tuple[Mapping[str, Any], Recomputed]:
     row = _row(paper, number)
     if id not in _RECOMPUTE and not row.get("note"):
         raise InputError(f"claim {id} has no function that recomputes it")
-    return row, _RECOMPUTE[id]() if id in _RECOMPUTE else Recomputed(None)
+    found = _RECOMPUTE[id]() if id in _RECOMPUTE else None
+    return row, found if isinstance(found, Recomputed) else Recomputed(found)
 
 
 @functools.cache
@@ -240,94 +245,75 @@ def _import_room(paper: str) -> None:
         importlib.import_module(f"{room.__name__}.{module.name}")
 
 
-def judge(id: str, row: Mapping[str, Any], result: Recomputed) -> Claim:
-    """Judge a row by what its function returned.
+def judge(id: str, row: Mapping[str, Any], result: Recomputed) -> Claim | Note:
+    """Judge a row by what its function returned; join the two of a note.
 
     Raises:
         InputError: for a number that is not finite, or a row that cannot be judged.
     """
+    paper, same_as = id.rpartition("-")[0], row.get("same_as")
+    texts = {**_table(paper).get("shared", {}), **result.evidence}
+
+    def filled(text: str) -> str:
+        # Twice: a shared text quotes the evidence too.
+        return text.format_map(texts).format_map(texts)
+
+    common = {name: row[name] for name in ("statement", "place", "unit")}
+    common |= {"id": id, "paper": paper, "reason": filled(row["reason"])}
+    if row.get("note"):
+        value = None if result.value is None else _shown(id, result.value)
+        return Note(**common, recomputed=value)
     if result.value is None:
         raise InputError(f"claim {id} has no recomputed number; make it a note")
-    common = _common(id, row, result)
-    paper, same_as = common["paper"], row.get("same_as")
-    printed = _quoted(paper, row["printed"]) if result.printed is None else result.printed
-    kind = Verdict(row["kind"])
+    kind = row["kind"]
     if kind not in KINDS:
         raise InputError(f"claim {id} is of kind {kind}; kinds are {', '.join(KINDS)}")
-    accepted = _accepted(id, printed, result)
-    scatter = _floats(result.scatter)
+    printed = result.printed
+    if printed is None:
+        printed = PrintedNumbers(paper).quoted(row["printed"])
+    accepted, scatter = _accepted(id, printed, result), _floats(result.scatter)
     holds = _holds(_floats(result.value), accepted, scatter, result.order)
+    failing = _OTHERWISE[row.get("otherwise")]
     return Claim(
         **common,
         printed=printed if isinstance(printed, str) else _shown(id, printed),
+        recomputed=_shown(id, result.value),
         accepted=accepted,
         scatter=scatter,
         order=result.order,
-        kind=kind,
-        because=_filled(paper, row["because"], result),
-        verdict=Verdict.NOT_SIGNIFICANT
-        if holds is None
-        else kind
-        if holds
-        else _OTHERWISE[row.get("otherwise")],
+        kind=Verdict(kind),
+        because=filled(row["because"]),
+        verdict={None: Verdict.NOT_SIGNIFICANT, True: Verdict(kind), False: failing}[holds],
         same_as=None if same_as is None else f"{paper}-{same_as}",
     )
 
 
-def note(id: str, row: Mapping[str, Any], result: Recomputed) -> Note:
-    """Join a note's row and what was recomputed.
-
-    Raises:
-        InputError: for a number that is not finite.
-    """
-    return Note(**_common(id, row, result))
-
-
-def _common(id: str, row: Mapping[str, Any], result: Recomputed) -> dict[str, Any]:
-    """What a claim and a note both hold."""
-    paper = id.rpartition("-")[0]
-    return {
-        "id": id,
-        "paper": paper,
-        **{name: row[name] for name in ("statement", "place", "unit")},
-        "recomputed": None if result.value is None else _shown(id, result.value),
-        "reason": _filled(paper, row["reason"], result),
-    }
-
-
-def _filled(paper: str, text: str, result: Recomputed) -> str:
-    values = {**_table(paper).get("shared", {}), **result.evidence}
-    # Twice: a shared text quotes the evidence too.
-    return text.format_map(values).format_map(values)
-
-
 def _accepted(id: str, printed: Any, result: Recomputed) -> tuple[Interval, ...]:
     """Interval in which each recomputed number must lie, by the rule of this file."""
-    values = _several(result.value)
+    values = several(result.value)
     low, high = result.low, result.high
     if low is None and high is None and result.order is None:
         if isinstance(printed, str):
             raise InputError(f"claim {id} is in words and has no limit and no order")
         low = high = printed
-    count = len(values)
+
+    def each(limits: Limits | None) -> Sequence[Number | None]:
+        if limits is None or not isinstance(limits, Sequence):
+            return (limits,) * len(values)
+        if len(limits) != len(values):
+            raise InputError(f"claim {id} compares {len(values)} numbers with {len(limits)}")
+        return limits
+
     return tuple(
         (_widened(a, -1.0, value), _widened(b, 1.0, value))
-        for a, b, value in zip(_each(id, low, count), _each(id, high, count), values, strict=True)
+        for a, b, value in zip(each(low), each(high), values, strict=True)
     )
-
-
-def _each(id: str, limits: Limits | None, count: int) -> Sequence[Number | None]:
-    if limits is None or not isinstance(limits, Sequence):
-        return (limits,) * count
-    if len(limits) != count:
-        raise InputError(f"claim {id} compares {count} numbers with {len(limits)}")
-    return limits
 
 
 def _widened(limit: Number | None, side: float, value: Number) -> float | None:
     if limit is None:
         return None
-    limit, value = _digits(limit), _digits(value)
+    limit, value = digits_of(limit), digits_of(value)
     edge = limit.value + side * (limit.half_unit + value.half_unit)
     # 1e-12: a decimal that binary numbers do not hold exactly must not decide.
     return edge + side * 1e-12 * abs(limit.value)
@@ -340,14 +326,10 @@ def _holds(
     order: Order | None,
 ) -> bool | None:
     """Whether the numbers are what they must be; None if their scatter leaves it open."""
-    pairs = list(itertools.pairwise(values))
-    ordered = {
-        None: True,
-        Order.RISING: all(a < b for a, b in pairs),
-        Order.FALLING: all(a > b for a, b in pairs),
-    }[order]
     halves = scatter or [0.0] * len(values)
     each = [_inside(*one) for one in zip(values, halves, accepted, strict=True)]
+    following = values[::-1] if order is Order.FALLING else values
+    ordered = order is None or all(a < b for a, b in itertools.pairwise(following))
     if not ordered or False in each:
         return False
     return None if None in each else True
@@ -361,37 +343,9 @@ def _inside(value: float, half: float, accepted: Interval) -> bool | None:
     return True if low <= value - half and value + half <= high else None
 
 
-def printed_number(paper: str, name: str) -> Printed:
-    """A single number in table ``number`` of ``<paper>.toml``, in its printed unit.
-
-    Raises:
-        InputError: if there is no such entry.
-    """
-    (number,) = printed_numbers(paper, name)
-    return number
-
-
-def printed_numbers(paper: str, name: str) -> tuple[Printed, ...]:
-    """As `printed_number`, for an entry with any count of numbers."""
-    entries = _document(paper)["number"]
-    if name not in entries:
-        raise InputError(f"{paper} prints no {name!r}; {nearest(name, entries)}")
-    return tuple(_several(_quoted(paper, entries[name]["value"])))
-
-
-def printed_values(paper: str, name: str) -> tuple[float, ...]:
-    """As `printed_numbers`, without their digits."""
-    return tuple(number.value for number in printed_numbers(paper, name))
-
-
 @functools.cache
 def _table(paper: str) -> Mapping[str, Any]:
     return printed_document(f"{paper}_claims.toml", digits=True)
-
-
-@functools.cache
-def _document(paper: str) -> Mapping[str, Any]:
-    return printed_document(f"{paper}.toml", digits=True)
 
 
 def _row(paper: str, number: str) -> dict[str, Any]:
@@ -399,33 +353,9 @@ def _row(paper: str, number: str) -> dict[str, Any]:
     return {**(_row(paper, own["as"]) if "as" in own else {}), **own}
 
 
-def _quoted(paper: str, printed: Any) -> Any:
-    """A row's printed numbers with their digits, or its words."""
-    if isinstance(printed, list):
-        return [_quoted(paper, entry) for entry in printed]
-    if isinstance(printed, str):
-        if not printed.startswith("$"):
-            return printed
-        entry: Any = _document(paper)
-        for key in printed[1:].split("."):
-            entry = entry[key]
-        return _quoted(paper, entry["value"] if isinstance(entry, Mapping) else entry)
-    # A whole number is printed to 1.
-    return printed if isinstance(printed, Printed) else Printed(float(printed), 0.5)
-
-
-def _digits(number: Any) -> Printed:
-    """A number with its rounding; a computed one has none."""
-    return number if isinstance(number, Printed) else Printed(float(number), 0.0)
-
-
-def _several(value: Any) -> Sequence[Any]:
-    return value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)
-
-
 def _floats(value: Any) -> tuple[float, ...]:
     """Floats of a number or of numbers, whatever they are given as."""
-    return tuple(_digits(entry).value for entry in _several(value))
+    return tuple(digits_of(entry).value for entry in several(value))
 
 
 def _shown(id: str, value: Numbers) -> float | tuple[float, ...]:

@@ -1,16 +1,18 @@
-"""Roots, derivatives and RMS, and what the rounding of printed numbers leaves open."""
+"""Printed numbers of a paper, what their rounding leaves open; roots, derivatives and RMS."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.optimize
 from scipy.special import stdtrit
 
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.recordings.printed import Printed
+from pamsim.recordings.printed import Printed, printed_document
 
 # scipy carries no types: what it returns is Any at this file's boundary.
 _brentq: Any = scipy.optimize.brentq
@@ -96,3 +98,61 @@ def propagated_each(
 def half_unit(decimals: int) -> float:
     """Half a unit of the last of so many digits printed after the point."""
     return 0.5 * 10.0**-decimals
+
+
+class PrintedNumbers(NamedTuple):
+    """The entries of a table of ``<paper>.toml``, in their printed units, by name.
+
+    Each raises an `InputError` if there is no such entry.
+    """
+
+    paper: str
+    table: str = "number"
+
+    def all_digits(self, name: str) -> tuple[Printed, ...]:
+        """All numbers of an entry, with their digits."""
+        entries = _document(self.paper)[self.table]
+        if name not in entries:
+            raise InputError(f"{self.paper} prints no {name!r}; {nearest(name, entries)}")
+        return tuple(several(self.quoted(f"${self.table}.{name}")))
+
+    def digits(self, name: str) -> Printed:
+        """The only number of an entry, with its digits."""
+        (number,) = self.all_digits(name)
+        return number
+
+    def values(self, name: str) -> tuple[float, ...]:
+        """All numbers of an entry, without their digits."""
+        return tuple(number.value for number in self.all_digits(name))
+
+    def value(self, name: str) -> float:
+        """The only number of an entry, without its digits."""
+        return self.digits(name).value
+
+    def quoted(self, printed: Any) -> Any:
+        """Printed numbers of a file with their digits, or words; ``$table.key`` is looked up."""
+        if isinstance(printed, list):
+            return [self.quoted(entry) for entry in printed]
+        if isinstance(printed, str) and printed.startswith("$"):
+            entry = functools.reduce(
+                lambda table, key: table[key], printed[1:].split("."), _document(self.paper)
+            )
+            return self.quoted(entry["value"] if isinstance(entry, Mapping) else entry)
+        if isinstance(printed, str | Printed):
+            return printed
+        return Printed(float(printed), half_unit(0))  # a whole number is printed to 1
+
+
+@functools.cache
+def _document(paper: str) -> Any:
+    return printed_document(f"{paper}.toml", digits=True)
+
+
+def digits_of(number: float | Printed) -> Printed:
+    """A number with its rounding; a computed one has none."""
+    return number if isinstance(number, Printed) else Printed(float(number), 0.0)
+
+
+def several(value: Any) -> Sequence[Any]:
+    """Numbers, of which a single one may be given as such."""
+    return value if isinstance(value, Sequence) and not isinstance(value, str) else (value,)

@@ -1,7 +1,8 @@
-"""Every printed statement of the five source papers, recomputed from what is printed."""
+"""Every printed statement of the five source papers, recomputed, and their figures' curves."""
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -15,7 +16,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.papers.claim import Claim, Note, Verdict, claim_ids, evaluate
 from pamsim.recordings.printed import printed_document
 
-SCHEMA = "pamsim-replicate/2"
+SCHEMA = "pamsim-replicate/3"
 
 PAPERS: Mapping[str, str] = {
     "matiskova2021": "Matiskova 2021",
@@ -125,3 +126,15 @@ def replicate(
 def paper_claims(paper: str) -> list[Claim | Note]:
     """Recompute and judge all claims of one paper, notes among them."""
     return [evaluate(id) for id in claim_ids(paper)]
+
+
+def replication_figures(papers: Iterable[str]) -> dict[str, Mapping[str, Any]]:
+    """Curves of every figure of some papers, computed from what is printed.
+
+    Returns:
+        Name of the paper -> plain arrays (n,) by name, in the units of that paper's axes; a key
+        ends with its unit where it has one. What the engine gives on the bench is under ``bench``.
+        What a paper does not print is assumed, and named in the figure's caption.
+    """
+    rooms = {paper: importlib.import_module(f"pamsim.papers.{paper}.figures") for paper in papers}
+    return {paper: room.curves() for paper, room in rooms.items()}

@@ -13,17 +13,16 @@ from typing import Any
 from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.units import DEG_PER_RAD
+from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.identification.step_response import StepIdentification, identify_step
+from pamsim.identification.step_response import StepIdentification, identify_step, step_of_lags
 from pamsim.papers.calibration_record import (
     CalibrationRecord,
     calibration_record,
     identified_parameters,
     stated_parameters,
 )
-from pamsim.papers.matiskova2021.dynamics import model_responses
 from pamsim.papers.matiskova2021.statics import static_characteristic
 from pamsim.papers.printed_steps import (
     IDENTIFIED_ROW,
@@ -44,6 +43,8 @@ from pamsim.recordings.sensors import measured
 from pamsim.recordings.step_metrics import step_metrics
 
 SCHEMA = "pamsim-reproduce/1"
+
+_CURVE_POINTS = 301
 
 CALIBRATED_START = "vent"
 """The assumption under which the rig was calibrated."""
@@ -137,7 +138,7 @@ class Reproduction:
                 "identification": {"row": IDENTIFIED_ROW, **models},
                 "fit_percent": fit,
                 "figure6": static_characteristic(),
-                "figure9": model_responses(large, self.identified) if self.identified else None,
+                "figure9": _model_responses(large, self.identified) if self.identified else None,
                 "paper": {
                     "source": printed["source"],
                     "g1": printed["g1"],
@@ -176,6 +177,34 @@ class Reproduction:
             "parameters": identified_parameters(self.rig.file),
             "command": self.record.command,
         }
+
+
+def _model_responses(
+    recording: Recording, identified: StepIdentification
+) -> Mapping[str, list[float] | None]:
+    """Unit steps of every model beside the simulated large step that was identified (Figure 9).
+
+    Returns:
+        JSON-safe curves on a common grid; None where an ARX fit has no real time constants.
+    """
+    keep = slice(None, None, max(1, len(recording.time) // _CURVE_POINTS))
+    time = recording.time[keep]
+    travelled = recording.angle - recording.angle[0]
+    printed = mas20_models()
+    return {
+        "time_s": time.tolist(),
+        "simulated": (travelled[keep] / identified.final_value).tolist(),
+        "g1_output_error": _lags(identified.g1.output_error.time_constants, time),
+        "g2_output_error": _lags(identified.g2.output_error.time_constants, time),
+        "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
+        "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
+        "g1_paper": _lags((printed["g1"]["T_s"],), time),
+        "g2_paper": _lags((printed["g2"]["T1_s"], printed["g2"]["T2_s"]), time),
+    }
+
+
+def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
+    return step_of_lags(time, *constants).tolist() if constants else None
 
 
 def reproduce(

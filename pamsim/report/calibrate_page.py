@@ -6,21 +6,25 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
-from pamsim.report.numbers import sentence, significant, words
+from pamsim.report.numbers import digits, fixed, interval, sentence, significant, unit, words
 from pamsim.report.page import write_page
 from pamsim.report.row_errors import rest_errors
+from pamsim.report.style import BLUE, INK, MUTED, RULE, VERMILION, finish_axes, new_figure, styled
 from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-calibrate/1"
 
+_READABLE = 12  # parameters up to which a correlation is written into its field
+_BEFORE: dict[str, Any] = {"color": INK, "markerfacecolor": "none", "markersize": 6}
+
 
 def write_calibration(
     result: Mapping[str, Any], comparisons: Sequence[Comparison], out: Path
-) -> list[Path]:
+) -> Path:
     """Write page and figures of a calibration as `write_page` does.
 
     Args:
@@ -71,3 +75,104 @@ def headline(result: Mapping[str, Any]) -> str:
     fitted = f"{count} parameters" if count > 1 else "1 parameter"
     moved = f" RMS misfit, {', '.join(parts)}." if parts else ""
     return f"{fitted} fitted.{moved} {sentence(result['sentence'])}"
+
+
+@styled
+def parameter_ranges(parameters: Sequence[Mapping[str, Any]]) -> Figure:
+    """Where each parameter lies in its range, before and after, with its 95 % interval."""
+    figure, (ax,) = new_figure(1.1 + 0.36 * len(parameters))
+    for row, parameter in enumerate(reversed(parameters)):
+        written = parameter["written"]
+
+        def place(value: float, p: Mapping[str, Any] = parameter) -> float:
+            low, high = p["written"]["bounds"]
+            if p["scale"] == "log":
+                return float(np.log(value / low) / np.log(high / low))
+            return (value - low) / (high - low)
+
+        colour = VERMILION if parameter["flags"] else BLUE
+        ax.plot([0.0, 1.0], [row, row], color=RULE, linewidth=5, solid_capstyle="butt", zorder=1)
+        ends = written["interval95"]
+        if ends is not None:
+            inside = [min(max(place(end), 0.0), 1.0) for end in ends]
+            ax.plot(
+                inside, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", zorder=2
+            )
+        ax.plot(place(written["before"]), row, "o", zorder=3, **_BEFORE)
+        ax.plot(place(written["value"]), row, "D", color=colour, markersize=4, zorder=4)
+        for end, side, bound in zip((0.0, 1.0), ("left", "right"), written["bounds"], strict=True):
+            ax.annotate(
+                significant(bound, 3), (end, row), (0, 5), textcoords="offset points",
+                ha=side, va="bottom", fontsize=7, color=MUTED,
+            )  # fmt: skip
+        between = interval(ends, digits(written["value"], ends))
+        text = f"{between} {unit(written['unit'])}".rstrip() if between else "no interval"
+        ax.text(1.02, row, text, va="center", fontsize=8, color=MUTED)
+    ax.set_yticks(range(len(parameters)), [p["name"] for p in reversed(parameters)])
+    ax.set_xlim(-0.02, 1.45)
+    ax.set_ylim(-0.7, len(parameters) - 0.3)
+    ax.set_xticks([0.0, 1.0], ["lowest allowed", "highest allowed"])
+    finish_axes(ax, zero=False)
+    ax.grid(False)
+    ax.spines["left"].set_visible(False)
+    ax.spines["bottom"].set_bounds(0.0, 1.0)
+    ax.plot([], [], "o", label="before", **_BEFORE)
+    ax.plot([], [], "D", color=BLUE, markersize=4, label="after")
+    ax.plot([], [], color=BLUE, linewidth=2.2, label="95 % interval")
+    figure.legend(loc="outside upper right", ncols=3)
+    ax.tick_params(axis="y", length=0)
+    return figure
+
+
+@styled
+def correlations(
+    parameters: Sequence[Mapping[str, Any]], matrix: Sequence[Sequence[Any]]
+) -> Figure:
+    """Correlation of the estimates, as a matrix; None where a parameter has no interval."""
+    names = [p["name"] for p in parameters]
+    values = np.array([[np.nan if v is None else v for v in row] for row in matrix], dtype=float)
+    figure, (ax,) = new_figure(1.6 + 0.42 * len(names))
+    image = ax.imshow(values, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
+    ax.set_xticks(range(len(names)), names, rotation=40, ha="right", rotation_mode="anchor")
+    ax.set_yticks(range(len(names)), names)
+    ax.tick_params(length=0)
+    for spine in ax.spines.values():
+        spine.set_visible(False)
+    if len(names) <= _READABLE:
+        for i, row in enumerate(values):
+            for j, value in enumerate(row):
+                if np.isfinite(value):
+                    pale = abs(value) < 0.6
+                    ax.text(
+                        j, i, fixed(value, 2), ha="center", va="center", fontsize=7.5,
+                        color=INK if pale else "white",
+                    )  # fmt: skip
+    figure.colorbar(image, ax=ax, shrink=0.8, label="correlation")
+    return figure
+
+
+@styled
+def profile_curves(profiles: Sequence[Mapping[str, Any]], parameters: Mapping[str, Any]) -> Figure:
+    """Profile likelihoods, one panel each, with the linear interval for comparison."""
+    figure, axes = new_figure(0.3 + 2.7 * len(profiles), rows=len(profiles))
+    for ax, profile in zip(axes, profiles, strict=True):
+        parameter = parameters[profile["name"]]
+        values = np.array(profile["values"])
+        rise = np.array([np.nan if r is None else r for r in profile["rise"]], dtype=float)
+        # The file's unit is a factor away, which the two forms of the value tell.
+        scale = parameter["written"]["value"] / parameter["value"] if parameter["value"] else 1.0
+        ax.plot(values * scale, rise, "-o", color=BLUE, markersize=4, label="all others refitted")
+        threshold = profile["threshold"]
+        ax.axhline(threshold, color=MUTED, linewidth=0.9, linestyle=":")
+        inside = parameter["written"]["interval95"]
+        if inside is not None:
+            ax.axvspan(*inside, color=RULE, alpha=0.5, zorder=0, label="linear 95 % interval")
+        ax.set_ylim(-0.05 * threshold, 3.2 * threshold)
+        finish_axes(
+            ax,
+            x=f"{profile['name']} [{unit(parameter['written']['unit']) or '–'}]",
+            y="rise of −2 log likelihood",
+            title=f"95 % at a rise of {significant(threshold, 3)}",
+        )
+        ax.legend(loc="best")
+    return figure

@@ -29,7 +29,7 @@ def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], ou
         comparisons: every channel of every trial beside the rig as it is.
         out: folder.
     """
-    page, *_ = write_page(
+    return write_page(
         out,
         "check.html",
         result,
@@ -38,7 +38,6 @@ def write_check(result: Mapping[str, Any], comparisons: Sequence[Comparison], ou
         headline=headline,
         shown=len(shown_trials(comparisons)),
     )
-    return page
 
 
 def headline(result: Mapping[str, Any]) -> str:

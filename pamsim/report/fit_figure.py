@@ -41,7 +41,7 @@ def write_fit(result: Mapping[str, Any], out: Path) -> Path:
         "columns": ("law", "held out [N]", "worst [N]", "in-sample [N]", "AIC", "free"),
         "rows": [_ranked(one) for one in result["fits"]],
     }
-    page, *_ = write_page(
+    return write_page(
         out,
         "summary.html",
         result,
@@ -60,7 +60,6 @@ def write_fit(result: Mapping[str, Any], out: Path) -> Path:
         notes=[*notes, *(f"not fitted: {law}: {why}" for law, why in result["skipped"].items())],
         tables=[*([ranking] if ranked else []), *map(_coefficients, shown)],
     )
-    return page
 
 
 def _ranked(one: Mapping[str, Any]) -> tuple[str, ...]:

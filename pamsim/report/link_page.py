@@ -7,19 +7,19 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
 from pamsim.inference.model_comparison import DRAWN
 from pamsim.inference.permutation import ORDERS
 from pamsim.recordings.signals import JOINT_KINDS, kind_of
-from pamsim.report.diagnosis_headline import Hidden, headline
-from pamsim.report.link_figure import learned_curves, link_bars
-from pamsim.report.numbers import fixed, words
+from pamsim.report.numbers import digits, fixed, interval, quantity, significant, unit, words
 from pamsim.report.page import inline_image, write_page
 from pamsim.report.row_errors import loop_branches, row_errors
+from pamsim.report.style import BLUE, GREEN, INK, VERMILION, finish_axes, new_figure, styled
 from pamsim.report.trial_signals import trial_channels, worst_trials
 
 SCHEMA = "pamsim-diagnosis/3"
@@ -52,6 +52,11 @@ SUPPORTED: Mapping[str, tuple[str, str]] = {
 }
 """Verdict -> what a paper may state of it, and what not."""
 
+_WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
+_BAR = 0.36  # thickness; links are 1 apart
+_CURVE_IN = 2.4  # height of a curve's axes
+_BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
+
 
 def write_link_diagnosis(
     result: Mapping[str, Any],
@@ -60,14 +65,14 @@ def write_link_diagnosis(
     *,
     film: Path | None = None,
     hidden: Hidden | None = None,
-) -> list[Path]:
+) -> Path:
     """Write page and figures of a diagnosis by link as `write_page` does.
 
     Args:
         result: of schema ``pamsim-diagnosis/3``.
         comparisons: every compared channel of every trial, the whole chain simulated.
         out: folder.
-        film: a GIF of the first trial shown, see `pamsim.report.gap_film`, or None.
+        film: a GIF of the first trial shown, see `pamsim.report.film.film_gap`, or None.
         hidden: what was hidden in synthetic recordings, with which the page then begins.
     """
     shown = shown_trials(result, comparisons)
@@ -153,3 +158,125 @@ def _grouped(names: Sequence[str]) -> str:
     """Names of trials, those that differ in their last number together."""
     stems = Counter(re.sub(r"[_ ]?\d+$", "", name) or name for name in names)
     return ", ".join(f"{stem} ({n})" if n > 1 else stem for stem, n in stems.items())
+
+
+@styled
+def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
+    """Learned torques over position or speed, one below the other."""
+    figure, axes = new_figure(_CURVE_IN * len(learned), len(learned), 1, width_in=_WIDTH_IN)
+    for ax, one in zip(axes, learned, strict=True):
+        ax.plot(one["at"], one["torque"], color=BLUE)
+        unit = one["torque_unit"].replace("*", " ")
+        finish_axes(ax, x=f"{one['joint']} [{one['at_unit']}]", y=f"learned [{unit}]")
+    return figure
+
+
+@styled
+def link_bars(links: Sequence[Mapping[str, Any]], *, repaired: bool) -> Figure:
+    """Held-out misfit of every link over its noise, from the command down.
+
+    It is that before, and where effects were found (``repaired``) that after.
+    """
+    figure, (ax,) = new_figure(0.9 + 0.55 * len(links), width_in=_WIDTH_IN)
+    states = [("before", VERMILION), ("after", BLUE)] if repaired else [("before", GREEN)]
+    if not repaired and any(one["more_left"] is not False for one in links):
+        states = [("before", VERMILION)]
+    most = 2.0
+    for place, one in enumerate(links):
+        for number, (state, colour) in enumerate(states):
+            if one[state] is None:  # its simulation breaks down
+                continue
+            at = place + (number - 0.5 * (len(states) - 1)) * _BAR
+            value = max(one[state], _BELOW)
+            most = max(most, value)
+            ax.barh(at, value - _BELOW, height=0.94 * _BAR, left=_BELOW, color=colour)
+            ax.annotate(
+                significant(one[state], 3), (max(value, 1.0), at), (3, 0),
+                textcoords="offset points", ha="left", va="center", fontsize=8.5,
+            )  # fmt: skip
+    ax.axvline(1.0, color=INK, linewidth=1.2)
+    ax.set_xscale("log")
+    ax.set_xlim(_BELOW, most**1.15 * 1.2)
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_locator(NullLocator())
+    labels = [f"{one['link']}\n{' → '.join(one['signals'])}" for one in links]
+    ax.set_yticks(range(len(links)), labels)
+    ax.set_ylim(len(links) - 0.4, -0.6)
+    finish_axes(ax, x="misfit / noise (mean squares)", zero=False)
+    ax.grid(False, axis="y")
+    ax.grid(True, axis="x")
+    ax.tick_params(axis="y", length=0)
+    for state, colour in states:
+        label = state if repaired else "simulated"
+        ax.plot([], [], color=colour, linewidth=5, label=label)
+    ax.plot([], [], color=INK, linewidth=1.2, label="noise")
+    figure.legend(loc="outside upper right", ncols=3)
+    return figure
+
+
+def headline(result: Mapping[str, Any]) -> str:
+    """What was found, in a few words."""
+    if result["effects"]:
+        return f"Missing: {' and '.join(one['certain_words'] for one in result['effects'])}"
+    if result["remainder"]:
+        shape = ", but its shape is learned" if result["learned"] else ""
+        return f"No effect tried explains the gap in {' and '.join(result['remainder'])}{shape}"
+    if result["verdict"] == "undecided":
+        return "Undecided: without repeats, what is left may be noise or a missing effect"
+    return "No gap: nothing is missing that these data can show"
+
+
+class Hidden(NamedTuple):
+    """What was hidden in the synthetic recordings that a page is about.
+
+    Attributes:
+        effect: its name.
+        missing: what a model without it is missing, as the end of a sentence.
+        parameters: name -> value and its unit, that of the rig's file.
+        tried: names of the effects that the diagnosis tried.
+        picture: a JPEG of the rig; None if it could not be drawn.
+    """
+
+    effect: str
+    missing: str
+    parameters: Mapping[str, tuple[float, str]]
+    tried: Sequence[str]
+    picture: Path | None = None
+
+    def named_in(self, result: Mapping[str, Any]) -> bool:
+        """Whether a diagnosis names it, and nothing else."""
+        return {one["name"] for one in result["effects"]} == {self.effect}
+
+    def size(self) -> str:
+        """Its parameters in words."""
+        return ", ".join(f"{n} = {quantity(v, of, 3)}" for n, (v, of) in self.parameters.items())
+
+    def sized_in(self, result: Mapping[str, Any]) -> Mapping[str, Any] | None:
+        """Value and interval of its first parameter, if the diagnosis names it by this one."""
+        return result["effects"][0]["sizes"].get(self._first) if self.named_in(result) else None
+
+    def inside(self, result: Mapping[str, Any]) -> bool:
+        """Whether the interval of its first parameter holds what was hidden."""
+        found = self.sized_in(result)
+        if found is None or None in found["interval95"]:
+            return False
+        low, high = found["interval95"]
+        return low <= self.parameters[self._first][0] <= high
+
+    def headline(self, result: Mapping[str, Any]) -> str:
+        """What was hidden and what was found, with the interval."""
+        hid = f"We hid {quantity(*self.parameters[self._first], 3)} of {words(self.effect)}"
+        text = f"{hid} in a synthetic recording. pamsim "
+        found = self.sized_in(result)
+        if found is None:
+            names = "named it by another formula" if self.named_in(result) else "did not name it"
+            return f"{text}{names}. {headline(result)}"
+        shared = digits(found["value"], found["interval95"])
+        between = interval(found["interval95"], shared).replace(" to ", ", ")
+        value = f"{significant(found['value'], shared)} [{between or 'no interval'}]"
+        return f"{text}found {value} {unit(found['unit'])}".rstrip() + "."
+
+    @property
+    def _first(self) -> str:
+        return next(iter(self.parameters))

@@ -100,8 +100,10 @@ def write_page(
     *,
     schema: str,
     **more: Any,
-) -> list[Path]:
+) -> Path:
     """Write the page of a result, which holds its figures, and these as PNG, SVG and PDF beside it.
+
+    It returns the place of the page.
 
     Args:
         out: folder; made if missing, files of the same names are replaced.
@@ -111,9 +113,6 @@ def write_page(
         draw: returns the figures, by the names of their files without ``.png``.
         schema: that the page was made for.
         more: what the template needs beside the result.
-
-    Returns:
-        The page, and the PNG of each figure.
 
     Raises:
         InputError: if the result has another schema, or the place is a file or cannot be written.
@@ -129,4 +128,4 @@ def write_page(
     page = out / "index.html"
     with complete_file(page) as part:
         part.write_text(text, encoding="utf-8")
-    return [page, *(out / f"{name}.png" for name in images)]
+    return page

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording import Recording
-from pamsim.report.calibrate_numbers import parameter_ranges
+from pamsim.report.calibrate_page import parameter_ranges
 from pamsim.report.fit_figure import fit_figure
-from pamsim.report.frequency_figure import measured_and_fitted_response
 from pamsim.report.identify_figures import measured_and_model
+from pamsim.report.identify_page import measured_and_fitted_response
 from pamsim.report.link_page import first_figure
 from pamsim.report.reproduce_figures import static_characteristic
 from pamsim.report.step_figure import step_figure

@@ -34,7 +34,6 @@ from pamsim.report.replication_statics import (
 
 VERDICTS: Mapping[str, tuple[str, str, str]] = {
     "independent": ("independent", "✓", "agrees: independent"),
-    "identity": ("identity", "≡", "agrees: identity"),
     "calibrated": ("calibrated", "⚙", "agrees: calibrated"),
     "not significant": ("scatter", "≈", "not significant"),
     "inconsistent in the paper": ("inconsistent", "≠", "inconsistent"),
@@ -43,7 +42,7 @@ VERDICTS: Mapping[str, tuple[str, str, str]] = {
 }
 """Verdict -> name in the page's code, mark, short words."""
 
-AGREEING = ("independent", "identity", "calibrated")
+AGREEING = ("independent", "calibrated")
 """Verdicts of what a paper prints and the recomputation agrees with."""
 
 FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
@@ -80,16 +79,13 @@ _LEAST_DIGITS = 3  # of a recomputed number, however few digits were printed
 
 def write_replication(
     result: Mapping[str, Any], curves: Mapping[str, Mapping[str, Any]], out: Path
-) -> list[Path]:
-    """Write page and figures of a replication.
+) -> Path:
+    """Write page and figures of a replication; return the page.
 
     Args:
-        result: of schema ``pamsim-replicate/2``, JSON-safe.
+        result: of schema ``pamsim-replicate/3``, JSON-safe.
         curves: name of a paper -> what its figures draw; papers left out get no figures.
         out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
 
     Raises:
         InputError: if the result has another schema, or ``out`` is a file.

@@ -1,6 +1,6 @@
 """Figures of Matiskova 2021 and Alraouf 2025: an end position or stiffness over pressure.
 
-Each draws what `pamsim.papers.replication_figures` returns of its paper.
+Each draws what `pamsim.papers.replicate.replication_figures` returns of its paper.
 """
 
 from __future__ import annotations

@@ -31,16 +31,13 @@ _LOWERED = str.maketrans("12", "₁₂")
 
 def write_reproduction(
     result: Mapping[str, Any], recordings: Mapping[int, Recording], out: Path
-) -> list[Path]:
-    """Write page, figures and table of a reproduction.
+) -> Path:
+    """Write page, figures and table of a reproduction; return the page.
 
     Args:
         result: of schema ``pamsim-reproduce/1``: JSON-safe, angles [deg], pressures [kPa].
         recordings: by row number, of the distinct rows.
         out: folder to write into; made if missing, files of the same names are replaced.
-
-    Returns:
-        The files written, the page first.
 
     Raises:
         InputError: if the result has another schema, or ``out`` is a file.
@@ -60,7 +57,7 @@ def write_reproduction(
             "pressures": draw.pressure_courses(distinct, recordings),
         }
 
-    written = write_page(
+    page = write_page(
         out,
         "reproduce.html",
         result,
@@ -84,7 +81,7 @@ def write_reproduction(
         )
         writer.writeheader()
         writer.writerows({name: _cell(v) for name, v in row.items()} for row in result["rows"])
-    return [*written, table]
+    return page
 
 
 def verdict_sentence(result: Mapping[str, Any]) -> str:

@@ -33,7 +33,7 @@ def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Pa
         for key in ("final_pressure_kpa", "final_tension_n")
     )
     settled = all(joint["settling_s"] is not None for joint in joints.values())
-    page, *_ = write_page(
+    return write_page(
         out,
         "summary.html",
         result,
@@ -50,7 +50,6 @@ def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Pa
             " settled is within 2 % of that way.",
         ),
     )
-    return page
 
 
 def _fact(name: str, joint: Mapping[str, Any]) -> tuple[str, str, str]:

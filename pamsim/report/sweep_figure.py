@@ -14,8 +14,8 @@ from pamsim.core.units import FloatArray
 from pamsim.report.numbers import fixed, plain, significant, unit
 from pamsim.report.page import write_page
 from pamsim.report.style import INK, finish_axes, new_figure, say_empty, styled
+from pamsim.sweeps.job import RIG
 from pamsim.sweeps.result import SCHEMA, SweepResult
-from pamsim.sweeps.varied_rig import RIG
 
 _MOST = 4
 """Outputs and factors that are drawn."""
@@ -28,7 +28,7 @@ def write_sweep(result: SweepResult, out: Path) -> Path:
     """Write page and figure of a sweep as `write_page` does; return the page."""
     content = result.to_dict()
     outputs, ranks, sobol = (content[key] for key in ("outputs", "rank_correlations", "sobol"))
-    page, *_ = write_page(
+    return write_page(
         out,
         "summary.html",
         content,
@@ -59,7 +59,6 @@ def write_sweep(result: SweepResult, out: Path) -> Path:
             ),
         ],
     )
-    return page
 
 
 def _summed(name: str, one: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,26 +1,143 @@
-"""Which runs a sweep makes: every combination, samples, or a design for Sobol' indices."""
+"""What a sweep varies, and which runs it makes: combinations, samples, a design for indices."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.stats import qmc
+import scipy.stats
+from numpy.typing import ArrayLike
 
-from pamsim.core.errors import InputError
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.limits import SWEEP_RUNS
 from pamsim.core.units import FloatArray
-from pamsim.sweeps.factor import Factor, Value
+
+_stats: Any = scipy.stats
+
+Value: TypeAlias = float | str
+"""Of a factor in one run: a number in the factor's unit, or text, such as the name of a rig."""
+
+_MOST = 100_000
+"""Most listed values of one factor."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Factor:
+    """One varied quantity.
+
+    Attributes:
+        name: of a rig parameter, such as ``chamber.dead_volume``; of an effect, whose size is then
+            in typical sizes; ``load``, ``start_pressure_1``, ``final_pressure_1``; or ``rig``.
+        unit: of the values; empty for the usual one.
+        values: listed; empty where there is a distribution.
+        distribution: frozen, of scipy.stats; None where values are listed.
+    """
+
+    name: str
+    unit: str
+    values: tuple[Value, ...] = ()
+    distribution: Any = None
+
+    def at(self, share: ArrayLike) -> FloatArray:
+        """Values at shares in [0, 1) of the distribution, in the factor's unit."""
+        found = np.asarray(self.distribution.ppf(share), dtype=float)
+        if not np.all(np.isfinite(found)):
+            raise InputError(
+                f"vary.{self.name}: its distribution gives values that are not finite; check its"
+                " numbers"
+            )
+        return found
+
+
+def factor(name: str, table: Any) -> Factor:
+    """A factor as a study states it.
+
+    Args:
+        name: of the factor.
+        table: ``values``; or ``low`` and ``high``, with ``count`` for evenly spaced values and
+            without for a uniform distribution; or ``distribution``, a name of scipy.stats, with
+            its parameters; and ``unit``.
+
+    Raises:
+        InputError: for a table that is none of these.
+    """
+    where = f"vary.{name}"
+    if not isinstance(table, Mapping):
+        raise InputError(f"{where} must be a table with values, low and high, or a distribution")
+    rest = {str(key): value for key, value in table.items()}
+    unit = rest.pop("unit", "")
+    if not isinstance(unit, str):
+        raise InputError(f"{where}.unit must be text, such as 'kPa'")
+    if "values" in rest:
+        listed = _listed_values(where, rest.pop("values"), text=name == "rig")
+        _nothing_left(where, rest)
+        return Factor(name=name, unit=unit, values=listed)
+    if "distribution" in rest:
+        return Factor(name=name, unit=unit, distribution=_frozen(where, rest))
+    if not {"low", "high"} <= set(rest):
+        raise InputError(f"{where} needs values, low and high, or a distribution")
+    low, high = (number(f"{where}.{end}", rest.pop(end)) for end in ("low", "high"))
+    if not low < high:
+        raise InputError(f"{where}: low ({low:g}) must be below high ({high:g})")
+    if "count" not in rest:
+        _nothing_left(where, rest)
+        return Factor(name=name, unit=unit, distribution=_stats.uniform(low, high - low))
+    count = rest.pop("count")
+    if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= _MOST:
+        raise InputError(f"{where}.count is {count!r}; it must be a whole number of 2 to {_MOST:,}")
+    _nothing_left(where, rest)
+    return Factor(name=name, unit=unit, values=tuple(np.linspace(low, high, count).tolist()))
+
+
+def _listed_values(where: str, values: Any, *, text: bool) -> tuple[Value, ...]:
+    if not isinstance(values, list) or not 1 <= len(values) <= _MOST:
+        raise InputError(f"{where}.values must be a list of 1 to {_MOST:,} values")
+    if not text:
+        return tuple(number(f"{where}.values", value) for value in values)
+    if not all(isinstance(value, str) for value in values):
+        raise InputError(f"{where}.values must be names or folders of rigs")
+    return tuple(values)
+
+
+def _frozen(where: str, rest: dict[str, Any]) -> Any:
+    """A distribution of scipy.stats with its parameters."""
+    name = rest.pop("distribution")
+    known = {n for n in dir(_stats) if isinstance(getattr(_stats, n), _stats.rv_continuous)}
+    if name not in known:
+        raise InputError(f"{where}: no distribution {name!r}; {nearest(str(name), known)}")
+    numbers = {key: number(f"{where}.{key}", value) for key, value in rest.items()}
+    try:
+        found = getattr(_stats, name)(**numbers)
+        middle = float(found.median())
+    except TypeError as error:
+        shapes = getattr(_stats, name).shapes
+        takes = f"loc, scale{f', {shapes}' if shapes else ''}"
+        raise InputError(f"{where}: {name} takes {takes}: {error}") from None
+    if not math.isfinite(middle):
+        raise InputError(f"{where}: {name} has no values with {numbers}; scale must be above 0")
+    return found
+
+
+def number(where: str, value: Any) -> float:
+    """A finite number of a study; an `InputError` with its key if it is none."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(f"{where} is {value!r}; it must be a number")
+    return float(value)
+
+
+def _nothing_left(where: str, rest: Mapping[str, Any]) -> None:
+    if rest:
+        raise InputError(f"{where}: {', '.join(sorted(rest))} cannot be used there")
+
 
 Runs = list[dict[str, Value]]
 """Factor -> value in its unit, of each run."""
-
-_qmc: Any = qmc
 
 
 class Design(StrEnum):
@@ -103,7 +220,7 @@ def _shares(design: Design, count: int, runs: int, seed: int) -> FloatArray:
 
 
 def _sobol(count: int, runs: int, seed: int) -> FloatArray:
-    sampler = _qmc.Sobol(d=count, rng=np.random.default_rng(seed))
+    sampler = _stats.qmc.Sobol(d=count, rng=np.random.default_rng(seed))
     with warnings.catch_warnings():
         # The balance of a whole power of 2 is no reason to refuse another number of runs.
         warnings.filterwarnings("ignore", "The balance properties of Sobol")

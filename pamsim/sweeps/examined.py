@@ -19,9 +19,8 @@ from pamsim.diagnosis.options import Options
 from pamsim.diagnosis.recordings import diagnose_recordings
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
-from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Job, Row
-from pamsim.sweeps.varied_rig import RIG, checked_units, is_effect, loaded, with_values
+from pamsim.sweeps.design import Value, number
+from pamsim.sweeps.job import RIG, Job, Row, checked_units, is_effect, loaded, with_values
 from pamsim.twins.hide import hide
 
 _Interval: TypeAlias = tuple[float, float] | None

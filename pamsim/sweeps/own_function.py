@@ -13,8 +13,7 @@ from typing import TypeAlias
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.limits import SWEEP_RUNS
-from pamsim.sweeps.design import Design
-from pamsim.sweeps.factor import Factor, Value
+from pamsim.sweeps.design import Design, Factor, Value
 from pamsim.sweeps.job import TEXTS, Job, Row
 from pamsim.sweeps.run_table import INDEX
 from pamsim.sweeps.study import Study

@@ -18,9 +18,8 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.step_metrics import step_figure_units, step_figures
-from pamsim.sweeps.factor import Value, number
-from pamsim.sweeps.job import Job, Row
-from pamsim.sweeps.varied_rig import RIG, checked_units, loaded, with_values
+from pamsim.sweeps.design import Value, number
+from pamsim.sweeps.job import RIG, Job, Row, checked_units, loaded, with_values
 
 _Pair: TypeAlias = tuple[Rig, Experiment]
 _Varied: TypeAlias = tuple[str, tuple[tuple[str, Value], ...]]

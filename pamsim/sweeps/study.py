@@ -14,12 +14,10 @@ from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.toml_tables import read_toml
 from pamsim.engine.rig import rig_digest
-from pamsim.sweeps.design import Design, Runs, runs_of
+from pamsim.sweeps.design import Design, Factor, Runs, factor, runs_of
 from pamsim.sweeps.examined import examine
-from pamsim.sweeps.factor import Factor, factor
-from pamsim.sweeps.job import Job
+from pamsim.sweeps.job import RIG, Job, loaded
 from pamsim.sweeps.simulated import simulate_step
-from pamsim.sweeps.varied_rig import RIG, loaded
 
 SCHEMA = "pamsim-sweep/1"
 _KEYS = ("schema", "rig", "job", "design", "runs", "seed", "experiment", "vary")

@@ -13,7 +13,7 @@ from typing import Any
 from pamsim.core.computation import Progress
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import EngineError, InputError
-from pamsim.sweeps.factor import Value
+from pamsim.sweeps.design import Value
 from pamsim.sweeps.job import Job, Row
 from pamsim.sweeps.result import SweepResult, result_of
 from pamsim.sweeps.run_table import INDEX, RunTable

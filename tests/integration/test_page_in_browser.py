@@ -8,8 +8,7 @@ import subprocess
 
 import pytest
 
-from pamsim.report.diagnosis_headline import headline
-from pamsim.report.link_page import write_link_diagnosis
+from pamsim.report.link_page import headline, write_link_diagnosis
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")

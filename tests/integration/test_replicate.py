@@ -72,7 +72,7 @@ def light(request, monkeypatch, broken):
 
 def test_json_holds_claims_of_every_paper_and_the_counts(run):
     code, out, err, result = run()
-    assert (code, err, result["schema"]) == (0, "", "pamsim-replicate/2")
+    assert (code, err, result["schema"]) == (0, "", "pamsim-replicate/3")
     claims = result["claims"]
     assert {claim["paper"] for claim in claims} == set(room.PAPERS)
     assert all(set(claim) == KEYS for claim in claims)

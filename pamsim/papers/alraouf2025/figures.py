@@ -8,7 +8,6 @@ with them.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -27,7 +26,7 @@ from pamsim.papers.alraouf2025.loop import (
     scores,
 )
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung
-from pamsim.papers.numerics import least_squares, rms, root
+from pamsim.papers.numerics import root
 from pamsim.physics.force_laws.mckibben import ideal_force
 from pamsim.physics.hysteresis.arctangent import Arctangent, half_width
 from pamsim.physics.passive import PassiveSpring, tube_force
@@ -39,9 +38,6 @@ LENGTH, DIAMETER = 0.3, 0.02
 TOP = 500.0
 """Highest pressure of the loop [kPa]."""
 
-_START = (0.7, 3e4, 1500.0, 40.0, 4.0)
-_LOWEST = (0.3, 0.0, 10.0, 0.2, 0.0)
-_HIGHEST = (0.9, 9e4, 1e4, 200.0, 50.0)
 _STROKE = 10.0
 """Time from no pressure to 500 kPa, and back [s]; four times slower moves no length by 0.05 mm."""
 _PER_STROKE = 500  # samples: one for every kPa
@@ -73,6 +69,7 @@ def curves() -> Mapping[str, Any]:
         "fine_kpa": fine,
         **branches,
         "width_cm": {"bouc_wen": free.width, "passive": passive.width},
+        "bench": bench_curves(),
     }
 
 
@@ -118,25 +115,8 @@ class HungMuscle:
         return 100.0 * LENGTH * (1.0 - np.array(kappas))
 
 
-@functools.cache
-def fit_hung_muscle(weight: float) -> tuple[HungMuscle, float]:
-    """Least squares on the means of Table 2 with a weight [N], and the RMS misfit [cm]."""
-    pressure, _ = branch_data("up")
-    wanted = np.concatenate([branch_data(branch)[1] for branch in BRANCHES])
-
-    def lengths(*values: float) -> FloatArray:
-        muscle = HungMuscle(*values)
-        return np.concatenate([muscle.length(b, pressure, weight) for b in BRANCHES])
-
-    bounds = (_LOWEST, _HIGHEST)
-    fitted, _ = least_squares(
-        lengths, wanted, _START, bounds=bounds, x_scale=_START, diff_step=1e-5
-    )
-    return HungMuscle(*fitted.tolist()), rms(lengths(*fitted) - wanted)
-
-
 def hung_muscle(rig: Rig) -> HungMuscle:
-    """The numbers of the bench's muscle, as `fit_hung_muscle` gives them."""
+    """The numbers of the bench's muscle."""
     muscle = rig.muscles["muscle"]
     width = muscle.hysteresis.force if muscle.hysteresis else 0.0
     angle, rubber = muscle.braided.fibre_angle, muscle.passive

@@ -12,47 +12,35 @@ import math
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.papers.alraouf2025.loop import measured_gap
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.numerics import half_unit, propagated
-from pamsim.recordings.printed import Printed, printed_document
+from pamsim.papers.numerics import PrintedNumbers, half_unit, propagated
+from pamsim.recordings.printed import Printed
 
+_TRANSDUCER, _CONVERTER, RANGER = (
+    PrintedNumbers("alraouf2025", table) for table in ("transducer", "converter", "ranger")
+)
 _LABORATORY = (20.0, 30.0)  # deg C, printed
 _ICE_POINT = 273.15  # K
 _SOUND_AT_ICE_POINT = 331.3  # m/s, dry air (Kinsler et al., Fundamentals of Acoustics)
 _SOUND_PER_KELVIN = 0.606  # m/s per K, the linear law of handbooks, its slope at 0 deg C
 
 
-def _digits(instrument: str, name: str) -> Printed:
-    """A printed number of an instrument in its printed unit."""
-    number = printed_document("alraouf2025.toml", digits=True)[instrument][name]["value"]
-    return number if isinstance(number, Printed) else Printed(float(number), half_unit(0))
-
-
-def _printed(instrument: str, name: str) -> float:
-    """As `_digits`, without its rounding."""
-    return _digits(instrument, name).value
-
-
 def transducer_pressure(voltage: float) -> float:
     """Equation (5): gauge pressure [kPa] of a voltage [V]."""
-    zero, span, scale = (
-        _printed("transducer", name) for name in ("zero_voltage", "span_voltage", "full_scale")
-    )
+    zero, span, scale = map(_TRANSDUCER.value, ("zero_voltage", "span_voltage", "full_scale"))
     return (voltage - zero) / span * scale
 
 
 def _resolution(bits: float) -> float:
     """Pressure [kPa] of one step of a converter."""
-    volts = _printed("converter", "span") / 2.0**bits
+    volts = _CONVERTER.value("span") / 2.0**bits
     return transducer_pressure(volts) - transducer_pressure(0.0)
 
 
+@recomputes("alraouf2025-56")
 def _transducer_limit() -> Printed:
     """Largest error of the transducer [kPa]."""
-    return propagated(
-        lambda percent, scale: 0.01 * percent * scale,
-        _digits("transducer", "accuracy"),
-        _digits("transducer", "full_scale"),
-    )
+    numbers = map(_TRANSDUCER.digits, ("accuracy", "full_scale"))
+    return propagated(lambda percent, scale: 0.01 * percent * scale, *numbers)
 
 
 def speed_of_sound(celsius: float) -> float:
@@ -65,27 +53,16 @@ def ranger_speed(echo_time: float) -> float:
     return 2.0 / (1e-4 * echo_time)
 
 
-def _echo_time() -> Printed:
-    return _digits("ranger", "echo_time_per_length")
-
-
 @recomputes("alraouf2025-54")
-def _ends() -> Recomputed:
-    return Recomputed([transducer_pressure(0.5), transducer_pressure(4.5)])
+def _ends() -> list[float]:
+    return [transducer_pressure(0.5), transducer_pressure(4.5)]
 
 
 @recomputes("alraouf2025-55")
 def _step() -> Recomputed:
-    bits = _printed("converter", "bits")
+    bits, span = _CONVERTER.value("bits"), _CONVERTER.value("span")
     listed = ", ".join(f"{other} bits {_resolution(other):.2f}" for other in (8, 12))
-    return Recomputed(
-        _resolution(bits), bits=bits, span=_printed("converter", "span"), listed=listed
-    )
-
-
-@recomputes("alraouf2025-56")
-def _limit() -> Recomputed:
-    return Recomputed(_transducer_limit())
+    return Recomputed(_resolution(bits), bits=bits, span=span, listed=listed)
 
 
 @recomputes("alraouf2025-57")
@@ -102,16 +79,15 @@ def _echo() -> Recomputed:
     low, high = (Printed(end, half_unit(0)) for end in _LABORATORY)
     celsius = propagated(
         lambda time: _ICE_POINT * (ranger_speed(time) / _SOUND_AT_ICE_POINT) ** 2 - _ICE_POINT,
-        _echo_time(),
+        RANGER.digits("echo_time_per_length"),
     )
-    speed = ranger_speed(_echo_time().value)
+    speed = ranger_speed(RANGER.value("echo_time_per_length"))
     return Recomputed(celsius, printed=_LABORATORY, low=low, high=high, speed=speed)
 
 
 @recomputes("alraouf2025-59")
-def _range_accuracy() -> Recomputed:
-    wave = speed_of_sound(_LABORATORY[0]) / 40e3
-    return Recomputed(1e-3 * _printed("ranger", "accuracy") / wave)
+def _range_accuracy() -> float:
+    return 1e-3 * RANGER.value("accuracy") / (speed_of_sound(_LABORATORY[0]) / 40e3)
 
 
 @recomputes("alraouf2025-60")
@@ -125,17 +101,17 @@ def _per_kelvin() -> Recomputed:
 @recomputes("alraouf2025-61")
 def _laboratory() -> Recomputed:
     # A reading is too short by the share by which sound is faster than (6) assumes.
-    speed = ranger_speed(_echo_time().value)
+    speed = ranger_speed(RANGER.value("echo_time_per_length"))
     cold, warm = (30.0 * speed / speed_of_sound(celsius) for celsius in _LABORATORY)
     return Recomputed(cold - warm, width=measured_gap()[0].value)
 
 
 @recomputes("alraouf2025-62")
-def _critical_angle() -> Recomputed:
-    return Recomputed(math.acos(1.0 / math.sqrt(3.0)) * DEG_PER_RAD)
+def _critical_angle() -> float:
+    return math.acos(1.0 / math.sqrt(3.0)) * DEG_PER_RAD
 
 
 @recomputes("alraouf2025-64")
 def _negligible_step() -> Recomputed:
-    step, limit = _resolution(_printed("converter", "bits")), _transducer_limit().value
+    step, limit = _resolution(_CONVERTER.value("bits")), _transducer_limit().value
     return Recomputed(math.hypot(limit, step) - limit, high=half_unit(0), step=step)

@@ -1,66 +1,37 @@
-"""The transfer functions (30) and (31): their arithmetic, whether they agree, and their steps."""
+"""The transfer functions (30) and (31), and what the simulated rig does: positions, G1 and G2."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
-from typing import Any
+import operator
+from collections.abc import Callable
 
 import numpy as np
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
+from pamsim.core.errors import PamsimError
+from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.identification.step_response import StepIdentification, identify_step, step_of_lags
 from pamsim.papers.claim import Recomputed, recomputes
-from pamsim.papers.numerics import propagated, root
-from pamsim.recordings.printed import Printed, mas20_models, mas20_steps, printed_document
-from pamsim.recordings.recording import Recording
+from pamsim.papers.numerics import PrintedNumbers, propagated, root
+from pamsim.papers.reproduce import Reproduction, reproduce
+from pamsim.papers.torque_law import printed_rows_law
+from pamsim.recordings.printed import Printed, mas20_steps
 
 SAMPLE_RATE = 500.0
 """[Hz], as printed in section 2.4."""
 
 _LENGTHS = (2.0, 6.0, 10.0)  # s; the second is the length of our own simulated responses
-_CURVE_POINTS = 301
+_G2 = PrintedNumbers("matiskova2021", "g2")
+_LAGS = "T1_s", "T2_s"  # of (31)
 
-
-def model_responses(
-    recording: Recording, identified: StepIdentification
-) -> Mapping[str, list[float] | None]:
-    """Unit steps of every model beside the simulated large step that was identified (Figure 9).
-
-    Returns:
-        JSON-safe curves on a common grid; None where an ARX fit has no real time constants.
-    """
-    keep = slice(None, None, max(1, len(recording.time) // _CURVE_POINTS))
-    time = recording.time[keep]
-    travelled = recording.angle - recording.angle[0]
-    printed = mas20_models()
-    return {
-        "time_s": time.tolist(),
-        "simulated": (travelled[keep] / identified.final_value).tolist(),
-        "g1_output_error": _lags(identified.g1.output_error.time_constants, time),
-        "g2_output_error": _lags(identified.g2.output_error.time_constants, time),
-        "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
-        "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
-        "g1_paper": _lags((printed["g1"]["T_s"],), time),
-        "g2_paper": _lags((printed["g2"]["T1_s"], printed["g2"]["T2_s"]), time),
-    }
-
-
-def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
-    return step_of_lags(time, *constants).tolist() if constants else None
-
-
-def _constants() -> tuple[Printed, Printed]:
-    """T1 and T2 of (31) [s]."""
-    printed = printed_document("matiskova2021.toml", digits=True)["g2"]
-    return printed["T1_s"], printed["T2_s"]
+_GRAVITY = 9.81  # m/s^2
 
 
 @functools.cache
 def _identified(samples: int) -> StepIdentification:
     """Step of the printed G2, as many samples after the first, without noise."""
     time = np.arange(samples + 1) / SAMPLE_RATE
-    return identify_step(time, step_of_lags(time, *(number.value for number in _constants())))
+    return identify_step(time, step_of_lags(time, *map(_G2.value, _LAGS)))
 
 
 def _first_order(samples: int) -> float:
@@ -68,19 +39,18 @@ def _first_order(samples: int) -> float:
     return _identified(samples).g1.output_error.time_constants[0]
 
 
-@recomputes("matiskova2021-29", lambda first, second: first * second)
-@recomputes("matiskova2021-30", lambda first, second: first + second)
-def _of_both_constants(function: Callable[[float, float], float]) -> Recomputed:
-    return Recomputed(propagated(function, *_constants()))
+@recomputes(
+    "matiskova2021-29",
+    each=(operator.mul, operator.add),
+)
+def _of_both_constants(function: Callable[[float, float], float]) -> Printed:
+    return propagated(function, *map(_G2.digits, _LAGS))
 
 
-@recomputes("matiskova2021-31", lambda models: models.g1.output_error)
-@recomputes("matiskova2021-32", lambda models: models.g1.arx_unit_gain)
-@recomputes("matiskova2021-33", lambda models: models.g1.arx_free_gain)
-def _as_first_order(estimate: Callable[[StepIdentification], Any]) -> Recomputed:
-    constants = [
-        estimate(_identified(round(length * SAMPLE_RATE))).time_constants[0] for length in _LENGTHS
-    ]
+@recomputes("matiskova2021-31", each=("output_error", "arx_unit_gain", "arx_free_gain"))
+def _as_first_order(estimate: str) -> Recomputed:
+    models = [_identified(round(length * SAMPLE_RATE)).g1 for length in _LENGTHS]
+    constants = [getattr(model, estimate).time_constants[0] for model in models]
     listed = ", ".join(
         f"{value:.3f} s from {length:g} s"
         for value, length in zip(constants, _LENGTHS, strict=True)
@@ -90,7 +60,7 @@ def _as_first_order(estimate: Callable[[StepIdentification], Any]) -> Recomputed
 
 def _cut_samples() -> int:
     """Length of record at which output error gives T nearest to (30) [samples]."""
-    single = float(mas20_models()["g1"]["T_s"])
+    single = PrintedNumbers("matiskova2021", "g1").value("T_s")
 
     def excess(length: float) -> float:
         return _first_order(round(length * SAMPLE_RATE)) - single
@@ -123,3 +93,74 @@ def _unit_gain() -> Recomputed:
         for step in mas20_steps()
     ]
     return Recomputed((min(gains), max(gains)))
+
+
+@functools.cache
+def _simulated() -> Reproduction:
+    """All printed rows, simulated once."""
+    return reproduce()
+
+
+def _models() -> StepIdentification:
+    """G1 and G2 of the simulated large step without load."""
+    models = _simulated().identified
+    if models is None:
+        raise PamsimError("the simulated large step did not run to its end")
+    return models
+
+
+@recomputes("matiskova2021-37")
+def _end_positions() -> Recomputed:
+    done, scatter = _simulated(), printed_rows_law().left_out_rms_deg
+    evidence = {"rig": done.rig.name, "rows": len(done.distinct), "scatter_deg": scatter}
+    return Recomputed(done.rms_deg, high=scatter, **evidence)
+
+
+@recomputes("matiskova2021-38")
+def _simulated_first_order() -> Recomputed:
+    g1 = _models().g1
+    (arx,) = g1.arx_unit_gain.time_constants
+    return Recomputed(g1.output_error.time_constants[0], arx=arx)
+
+
+@recomputes("matiskova2021-39")
+def _simulated_second_order() -> Recomputed:
+    found = _models().g2.output_error
+    first, second = 100.0 * np.abs(np.divide(found.time_constants, [*map(_G2.value, _LAGS)]) - 1.0)
+    return Recomputed(found.time_constants, fit=found.fit_percent, first=first, second=second)
+
+
+@recomputes("matiskova2021-40")
+def _monotonic() -> Recomputed:
+    rows = [row for row in _simulated().distinct if row.step.size != "small"]
+    still = [row for row in rows if row.monotonic]
+    return Recomputed(float(len(still)), increment=rows[0].increment * DEG_PER_RAD)
+
+
+@recomputes("matiskova2021-41")
+def _oscillating() -> Recomputed:
+    rows = [row for row in _simulated().distinct if row.step.size == "small"]
+    swinging = [row for row in rows if row.step.load > 0.0 and not row.monotonic]
+    still = [str(row.step.row) for row in rows if row.step.load == 0.0 and row.monotonic]
+    shares = [100.0 * row.metrics.overshoot for row in swinging if row.metrics]
+    over = f"{min(shares):.0f} to {max(shares):.0f} %" if shares else "none"
+    return Recomputed(float(len(swinging)), overshoots=over, still=", ".join(still) or "none")
+
+
+@recomputes("matiskova2021-42")
+def _active_and_passive() -> Recomputed:
+    right, stray = 0, 0.0
+    for row in _simulated().rows:
+        passive = int(np.argmin(np.abs(np.subtract(row.step.pressure, row.start))))
+        towards = 1.0 if passive == 0 else -1.0
+        right += row.metrics is not None and row.metrics.final * towards > 0.0
+        stray = max(stray, float(np.ptp(row.recording.pressure[:, passive])))
+    return Recomputed(float(right), stray=stray / PA_PER_KPA)
+
+
+@recomputes("matiskova2021-43")
+def _stronger_than_load() -> Recomputed:
+    rows = _simulated().rows
+    load = max(row.step.load for row in rows) * _GRAVITY
+    ends = [float(row.recording.tension[-1].max()) for row in rows]
+    return Recomputed((min(ends), max(ends)), low=load, load=load)

@@ -1,6 +1,10 @@
-"""Matiskova 2021, the equations of its section 3: misprints, shown by what they would mean."""
+"""Matiskova 2021, the equations of its section 3: what misprints would mean, and stiffness."""
 
 from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -9,17 +13,34 @@ from pamsim.papers.antagonistic_pair import (
     MILLIMETRE,
     ideal_muscle,
     published_muscle,
+    rest_angle,
     rest_travel,
     rig_muscle,
     sprocket_radius,
     stroke,
 )
-from pamsim.papers.claim import AGREES, Recomputed, agreeing, recomputes
-from pamsim.papers.numerics import rms, root
+from pamsim.papers.claim import Recomputed, agreeing, recomputes
+from pamsim.papers.numerics import derivative, half_unit, rms, root
 from pamsim.papers.torque_law import printed_rows_law
-from pamsim.physics.record import parameters
-from pamsim.physics.static_muscle import static_force
-from pamsim.recordings.printed import Printed, distinct_steps, mas20_steps
+from pamsim.physics.antagonist import (
+    Stiffness,
+    antagonist_torque,
+    joint_stiffness,
+    muscle_stiffness,
+    pressure_slope,
+)
+from pamsim.physics.braid import volume_slope
+from pamsim.physics.chamber_pressure import gauge_pressure
+from pamsim.physics.force_laws.mckibben import ideal_force
+from pamsim.physics.muscle import Muscle
+from pamsim.physics.record import COMMON, Parameters, parameters, split_states
+from pamsim.physics.rest_state import charged_air_state
+from pamsim.physics.static_muscle import muscle_length, static_force
+from pamsim.recordings.printed import Printed, PrintedStep, distinct_steps, mas20_steps
+
+_FULL = 487.0 * PA_PER_KPA  # Table 1, row 1
+_LOW, _HIGH = 100.0 * PA_PER_KPA, 490.0 * PA_PER_KPA  # that the rows span
+_POINTS = 40
 
 
 @recomputes("matiskova2021-17")
@@ -80,19 +101,6 @@ def _longer_and_stronger() -> Recomputed:
     return Recomputed(equal / PA_PER_KPA, low=pressure / PA_PER_KPA)
 
 
-@recomputes("matiskova2021-19")
-def _contractions() -> Recomputed:
-    muscle = ideal_muscle()
-    longest, way = muscle.braided.nominal_length, stroke(muscle)
-    rest = longest - way / 2.0
-    sums = [
-        (longest - (rest - turn)) + (longest - (rest + turn))
-        for turn in (-0.4 * way, 0.0, 0.1 * way, 0.5 * way)
-    ]
-    off = max(abs(total / way - 1.0) for total in sums)
-    return Recomputed(off, high=AGREES, stroke=way / MILLIMETRE)
-
-
 @recomputes("matiskova2021-20")
 def _sign_rule() -> Recomputed:
     """Of the fully vented rows with a negative angle, those in which muscle 2 is the vented one."""
@@ -110,3 +118,189 @@ def _radius() -> Recomputed:
         angle=largest * DEG_PER_RAD,
         stroke=way / MILLIMETRE,
     )
+
+
+def ideal_stiffness(m: Parameters, tendon_length: float, pressure: float) -> Stiffness:
+    """Stiffness of one shut muscle if its force were F = -p dV/dl (Matiskova 2021, equation (5)).
+
+    Its parts are -dP/dV (dV/dl)^2 and -p d2V/dl2 [N/m], at a tendon length [m] and a gauge
+    pressure [Pa]. The muscle has the ideal law, so that its volume is the braid's.
+    """
+    length = muscle_length(m, tendon_length)
+    braid = m.braid.nominal_length, m.braid.diameter, m.braid.fibre_angle
+    per_pressure = -volume_slope(length, *braid)
+    return Stiffness(
+        compressibility=per_pressure * pressure_slope(m, tendon_length, pressure),
+        geometric=derivative(lambda at: ideal_force(pressure, at, *braid), length),
+    )
+
+
+def _pair(each: Stiffness) -> Stiffness:
+    """Stiffness of a joint with two such muscles [N m/rad]."""
+    return joint_stiffness([each, each], [sprocket_radius()] * 2)
+
+
+def _parts(pressure: float) -> Stiffness:
+    """Parts of (5) at the reference point with both muscles at one pressure [N m/rad]."""
+    return _pair(ideal_stiffness(parameters(ideal_muscle()), 0.0, pressure))
+
+
+def rig_stiffness(pressure: float) -> Stiffness:
+    """Stiffness of the rig's joint at the reference point, both muscles at one pressure [N m/rad].
+
+    Its geometric part is what is left where valves hold the pressures, the total that of shut
+    chambers.
+    """
+    return _pair(muscle_stiffness(parameters(rig_muscle()), 0.0, pressure))
+
+
+def stiffness_over_pressure() -> dict[str, list[float]]:
+    """Joint stiffness at the reference point over the sum of two equal pressures.
+
+    Returns:
+        JSON-safe curves: sum [kPa]; stiffness of the rig at held pressures and with its chambers
+        shut, and of the ideal pair by (5), its last sign mended [N m/rad].
+    """
+    pressures = [float(p) for p in np.linspace(_LOW, _HIGH, _POINTS)]
+    rig, ideal = [rig_stiffness(p) for p in pressures], [_parts(p) for p in pressures]
+    return {
+        "sum_kpa": [2.0 * p / PA_PER_KPA for p in pressures],
+        "held": [each.geometric for each in rig],
+        "shut": [each.total for each in rig],
+        "ideal_held": [each.geometric for each in ideal],
+        "ideal_shut": [each.total for each in ideal],
+    }
+
+
+def _shut_stiffness(pressure: float) -> float:
+    """The same by turning the arm with both chambers shut [N m/rad]."""
+    muscle, radius, h = parameters(ideal_muscle()), sprocket_radius(), 1e-4
+    s, z = split_states([0.0] * COMMON)
+    s.air = charged_air_state(muscle, z, 0.0, pressure)
+
+    def torque(angle: float) -> float:
+        ways = -radius * angle, radius * angle
+        first, second = (gauge_pressure(muscle, s, z, way) for way in ways)
+        return antagonist_torque((muscle, muscle), radius, angle, (first, second))
+
+    return -(torque(h) - torque(-h)) / (2.0 * h)
+
+
+@recomputes("matiskova2021-22")
+def _printed_signs() -> Recomputed:
+    each, shut = _parts(_FULL), _shut_stiffness(_FULL)
+    # -P1 V1'' + P2 V2'' as printed: at equal pressures the geometric parts cancel.
+    return Recomputed(
+        each.compressibility,
+        **agreeing(shut),
+        shut=shut,
+        geometric=100.0 * each.geometric / shut,
+    )
+
+
+@recomputes("matiskova2021-24")
+def _sum_in_theory() -> Recomputed:
+    low, high = 200.0 * PA_PER_KPA, 400.0 * PA_PER_KPA
+    parts, span = (_parts(high), _parts(low)), math.log(high / low)
+    exponent = math.log(parts[0].total / parts[1].total) / span
+    geometric = math.log(parts[0].geometric / parts[1].geometric) / span
+    return Recomputed(exponent, **agreeing(1.0), geometric=geometric)
+
+
+@recomputes("matiskova2021-25")
+def _sum_in_tables() -> Recomputed:
+    plain, law = printed_rows_law(), printed_rows_law("c")
+    c, half = law.coefficients["c"], law.half_interval["c"]
+    low, high = rig_stiffness(_LOW), rig_stiffness(_HIGH)
+    return Recomputed(
+        c,
+        low=0.0,
+        scatter=half,
+        least=c - half,
+        most=c + half,
+        rms=law.rms_deg,
+        held_out_rms=law.left_out_rms_deg,
+        plain_rms=plain.rms_deg,
+        plain_held_out_rms=plain.left_out_rms_deg,
+        lowest=_LOW / PA_PER_KPA,
+        highest=_HIGH / PA_PER_KPA,
+        held_low=low.geometric,
+        held_high=high.geometric,
+        shut_low=low.total,
+        shut_high=high.total,
+    )
+
+
+@recomputes("matiskova2021-26")
+def _same_difference() -> Recomputed:
+    pairs: list[tuple[PrintedStep, PrintedStep]] = []
+    for first, second in itertools.combinations(distinct_steps(), 2):
+        near = abs(_difference(first) - _difference(second)) <= 1.0 * PA_PER_KPA
+        ratio = sum(second.pressure) / sum(first.pressure)
+        if near and max(ratio, 1.0 / ratio) > 1.5:
+            pairs.append((first, second))
+    apart = [Printed(abs(a.angle - b.angle) * DEG_PER_RAD, 2.0 * half_unit(2)) for a, b in pairs]
+    named = "; ".join(
+        f"rows {a.row} and {b.row}: sums {sum(a.pressure) / PA_PER_KPA:.0f} and"
+        f" {sum(b.pressure) / PA_PER_KPA:.0f} kPa, {a.angle * DEG_PER_RAD:.2f} and"
+        f" {b.angle * DEG_PER_RAD:.2f} deg"
+        for a, b in pairs
+    )
+    # Of the difference of two rows with equal scatter.
+    half = 1.96 * math.sqrt(2.0) * printed_rows_law().left_out_rms_deg
+    return Recomputed(apart, high=0.0, scatter=[half] * len(apart), named=named, half=half)
+
+
+def _stiffness_ratio(
+    muscle: Muscle, stiffness: Callable[[Parameters, float, float], Stiffness]
+) -> float:
+    """Joint stiffness with muscle 2 vented to 0.6 of muscle 1's pressure, over that at E [-]."""
+    radius = sprocket_radius()
+
+    def total(share: float) -> float:
+        pressures = _FULL, share * _FULL
+        way = radius * rest_angle(muscle, pressures)
+        pair = [
+            stiffness(parameters(muscle), sign * way, pressure)
+            for sign, pressure in zip((-1.0, 1.0), pressures, strict=True)
+        ]
+        return joint_stiffness(pair, [radius] * 2).total
+
+    return total(0.6) / total(1.0)
+
+
+@recomputes("matiskova2021-27")
+def _stiffest() -> Recomputed:
+    rows = {step.row: step for step in distinct_steps()}
+    near, far = rows[19], rows[1]
+    scale = PA_PER_KPA * DEG_PER_RAD
+    ratios = [
+        _stiffness_ratio(ideal_muscle(), ideal_stiffness),
+        _stiffness_ratio(rig_muscle(), muscle_stiffness),
+    ]
+    return Recomputed(
+        ratios,
+        high=1.0,
+        first=_difference(near) / near.angle / scale,
+        second=(_difference(far) - _difference(near)) / (far.angle - near.angle) / scale,
+        vented=0.6 * _FULL / PA_PER_KPA,
+    )
+
+
+@recomputes("matiskova2021-28")
+def _symmetric() -> Recomputed:
+    plain, law = printed_rows_law(), printed_rows_law("o")
+    offset, half = law.coefficients["o"], law.half_interval["o"]
+    per_unit = DEG_PER_RAD / plain.coefficients["k1"]
+    return Recomputed(
+        Printed(100.0 * offset, 2.0 * half_unit(0)),
+        low=0.0,
+        high=0.0,
+        scatter=100.0 * half,
+        half=100.0 * half,
+        shift=half * per_unit,
+    )
+
+
+def _difference(step: PrintedStep) -> float:
+    return step.pressure[0] - step.pressure[1]

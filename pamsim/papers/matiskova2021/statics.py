@@ -12,18 +12,18 @@ from scipy.optimize import minimize_scalar
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, PA_PER_KPA, FloatArray
 from pamsim.papers.claim import Order, Recomputed, recomputes
-from pamsim.papers.numerics import half_unit, propagated, rms
+from pamsim.papers.numerics import PrintedNumbers, half_unit, propagated, rms
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.printed import (
     Printed,
     distinct_steps,
     mas20_models,
     mas20_steps,
-    printed_document,
     printed_table,
 )
 
 _CURVE_POINTS = 301
+_LAW = [PrintedNumbers("matiskova2021", "static").digits(f"a{i}_deg") for i in range(3)]
 _FIGURES = ("p1_kpa", "p2_kpa", "p_svd_kpa", "load_kg", "beta_increment", "beta_deg")
 # The tables print 183.3 and 253 beside each other: counts are meant to one decimal in Table 1.
 _COUNT_HALF_UNIT = {"1": half_unit(1), "2": half_unit(2)}
@@ -66,8 +66,7 @@ def _increment() -> Recomputed:
     return Recomputed(result, median=median_high(ratios), spread=100.0 * spread)
 
 
-@recomputes("matiskova2021-03", "1")
-@recomputes("matiskova2021-04", "2")
+@recomputes("matiskova2021-03", each=("1", "2"))
 def _degrees(table: str) -> Recomputed:
     rows = [row for row in _rows() if row["table"] == table]
     excess = [_counted_deg(row).value - _printed_deg(row).value for row in rows]
@@ -98,11 +97,9 @@ def _whole_counts() -> Recomputed:
 
 
 @recomputes("matiskova2021-06")
-def _row_4() -> Recomputed:
+def _row_4() -> Printed:
     row = next(row for row in _rows() if row["row"] == "4")
-    return Recomputed(
-        propagated(lambda angle: angle / _increment_deg(), Printed.read(row["beta_deg"]))
-    )
+    return propagated(lambda angle: angle / _increment_deg(), Printed.read(row["beta_deg"]))
 
 
 @recomputes("matiskova2021-07")
@@ -115,10 +112,9 @@ def _repeats() -> Recomputed:
 
 
 @recomputes("matiskova2021-08")
-def _signs() -> Recomputed:
+def _signs() -> float:
     steps = mas20_steps()
-    right = sum(step.angle * (step.pressure[0] - step.pressure[1]) > 0.0 for step in steps)
-    return Recomputed(float(right))
+    return float(sum(step.angle * (step.pressure[0] - step.pressure[1]) > 0.0 for step in steps))
 
 
 def odd_exponential_basis(x: FloatArray) -> FloatArray:
@@ -140,8 +136,7 @@ def static_angle(pressure_difference: FloatArray, scale: float) -> FloatArray:
 
     It is taken at p1 - p2 (n,) [Pa], with the scale [Pa] as the pressure that counts as 1.
     """
-    law = mas20_models()["static"]
-    coefficients = np.array([law["a0_deg"], law["a1_deg"], law["a2_deg"]])
+    coefficients = [number.value for number in _LAW]
     return odd_exponential_basis(pressure_difference / scale) @ coefficients
 
 
@@ -183,11 +178,6 @@ def _fit(scale: float) -> tuple[tuple[float, ...], float]:
     return tuple(float(a) for a in result), rms(basis @ result - angle)
 
 
-def _printed() -> tuple[Printed, Printed, Printed]:
-    law = printed_document("matiskova2021.toml", digits=True)["static"]
-    return law["a0_deg"], law["a1_deg"], law["a2_deg"]
-
-
 @recomputes("matiskova2021-09")
 def _fitted_in_bar() -> Recomputed:
     result, misfit = _fit(PA_PER_BAR)
@@ -209,8 +199,7 @@ def _within_scatter(misfit: float, **evidence: Any) -> Recomputed:
     return Recomputed(misfit, high=scatter, rows_deg=scatter, **evidence)
 
 
-@recomputes("matiskova2021-11", "rms_bar_deg")
-@recomputes("matiskova2021-12", "rms_scaled_deg")
+@recomputes("matiskova2021-11", each=("rms_bar_deg", "rms_scaled_deg"))
 def _printed_law(key: str) -> Recomputed:
     result = static_characteristic()
     return _within_scatter(result[key], scale=result["scale_kpa"])
@@ -218,7 +207,7 @@ def _printed_law(key: str) -> Recomputed:
 
 @recomputes("matiskova2021-13")
 def _origin() -> Recomputed:
-    at_zero = propagated(lambda a0, a1, _: a0 + a1, *_printed())
+    at_zero = propagated(lambda a0, a1, _: a0 + a1, *_LAW)
     return Recomputed(at_zero, low=0.0, high=0.0, jump=2.0 * at_zero.value)
 
 
@@ -228,14 +217,15 @@ def _end_value() -> Recomputed:
         return 1.0 - a1 / a2  # where (a2 - a1 - a2 x) exp(-x) = 0
 
     highest = propagated(
-        lambda a0, a1, a2: a0 + (a1 + a2 * top(a1, a2)) * math.exp(-top(a1, a2)), *_printed()
+        lambda a0, a1, a2: a0 + (a1 + a2 * top(a1, a2)) * math.exp(-top(a1, a2)),
+        *_LAW,
     )
-    return Recomputed(highest, top=top(_printed()[1].value, _printed()[2].value))
+    return Recomputed(highest, top=top(_LAW[1].value, _LAW[2].value))
 
 
 @recomputes("matiskova2021-15")
 def _decreasing() -> Recomputed:
-    _, a1, a2 = (number.value for number in _printed())
+    a1, a2 = (number.value for number in _LAW[1:])
     x = np.array([0.0, 5.0])  # 0 and 500 kPa, read in bar
     slope = (a2 - a1 - a2 * x) * np.exp(-x)
     unloaded = np.array([step.load == 0.0 for step in distinct_steps()])

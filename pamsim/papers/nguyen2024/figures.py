@@ -23,6 +23,7 @@ from pamsim.papers.nguyen2024.geometry import (
     value,
     values,
 )
+from pamsim.papers.nguyen2024.loop import harmonic
 
 _LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed
 _AMPLITUDE = 2.0 * MILLIMETRE
@@ -76,6 +77,7 @@ def curves() -> Mapping[str, Any]:
         "frequency_hz": frequency,
         "stiffness_n_per_m": np.abs(complex_values),
         "loss_percent": 100.0 * np.sin(np.angle(complex_values)),
+        "bench": bench_curves(),
     }
 
 
@@ -130,12 +132,11 @@ def cycle(rig: Rig, frequency: float) -> Mapping[str, Any]:
     found, tension = -nominal * run.contraction[last], run.tension[last]
     # (3): -p dV/dl.
     rubber = tension - np.array([-pressure * slope_at(nominal + shift) for shift in found])
-    turn = np.exp(-2j * np.pi * np.arange(_SAMPLES) / _SAMPLES)
     return {
         "displacement": found,
         "rubber": rubber,
-        "area": float(np.sum(0.5 * (tension[1:] + tension[:-1]) * np.diff(found))),
-        "stiffness": complex(np.sum(rubber[:-1] * turn) / np.sum(found[:-1] * turn)),
+        "area": float(np.trapezoid(tension, found)),
+        "stiffness": harmonic(rubber[:-1]) / harmonic(found[:-1]),
     }
 
 

@@ -5,24 +5,16 @@ These are its volume (4), the forces of its air (3), (5), and isothermal air (2)
 
 from __future__ import annotations
 
-import functools
 import math
 
 import numpy as np
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR
-from pamsim.papers.claim import (
-    AGREES,
-    Order,
-    Recomputed,
-    printed_number,
-    printed_values,
-    recomputes,
-)
-from pamsim.papers.numerics import propagated
+from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
+from pamsim.papers.claim import Order, Recomputed, recomputes
+from pamsim.papers.numerics import PrintedNumbers, propagated
 from pamsim.physics.air import ATMOSPHERE
 from pamsim.physics.braid import Braid, max_contraction, volume, volume_slope
-from pamsim.physics.force_laws.mckibben import elastic_energy_force, ideal_force, ideal_tension
+from pamsim.physics.force_laws.mckibben import elastic_energy_force
 from pamsim.recordings.printed import Printed, printed_table
 
 MILLIMETRE = 1e-3
@@ -30,22 +22,13 @@ MILLIMETRE = 1e-3
 
 PERCENT = 1e-2
 
-digits = functools.partial(printed_number, "nguyen2024")
-"""A printed number of Nguyen 2024 by its name, with its digits, in its printed unit."""
-
-values = functools.partial(printed_values, "nguyen2024")
-"""As `value`, for an entry with several numbers."""
+PRINTED = PrintedNumbers("nguyen2024")
+value, values, digits = PRINTED.value, PRINTED.values, PRINTED.digits
 
 _AIR_DIFFUSIVITY = 2.2e-5
 """Thermal diffusivity of air at 1 atm and 300 K [m^2/s], standard tables; falls as 1/pressure."""
 _BESSEL_ZERO = 2.4048
 """First zero of J0: the slowest mode in a cylinder dies in (radius / zero)^2 / diffusivity."""
-_CONTRACTIONS = np.linspace(0.0, 0.3, 31).tolist()
-
-
-def value(name: str) -> float:
-    """As `digits`, without them."""
-    return digits(name).value
 
 
 def muscle() -> Braid:
@@ -85,8 +68,7 @@ def slow_start() -> tuple[float, float]:
 
 def element() -> tuple[float, float, float]:
     """Identified alpha [-], beta [s] and Ke [N/m]; the units of the last two are assumed."""
-    order, time_constant, stiffness = (number.value for number in printed_element())
-    return order, time_constant, stiffness
+    return value("order"), value("time_constant"), value("stiffness")
 
 
 def printed_element() -> tuple[Printed, Printed, Printed]:
@@ -99,13 +81,6 @@ def omega(frequency: float) -> float:
     return 2.0 * math.pi * frequency
 
 
-def _fibre_and_turns() -> tuple[float, float]:
-    """Length of a fibre [m] and its turns [-]."""
-    braid = muscle()
-    fibre = braid.nominal_length / math.cos(braid.fibre_angle)
-    return fibre, fibre * math.sin(braid.fibre_angle) / (math.pi * braid.diameter)
-
-
 def isothermal(length: float) -> float:
     """Gauge pressure [Pa] of the air of the slow test at a length [m], by (2)."""
     pressure, contraction = slow_start()
@@ -113,22 +88,17 @@ def isothermal(length: float) -> float:
     return (pressure + ATMOSPHERE) * held / volume_at(length) - ATMOSPHERE
 
 
-@recomputes("nguyen2024-01")
-def _volume() -> Recomputed:
-    fibre, turns = _fibre_and_turns()
-    worst, scale = 0.0, abs(slope_at(muscle().nominal_length))
-    for length in map(length_at, _CONTRACTIONS):
-        by_fibre = length * (fibre**2 - length**2) / (4.0 * math.pi * turns**2)
-        slope = (fibre**2 - 3.0 * length**2) / (4.0 * math.pi * turns**2)
-        worst = max(worst, abs(by_fibre / volume_at(length) - 1.0))
-        worst = max(worst, abs(slope - slope_at(length)) / scale)
-    return Recomputed(worst, high=AGREES)
+def force_map(file: str) -> FloatArray:
+    """A published force map (3, n): gauge pressures [Pa], contractions [-], forces [N]."""
+    names = ("p_gauge_Pa", "contraction_ratio", "force_N")
+    return np.array([[float(row[name]) for row in printed_table(file)] for name in names])
 
 
 @recomputes("nguyen2024-02")
-def _fibre() -> Recomputed:
-    fibre, turns = _fibre_and_turns()
-    return Recomputed((fibre / MILLIMETRE, turns))
+def _fibre_and_turns() -> tuple[float, float]:
+    length, diameter, angle = shape()
+    fibre = length / math.cos(angle)
+    return fibre / MILLIMETRE, fibre * math.sin(angle) / (math.pi * diameter)
 
 
 @recomputes("nguyen2024-03")
@@ -142,34 +112,10 @@ def _largest_contraction() -> Recomputed:
     )
 
 
-@recomputes("nguyen2024-04")
-def _contractive_sign() -> Recomputed:
-    pressure, step = slow_start()[0], 1e-6
-    worst, least = 0.0, math.inf
-    for contraction in _CONTRACTIONS:
-        length = length_at(contraction)
-        work = pressure * (volume_at(length - step) - volume_at(length + step))
-        pull = ideal_tension(pressure, contraction, *shape())
-        worst, least = max(worst, abs(work / (2.0 * step) - pull)), min(least, pull)
-    return Recomputed((worst, least), low=(0.0, 0.0), high=(AGREES * least, None))
-
-
-@recomputes("nguyen2024-05")
-def _restoring_sign() -> Recomputed:
-    work, braid = slow_start(), shape()
-    at_work, tension = elastic_energy_force(*work, *work, *braid[1:]), ideal_tension(*work, *braid)
-    worst = 0.0
-    for contraction in _CONTRACTIONS:
-        for pressure in (0.5 * work[0], work[0], 1.5 * work[0]):
-            result = elastic_energy_force(pressure, contraction, *work, *braid[1:]) + tension
-            worst = max(worst, abs(result - ideal_force(pressure, length_at(contraction), *braid)))
-    return Recomputed((at_work, worst), low=-AGREES * tension, high=AGREES * tension)
-
-
 @recomputes("nguyen2024-06")
-def _shortening() -> Recomputed:
-    length, share = digits("free_length"), digits("slow_contraction")
-    return Recomputed(propagated(lambda length, share: length * share * PERCENT, length, share))
+def _shortening() -> Printed:
+    lengths = digits("free_length"), digits("slow_contraction")
+    return propagated(lambda length, share: length * share * PERCENT, *lengths)
 
 
 @recomputes("nguyen2024-07")
@@ -183,36 +129,18 @@ def _isothermal() -> Recomputed:
     return Recomputed((lasts, equalised), order=Order.FALLING)
 
 
-@recomputes("nguyen2024-08")
-def _curved() -> Recomputed:
-    def from_chord(length: float, diameter: float, angle: float, contraction: float) -> float:
-        shape = (length, diameter, angle / DEG_PER_RAD)
-        kappa = np.linspace(0.0, contraction * PERCENT, 101)
-        curve = np.array([volume((1.0 - k) * length, *shape) for k in kappa.tolist()])
-        chord = np.interp(kappa, kappa[[0, -1]], curve[[0, -1]])
-        return float(np.max(np.abs(curve - chord)) / (curve[-1] - curve[0])) / PERCENT
-
-    names = ("free_length", "diameter", "fibre_angle", "slow_contraction")
-    share = propagated(from_chord, *map(digits, names))
-    # More than the rounding of what went in could bend a straight line.
-    return Recomputed(share.value, low=share.half_unit, rounding=share.half_unit)
-
-
 @recomputes("nguyen2024-09")
 def _below_measured() -> Recomputed:
-    work = slow_start()
-    rows = [
-        [float(row[name]) for name in ("contraction_ratio", "p_gauge_Pa", "force_N")]
-        for row in printed_table("dmsp20_300_force_map.csv")
-    ]
+    work, (pressures, contractions, forces) = slow_start(), force_map("dmsp20_300_force_map.csv")
     calculated: list[float] = []
     measured: list[float] = []
-    for contraction in sorted({row[0] for row in rows if row[0] < work[1]}, reverse=True):
+    for contraction in np.unique(contractions[contractions < work[1]])[::-1].tolist():
         pressure = isothermal(length_at(contraction))
-        points = sorted((row[1], row[2]) for row in rows if row[0] == contraction)
+        here = np.flatnonzero(contractions == contraction)
+        here = here[np.argsort(pressures[here])]
         # Beyond the map's highest pressure nothing was measured.
-        if pressure <= points[-1][0]:
+        if pressure <= pressures[here[-1]]:
             calculated.append(elastic_energy_force(pressure, contraction, *work, *shape()[1:]))
-            measured.append(float(np.interp(pressure, *np.array(points).T)))
+            measured.append(float(np.interp(pressure, pressures[here], forces[here])))
     listed = ", ".join(f"{number:.0f}" for number in measured)
     return Recomputed(calculated, high=measured, measured=listed)

@@ -1,20 +1,20 @@
-"""Nguyen 2024, sections 2.3 and 4.2: the fractional Maxwell element, its loop (13) and Figure 3.
+"""Nguyen 2024: the fractional Maxwell element, its loop (13), Figure 3 and both study cases.
 
-After them stands what the identified alpha, beta and Ke imply for the two study cases.
+After them stands whether the cost (16) and the water cycle algorithm determine the element.
 """
 
 from __future__ import annotations
 
-import cmath
-import itertools
+import functools
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
-from pamsim.fitting.maxwell import maxwell_loop
-from pamsim.papers.claim import AGREES, Order, Recomputed, printed_numbers, recomputes
+from pamsim.fitting.maxwell import MAXWELL, LoopPoints, maxwell_loop, maxwell_residual
+from pamsim.fitting.search_comparison import SearchRun, compare_searches
+from pamsim.fitting.water_cycle import water_cycle
+from pamsim.papers.claim import AGREES, Order, Recomputed, recomputes
 from pamsim.papers.nguyen2024.fractional_reference import (
     complex_stiffness,
     loop_distance,
@@ -23,6 +23,7 @@ from pamsim.papers.nguyen2024.fractional_reference import (
 from pamsim.papers.nguyen2024.geometry import (
     MILLIMETRE,
     PERCENT,
+    PRINTED,
     element,
     length_at,
     muscle,
@@ -33,13 +34,18 @@ from pamsim.papers.nguyen2024.geometry import (
     values,
     volume_at,
 )
-from pamsim.papers.numerics import derivative, propagated, propagated_each
+from pamsim.papers.numerics import derivative, half_unit, propagated, propagated_each
 from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.printed import Printed
 
 _FREQUENCIES = (1.0, 3.5, 10.0)
 """Ends of the identification tests and the frequency of the first study case [Hz]."""
 _PERIODS, _SAMPLES = 30, 200
+
+_BOX = ((0.01, 0.99), (1.0, 200.0), (1e2, 1e4))
+"""Of alpha [-], beta [s], Ke [N/m], round the printed numbers; the paper prints no box."""
+_SEEDS = range(5)
+_NOISE = 0.01
 
 
 def simulated_loop(frequency: float, amplitude: float) -> tuple[FloatArray, FloatArray]:
@@ -56,8 +62,9 @@ def simulated_loop(frequency: float, amplitude: float) -> tuple[FloatArray, Floa
     return x[-_SAMPLES:], force - force.mean()
 
 
-def _harmonic(samples: FloatArray) -> complex:
-    turn = np.exp(-2j * np.pi * np.arange(_SAMPLES) / _SAMPLES)
+def harmonic(samples: FloatArray) -> complex:
+    """First harmonic of the samples (n,) of one period, in their unit."""
+    turn = np.exp(-2j * np.pi * np.arange(len(samples)) / len(samples))
     return complex(2.0 * np.mean(samples * turn))
 
 
@@ -69,27 +76,11 @@ def _stiffness() -> Recomputed:
         x, force = simulated_loop(frequency, value("test_amplitude"))
         w = omega(frequency)
         exact = complex_stiffness(w, *element())
-        off.append(abs(_harmonic(force) / _harmonic(x) / exact - 1.0))
+        off.append(abs(harmonic(force) / harmonic(x) / exact - 1.0))
         # What half a unit of alpha, beta and Ke moves the stiffness, over the stiffness.
         size = propagated(lambda *a, w=w: abs(complex_stiffness(w, *a)), *printed_element())
         rounding.append(size.half_unit / size.value)
     return Recomputed(off, high=rounding, periods=_PERIODS, samples=_SAMPLES)
-
-
-@recomputes("nguyen2024-11")
-def _integrated() -> Recomputed:
-    order, beta, stiffness = element()
-    worst = 0.0
-    for frequency in _FREQUENCIES:
-        w = omega(frequency)
-        u, turn = (w * beta) ** order, 0.5 * math.pi * order
-        x = 1.0 / complex_stiffness(w, order, beta, stiffness)  # F = sin w t
-        for angle in np.linspace(0.0, 2.0 * math.pi, 16).tolist():
-            shift = (x * cmath.exp(1j * angle)).imag
-            left = stiffness * u * shift - u * math.sin(angle)
-            right = math.sin(angle) * math.cos(turn) - math.cos(angle) * math.sin(turn)
-            worst = max(worst, abs(left - right))
-    return Recomputed(worst, high=AGREES)
 
 
 @recomputes("nguyen2024-12")
@@ -107,24 +98,10 @@ def _ellipse() -> Recomputed:
     return Recomputed(off, high=limits)
 
 
-@recomputes("nguyen2024-13")
-def _points() -> Recomputed:
-    amplitude, worst = value("test_amplitude"), 0.0
-    for frequency in _FREQUENCIES:
-        points = maxwell_loop(*element(), omega(frequency), amplitude)
-        x = np.array([points.at_force, points.at_zero])
-        case = (np.array([amplitude, 0.0]), amplitude, omega(frequency))
-        distance = loop_distance(x, *case, *element())
-        worst = max(worst, float(np.max(np.abs(distance))))
-        if not x[0] > 0.0 > x[1]:
-            worst = 1.0
-    return Recomputed(min(worst, 1.0), high=AGREES)
-
-
 @recomputes("nguyen2024-14")
 def _unit_of_c() -> Recomputed:
     """Power of the second that c needs for a force in N, at the three orders of the figure."""
-    orders = printed_numbers("nguyen2024", "figure_orders")
+    orders = PRINTED.all_digits("figure_orders")
     ratio = value("figure_damping") / value("figure_stiffness")
     return Recomputed(orders, printed=[Printed(1.0, 0.0)] * len(orders), ratio=ratio)
 
@@ -145,9 +122,9 @@ def _slope_falls() -> Recomputed:
 
 
 @recomputes("nguyen2024-16")
-def _areas() -> Recomputed:
+def _areas() -> list[float]:
     force = value("figure_amplitude")
-    return Recomputed(tuple(-math.pi * force**2 * (1.0 / each).imag for each in _figure()))
+    return [-math.pi * force**2 * (1.0 / each).imag for each in _figure()]
 
 
 def _dynamic(frequency: float) -> float:
@@ -177,51 +154,115 @@ def _air_stiffness() -> Recomputed:
 
 
 @recomputes("nguyen2024-19")
-def _material_parameter() -> Recomputed:
+def _material_parameter() -> float:
     order, beta, stiffness = element()
-    return Recomputed(stiffness * beta**order)
-
-
-def _first_case() -> list[tuple[FloatArray, FloatArray]]:
-    """Loops of the first study case, one for each of its forces."""
-    frequency = value("first_case_frequency")
-    return [simulated_loop(frequency, force) for force in values("first_case_amplitudes")]
-
-
-@recomputes("nguyen2024-20")
-def _with_force() -> Recomputed:
-    reach = (float(np.max(np.abs(x))) / MILLIMETRE for x, _ in _first_case())
-    return Recomputed(tuple(reach), order=Order.RISING)
-
-
-def _width(frequency: float) -> float:
-    """Width of the loop of the second study case where its force is zero [mm]."""
-    loop = maxwell_loop(*element(), omega(frequency), value("second_case_amplitude"))
-    return -2.0 * loop.at_zero / MILLIMETRE
-
-
-def _reach(frequency: float) -> float:
-    """Displacement amplitude in the second study case [mm]."""
-    return value("second_case_amplitude") / _dynamic(frequency) / MILLIMETRE
-
-
-@recomputes("nguyen2024-21", _reach, Order.FALLING)
-@recomputes("nguyen2024-22", _dynamic, Order.RISING)
-@recomputes("nguyen2024-23", _width, Order.FALLING)
-def _with_frequency(number: Callable[[float], float], order: Order) -> Recomputed:
-    result = [number(frequency) for frequency in values("second_case_frequencies")]
-    change = 100.0 * (result[-1] / result[0] - 1.0)
-    return Recomputed(tuple(result), order=order, rise=change, fall=-change)
-
-
-@recomputes("nguyen2024-24")
-def _less_effect() -> Recomputed:
-    losses = [-maxwell_loop(*element(), omega(f), 1.0).at_zero for f in values("test_frequencies")]
-    steps = [(a - b) / MILLIMETRE for a, b in itertools.pairwise(losses)]
-    return Recomputed(steps, low=0.0, order=Order.FALLING)
+    return stiffness * beta**order
 
 
 @recomputes("nguyen2024-25")
 def _amplitude_dependent() -> Recomputed:
-    result = [float(np.ptp(force) / np.ptp(x)) for x, force in _first_case()]
-    return Recomputed(max(result) / min(result) - 1.0, low=AGREES)
+    frequency = value("first_case_frequency")
+    loops = [simulated_loop(frequency, force) for force in values("first_case_amplitudes")]
+    ratios = [float(np.ptp(force) / np.ptp(x)) for x, force in loops]
+    return Recomputed(max(ratios) / min(ratios) - 1.0, low=AGREES)
+
+
+@functools.cache
+def _loops() -> tuple[LoopPoints, ...]:
+    """What the ten test loops would be if the identified element were the muscle."""
+    return tuple(
+        maxwell_loop(*element(), omega(f), value("test_amplitude"))
+        for f in values("test_frequencies")
+    )
+
+
+@functools.cache
+def _searches() -> dict[str, SearchRun]:
+    runs = compare_searches(
+        lambda place: maxwell_residual(place, _loops()),
+        [c.low for c in MAXWELL],
+        [c.high for c in MAXWELL],
+        tolerance=1e-3,
+        iterations=100,
+    )
+    return {run.method: run for run in runs}
+
+
+@recomputes("nguyen2024-28", each=("least_squares", "differential_evolution", "water_cycle"))
+def _recovered(method: str) -> Recomputed:
+    run = _searches()[method]
+    limits = {
+        f"{name}_{end}": 10.0 ** getattr(coordinate, end)
+        for name, coordinate in zip(("beta", "stiffness"), MAXWELL[1:], strict=True)
+        for end in ("low", "high")
+    }
+    result = (run.x[0], 10.0 ** run.x[1], 10.0 ** run.x[2])
+    return Recomputed(result, cost=run.value, evaluations=run.evaluations, **limits)
+
+
+def _residual(element: FloatArray) -> FloatArray:
+    """Residual of the cost (16) at alpha [-], beta [s], Ke [N/m]."""
+    alpha, beta, stiffness = element
+    return maxwell_residual(np.array([alpha, math.log10(beta), math.log10(stiffness)]), _loops())
+
+
+@recomputes("nguyen2024-31")
+def _converged() -> Recomputed:
+    count = int(value("converged_after"))
+
+    def cost(place: FloatArray) -> float:
+        miss = _residual(place)
+        return float(miss @ miss)
+
+    low, high = zip(*_BOX, strict=True)
+    runs = [
+        water_cycle(
+            cost, low, high, rng=np.random.default_rng(seed), iterations=count, shrinking=True
+        )
+        for seed in _SEEDS
+    ]
+    runs.sort(key=lambda run: run.value)
+    rounded = propagated(lambda *place: cost(np.array(place)), *printed_element())
+    return Recomputed(
+        runs[len(runs) // 2].x.tolist(),
+        seeds=len(runs),
+        least=runs[0].value,
+        most=runs[-1].value,
+        least_order=min(run.x[0] for run in runs),
+        most_order=max(run.x[0] for run in runs),
+        rounding=rounded.half_unit,
+    )
+
+
+@recomputes("nguyen2024-32")
+def _digits() -> Recomputed:
+    loops, (alpha, beta, stiffness), step = _loops(), element(), 1e-6
+
+    def residual(logs: FloatArray) -> FloatArray:
+        return _residual(np.array([alpha, beta, stiffness]) * np.exp(logs))
+
+    columns = [(residual(step * e) - residual(-step * e)) / (2.0 * step) for e in np.eye(3)]
+    inverse = np.linalg.pinv(np.stack(columns, axis=1))
+    # The cost is linear in the measured x1, x2: Ke (w beta)^alpha each.
+    gain = np.repeat([(loop.frequency * beta) ** alpha * stiffness for loop in loops], 2)
+    size = np.array([abs(x) for loop in loops for x in (loop.at_force, loop.at_zero)])
+    half = 1.96 * np.sqrt(np.sum((inverse * (gain * _NOISE * size)) ** 2, axis=1))
+    digits = tuple(number.half_unit / number.value for number in printed_element())
+    return Recomputed(tuple(half.tolist()), printed=digits, high=digits)
+
+
+@recomputes("nguyen2024-33")
+def _shares() -> Recomputed:
+    rivers, population = 3, 50
+    rng = np.random.default_rng(0)
+    fitness = np.sort(rng.uniform(1.0, 100.0, population))
+    lead = np.abs(fitness[: rivers + 1] - fitness[rivers + 1])
+    streams = population - (rivers + 1)
+    printed = float(np.sum(np.round(lead / np.sum(fitness[: rivers + 1]) * streams)))
+    mended = float(np.sum(np.round(lead / np.sum(lead) * streams)))
+    return Recomputed(
+        Printed(printed, half_unit(0) * (rivers + 1)),  # every share is rounded
+        printed=Printed(float(streams), 0.0),
+        mended=mended,
+        population=population,
+    )

@@ -11,26 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from pamsim.core.units import DEG_PER_RAD, PA_PER_BAR, FloatArray
+from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
-from pamsim.papers.numerics import least_squares, rms, root
+from pamsim.papers.nguyen2024.geometry import muscle
+from pamsim.papers.numerics import rms, root
 from pamsim.papers.sarosi import equations
-from pamsim.papers.sarosi.equations import BARS, TYPE
-from pamsim.papers.sarosi.fits import measured
+from pamsim.papers.sarosi.equations import BARS, TYPE, MeasuredForces, fitted, measured
 from pamsim.physics.braid import max_contraction
-from pamsim.physics.force_laws.mckibben import corrected_mckibben_force, ideal_force
-from pamsim.physics.force_laws.published import PUBLISHED
+from pamsim.physics.force_laws.catalog import FORCE_LAWS
 
-Constants = tuple[float, float, float, float]
-
-_LAW = PUBLISHED[TYPE]
-_LENGTH, _DIAMETER, _FIBRE_ANGLE = 0.200, 0.020, 28.6 / DEG_PER_RAD
 _CONTRACTION = np.linspace(0.0, 0.25, 101)
 _WANTED = (0.0, 200.0, 400.0, 600.0, 800.0, 1000.0)  # forces of the inverse [N]
 _HIGHEST_BAR = 8.0  # what the maker allows for this size is less; shown are fillings up to this
-_START = (1.0, -1.2, 0.3, -1.0)  # a_eps, b_eps, a_kappa, b_kappa of (2): near the ideal law
-_DECAY = 40.0  # printed in (2)
 _TOP = BARS[-1] * PA_PER_BAR
 _HELD = np.linspace(0.0, 0.25, 11)
 """Contractions at which the muscle is held [-]."""
@@ -42,9 +35,7 @@ _RISE, _SWEEP = 0.6, 8.0
 
 def _pressures(force: FloatArray | float, contraction: FloatArray) -> FloatArray:
     """Gauge pressures [bar] by (5) that give forces [N] at contractions [-]."""
-    pairs = np.broadcast(force, contraction)
-    pascal = [equations.pressure_for(_LAW, float(f), float(k)) for f, k in pairs]
-    return np.array(pascal) / PA_PER_BAR
+    return np.vectorize(equations.pressure_for)(force, contraction) / PA_PER_BAR
 
 
 def curves() -> Mapping[str, Any]:
@@ -56,26 +47,33 @@ def curves() -> Mapping[str, Any]:
         to (4) [N]; ``inverse``: force -> (n,) gauge pressure [bar], NaN where no allowed filling
         gives it; ``round_trip_bar``: largest error of (5) after (4).
     """
-    geometry = (_DIAMETER, _FIBRE_ANGLE)
-    exponential = _family(lambda p, k: equations.force(_LAW, p, k))
-    fitted, misfit = _fit_corrected(exponential)
+    exponential = _family(equations.force)
+    # From 2 bar on, as the paper says, and where (4) pulls.
+    grid = [
+        (bar * PA_PER_BAR, kappa, force)
+        for bar in BARS[1:]
+        for kappa, force in zip(_CONTRACTION[::5], exponential[f"{bar:g} bar"][::5], strict=True)
+        if force > 0.0
+    ]
+    corrected, residual = fitted("corrected", MeasuredForces(*np.array(grid).T))
     inverse = {f"{force:g} N": _pressures(force, _CONTRACTION) for force in _WANTED}
     back = [_pressures(exponential[f"{bar:g} bar"], _CONTRACTION) - bar for bar in BARS]
     return {
         "muscle": TYPE,
-        "ideal_end_percent": 100.0 * max_contraction(_FIBRE_ANGLE),
+        "ideal_end_percent": 100.0 * max_contraction(muscle().fibre_angle),
         "contraction_percent": 100.0 * _CONTRACTION,
-        "ideal": _family(lambda p, k: ideal_force(p, (1.0 - k) * _LENGTH, _LENGTH, *geometry)),
+        "ideal": _family(lambda p, k: FORCE_LAWS["ideal_mckibben"].force(p, k, (1.0,), muscle())),
         "corrected": _family(
-            lambda p, k: corrected_mckibben_force(p, k, *fitted, _DECAY, *geometry)
+            lambda p, k: FORCE_LAWS["corrected_mckibben"].force(p, k, corrected, muscle())
         ),
         "exponential": exponential,
-        "fit": {"rms_n": misfit},
+        "fit": {"rms_n": rms(residual)},
         "inverse": {
             name: np.where((bar >= 0.0) & (bar <= _HIGHEST_BAR), bar, np.nan)
             for name, bar in inverse.items()
         },
         "round_trip_bar": float(np.max(np.abs(back))),
+        "bench": bench_curves(),
     }
 
 
@@ -86,28 +84,9 @@ def _family(law: Callable[[float, float], float]) -> dict[str, FloatArray]:
     }
 
 
-def _fit_corrected(target: Mapping[str, FloatArray]) -> tuple[Constants, float]:
-    """Constants of (2) by least squares on (4) where it pulls, from 2 bar on as the paper says."""
-    chosen = [
-        (bar * PA_PER_BAR, float(k), float(force))
-        for bar in BARS[1:]
-        for k, force in zip(_CONTRACTION[::5], target[f"{bar:g} bar"][::5], strict=True)
-        if force > 0.0
-    ]
-    wanted = np.array([f for _, _, f in chosen])
-
-    def force(a: float, b: float, c: float, d: float) -> FloatArray:
-        law = (a, b, c, d, _DECAY, _DIAMETER, _FIBRE_ANGLE)
-        return np.array([corrected_mckibben_force(p, k, *law) for p, k, _ in chosen])
-
-    fitted, _ = least_squares(force, wanted, _START)
-    a_eps, b_eps, a_kappa, b_kappa = fitted.tolist()
-    return (a_eps, b_eps, a_kappa, b_kappa), rms(force(*fitted) - wanted)
-
-
 def force_by_law(pressure: float, contraction: float) -> float:
     """Tension by (4) [N] at a gauge pressure [Pa]: its force, or none where it would push."""
-    return max(equations.force(_LAW, pressure, contraction), 0.0)
+    return max(equations.force(pressure, contraction), 0.0)
 
 
 def contraction_by_law(pressure: float, weight: float) -> float:

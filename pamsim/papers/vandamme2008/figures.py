@@ -135,6 +135,7 @@ def curves() -> Mapping[str, Any]:
             "polynomial": polynomial(whole),
             "range_percent": [end / PERCENT for end in FIT_RANGE],
         },
+        "bench": bench_curves(),
     }
 
 

@@ -21,20 +21,6 @@ def printed_weight(alpha: float, beta: float, c: float = -0.1, d: float = -1.0) 
     return math.exp(-((beta - alpha - c) ** 2) - middle**2)
 
 
-def triangle_integral(c: float = -0.1, d: float = -1.0) -> float:
-    """Integral of weight (5) [-] over the triangle -1 <= beta <= alpha <= 1.
-
-    With s = alpha - beta and m = |alpha + beta| the weight is a product of Gauss functions on the
-    triangle s + m <= 2; the one over m integrates to error functions, and 40 Gauss-Legendre nodes
-    leave no error in the smooth rest.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(40)
-    root = 0.5 * math.sqrt(math.pi)
-    inner = [root * (math.erf(2.0 - s + d) - math.erf(d)) for s in (nodes + 1.0).tolist()]
-    outer = np.exp(-((nodes + 1.0 + c) ** 2))
-    return float(np.sum(weights * outer * np.array(inner)))
-
-
 def levels_of(count: int) -> FloatArray:
     """Middles of ``count`` equal cells of [-1, 1]: (2 i + 1)/n - 1."""
     return (2.0 * np.arange(count) + 1.0) / count - 1.0

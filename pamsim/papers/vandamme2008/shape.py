@@ -6,21 +6,12 @@ measured data" and prints none. Here they are fitted to the theoretical one, for
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from pamsim.core.errors import ParameterError
 from pamsim.core.units import PA_PER_BAR, FloatArray
-from pamsim.papers.claim import (
-    AGREES,
-    Order,
-    Recomputed,
-    printed_number,
-    printed_values,
-    recomputes,
-)
-from pamsim.papers.numerics import propagated_each, root
+from pamsim.papers.claim import Order, Recomputed, recomputes
+from pamsim.papers.numerics import PrintedNumbers, propagated_each, root
 from pamsim.physics.force_laws.force_law import coefficients_of
 from pamsim.physics.force_laws.pleated import (
     FIT_RANGE,
@@ -33,13 +24,8 @@ from pamsim.physics.force_laws.pleated import (
 
 PERCENT = 1e-2
 
-digits = functools.partial(printed_number, "vandamme2008")
-"""A printed number by its name, with its digits, in its printed unit."""
-
-
-def value(name: str) -> float:
-    """As `digits`, without them."""
-    return digits(name).value
+PRINTED = PrintedNumbers("vandamme2008")
+value, values, digits = PRINTED.value, PRINTED.values, PRINTED.digits
 
 
 def length() -> float:
@@ -49,7 +35,7 @@ def length() -> float:
 
 def pressures() -> tuple[float, ...]:
     """Gauge pressures of the experiments [Pa]."""
-    return tuple(p * PA_PER_BAR for p in printed_values("vandamme2008", "pressures"))
+    return tuple(p * PA_PER_BAR for p in values("pressures"))
 
 
 def largest() -> float:
@@ -123,14 +109,6 @@ def _possible() -> Recomputed:
     )
 
 
-@recomputes("vandamme2008-02")
-def _pressure_scaling() -> Recomputed:
-    shape = exact(np.linspace(*_span(), 13), value("slenderness"))
-    per_pressure = [p * length() ** 2 * shape / (p * length() ** 2) for p in pressures()]
-    spread = np.max(per_pressure, axis=0) / np.min(per_pressure, axis=0) - 1.0
-    return Recomputed(float(np.max(spread)), high=AGREES)
-
-
 @recomputes("vandamme2008-03")
 def _polynomial() -> Recomputed:
     slenderness = digits("slenderness")
@@ -144,8 +122,8 @@ def _polynomial() -> Recomputed:
 
 
 @recomputes("vandamme2008-04")
-def _coefficients() -> Recomputed:
-    return Recomputed(coefficients_of(fit_pleated(value("slenderness"), _span()))[1:])
+def _coefficients() -> tuple[float, ...]:
+    return coefficients_of(fit_pleated(value("slenderness"), _span()))[1:]
 
 
 @recomputes("vandamme2008-05")
@@ -155,10 +133,10 @@ def _muscle_like() -> Recomputed:
 
 
 @recomputes("vandamme2008-06")
-def _below_five_percent() -> Recomputed:
+def _below_five_percent() -> float:
     slenderness, eps = value("slenderness"), np.array([0.2 * value("valid_from") * PERCENT])
     fitted = polynomial(eps, fit_pleated(slenderness, _span()))
-    return Recomputed(float((fitted / exact(eps, slenderness))[0] - 1.0) / PERCENT)
+    return float((fitted / exact(eps, slenderness))[0] - 1.0) / PERCENT
 
 
 @recomputes("vandamme2008-07")

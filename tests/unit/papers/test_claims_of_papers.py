@@ -6,11 +6,9 @@ All that needs the claims is in this file, so that one process recomputes them o
 from __future__ import annotations
 
 import copy
-import dataclasses
 import functools
 import json
 import re
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,14 +18,12 @@ import pytest
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.papers import claim as room
-from pamsim.papers.antagonistic_pair import ideal_muscle
-from pamsim.papers.claim import Order, Verdict, evaluate, judge, note
-from pamsim.papers.matiskova2021 import equations as matiskova_equations
-from pamsim.papers.matiskova2021 import simulation as matiskova_rig
-from pamsim.papers.matiskova2021 import stiffness as matiskova_stiffness
-from pamsim.papers.nguyen2024 import search as nguyen_search
+from pamsim.papers.claim import Claim, Order, Verdict, evaluate, judge
+from pamsim.papers.matiskova2021 import dynamics as matiskova_rig
+from pamsim.papers.nguyen2024.geometry import element
+from pamsim.papers.numerics import digits_of, several
 from pamsim.papers.replicate import Replication
-from pamsim.papers.sarosi import fits as sarosi_fits
+from pamsim.papers.sarosi import equations as sarosi_fits
 from pamsim.recordings.printed import Printed
 from tests.unit.papers.second_route import (
     alraouf2025,
@@ -44,7 +40,6 @@ _ALRAOUF_INDEPENDENT = [2, 3, 6, 7, *range(26, 30), 36, 37, 41, 42, *range(54, 5
 VERDICTS = {
     "matiskova2021": {
         Verdict.INDEPENDENT: [1, 2, 3, 8, 15, 29, 30, 41, 43],
-        Verdict.IDENTITY: [19, 23],
         Verdict.CALIBRATED: [37, 40, 42],
         Verdict.NOT_SIGNIFICANT: [26, 28],
         Verdict.INCONSISTENT: [4, 6, 7, 11, 12, 13, 14, 16, 20, 22],
@@ -53,27 +48,23 @@ VERDICTS = {
     },
     "alraouf2025": {
         Verdict.INDEPENDENT: _ALRAOUF_INDEPENDENT,
-        Verdict.IDENTITY: [52],
         Verdict.NOT_SIGNIFICANT: [34, 35, 39, 45, 46, 47, 48, 49, 50],
         Verdict.INCONSISTENT: [1, 30, 31, 51, 53],
         Verdict.NOT_REPRODUCIBLE: [4, 5, *range(8, 26), 32, 33, 38, 40, 43, 44],
     },
     "nguyen2024": {
         Verdict.INDEPENDENT: [6, 7, 9, 10, 12, 15, 28],
-        Verdict.IDENTITY: [1, 4, 5, 8, 11, 13, 20, 21, 22, 23, 24],
         Verdict.INCONSISTENT: [14, 17, 18, 25],
         Verdict.TEXT_DAMAGED: [33],
         Verdict.NOT_REPRODUCIBLE: [3, 30, 31, 32],
     },
     "vandamme2008": {
         Verdict.INDEPENDENT: [1, 3, 5, 15, 19, 25],
-        Verdict.IDENTITY: [2, 10, 11, 12, 13, 14, 16, 17, 20, 21],
         Verdict.INCONSISTENT: [7],
         Verdict.NOT_REPRODUCIBLE: [26],
     },
     "sarosi": {
         Verdict.INDEPENDENT: [11, 14],
-        Verdict.IDENTITY: [1, 2, 4, 6, 9],
         Verdict.CALIBRATED: [15, 17],
         Verdict.NOT_REPRODUCIBLE: [7, 8, 16],
     },
@@ -90,12 +81,9 @@ def judged(paper):
     """Claims and notes of a paper, with the rows and results they come from."""
     found = SimpleNamespace(claims={}, notes={}, sources={})
     for id in room.claim_ids(paper):
-        row, result = room.recomputed(id)
-        found.sources[id] = row, result
-        if row.get("note"):
-            found.notes[id] = note(id, row, result)
-        else:
-            found.claims[id] = judge(id, row, result)
+        found.sources[id] = room.recomputed(id)
+        one = judge(id, *found.sources[id])
+        (found.claims if isinstance(one, Claim) else found.notes)[id] = one
     return found
 
 
@@ -108,14 +96,13 @@ def with_verdict(paper, verdict) -> set[str]:
     return {id for id, claim in judged(paper).claims.items() if claim.verdict is verdict}
 
 
-def test_verdicts_are_those_of_the_evidence_and_ids_run_through_without_a_gap():
+def test_verdicts_are_those_of_the_evidence_and_ids_are_numbered():
     for paper, verdicts in VERDICTS.items():
         for verdict in Verdict:
             expected = {f"{paper}-{n:02d}" for n in verdicts.get(verdict, ())}
             assert with_verdict(paper, verdict) == expected
         found = judged(paper)
-        numbered = sorted([*found.claims, *found.notes])
-        assert numbered == [f"{paper}-{i:02d}" for i in range(1, len(numbered) + 1)]
+        assert all(re.fullmatch(rf"{paper}-\d\d", id) for id in (*found.claims, *found.notes))
         for claim in found.claims.values():
             assert claim.paper == paper
             json.dumps(to_dict(claim), allow_nan=False)
@@ -129,8 +116,8 @@ def verdict_of(id, values, printed=None) -> Verdict:
     """Verdict of a claim if these numbers had come out, or had been printed."""
     row, result = judged(id.rpartition("-")[0]).sources[id]
     changed = copy.copy(result)
-    old = room._several(result.value)
-    new = [Printed(v, room._digits(o).half_unit) for v, o in zip(values, old, strict=True)]
+    old = several(result.value)
+    new = [Printed(v, digits_of(o).half_unit) for v, o in zip(values, old, strict=True)]
     changed.value = new if isinstance(result.value, list | tuple) else new[0]
     changed.printed = result.printed if printed is None else printed
     return judge(id, row, changed).verdict
@@ -142,7 +129,7 @@ def beyond(edge, half):
 
 def right_numbers(claim):
     """Numbers that make a claim hold as clearly as its intervals allow."""
-    numbers = room._several(claim.recomputed)
+    numbers = several(claim.recomputed)
     if claim.order:
         rising = [float(k + 1) for k in range(len(numbers))]
         return rising if claim.order is Order.RISING else rising[::-1]
@@ -189,7 +176,7 @@ def check_wrong_numbers(id, claim, row, result):
     assert "{" not in claim.reason + claim.because, id
     failing = room._OTHERWISE[row.get("otherwise")]
     assert verdict_of(id, right_numbers(claim)) is holding(claim), id
-    values = room._several(claim.recomputed)
+    values = several(claim.recomputed)
     for value, edges in zip(values, claim.accepted, strict=True):
         # A number that is wrong by no more than a hundred of its sizes must be out.
         assert all(abs(edge or 0.0) <= 100.0 * max(1.0, abs(value)) for edge in edges), id
@@ -243,7 +230,6 @@ NUMBERS = {
     "vandamme2008-01": approx(40.25, abs=0.01),
     "vandamme2008-04": approx((0.0230027, 1.031349, -4.596929, 6.726459, -5.078787), rel=1e-5),
     "vandamme2008-07": (-650.0, 2150.0),
-    "vandamme2008-12": approx((0.1, -1.0), abs=1e-9),
     "vandamme2008-18": approx((1.0477988128, 0.0), abs=1e-9),  # by weights without a relay
     "sarosi-07": 4.0,
     "sarosi-08": 7.0,
@@ -253,7 +239,6 @@ NUMBERS = {
     "nguyen2024-03": approx(34.24, abs=0.01),
     "nguyen2024-15": approx(magnitudes(0.8, 0.5, 0.2)),
     "nguyen2024-16": approx((16.09949347, 23.14001530, 19.54941457), rel=1e-8),
-    "nguyen2024-22": approx((1983.46434, 1999.67811, 2030.07502, 2037.02249), rel=1e-7),
     "nguyen2024-17": approx(149.2, abs=0.1),
     "nguyen2024-32": approx((0.142841, 0.397846, 0.0254648), rel=1e-5),
     "alraouf2025-17": approx(0.988874599969, abs=1e-12),  # sums in fractions
@@ -285,8 +270,6 @@ def test_numbers_are_those_found_by_hand_or_by_other_scripts_and_reasons_carry_w
     for id, words in WORDS.items():
         assert all(each in entry(id).reason for each in words), id
     assert sarosi_fits.measured("DMSP-20").force.size == 60  # points that pull
-    narrow, wide = entry("vandamme2008-21").recomputed
-    assert wide / narrow == approx(0.299 / 0.139)
     # Better on the printed means, but by less than their printed intervals.
     for id in ("alraouf2025-34", "alraouf2025-35"):
         assert 0.0 < entry(id).recomputed < entry(id).scatter[0]
@@ -294,9 +277,9 @@ def test_numbers_are_those_found_by_hand_or_by_other_scripts_and_reasons_carry_w
     limits = {entry(f"matiskova2021-{number}").accepted for number in (11, 12, 16, 37)}
     assert len(limits) == 1
     # Least squares recovers the element, population searches do not.
-    assert entry("nguyen2024-28").recomputed == approx(nguyen_search.element(), rel=1e-6)
+    assert entry("nguyen2024-28").recomputed == approx(element(), rel=1e-6)
     for id in ("nguyen2024-29", "nguyen2024-30"):
-        assert entry(id).recomputed != approx(nguyen_search.element(), rel=0.1)
+        assert entry(id).recomputed != approx(element(), rel=0.1)
 
 
 def test_claims_that_need_what_was_fitted_are_calibrated_or_predictions(monkeypatch):
@@ -323,45 +306,6 @@ def test_claims_that_need_what_was_fitted_are_calibrated_or_predictions(monkeypa
         assert calibrated
         assert resting - calibrated == {f"{paper}-{number}" for number in predictions}
         assert calibrated <= resting
-
-
-def test_identities_hold_whatever_is_printed(monkeypatch):
-    """Falsify every printed number: what is true by construction stays true."""
-    right = room.printed_numbers
-
-    def falsified(paper, name):
-        return tuple(Printed(0.8 * n.value, n.half_unit) for n in right(paper, name))
-
-    for paper in ("nguyen2024", "vandamme2008", "sarosi"):
-        modules = [m for n, m in sys.modules.items() if n.startswith(f"pamsim.papers.{paper}")]
-        caches = [v for m in modules for v in vars(m).values() if hasattr(v, "cache_clear")]
-        identities = sorted(with_verdict(paper, Verdict.IDENTITY))
-        assert identities
-        with monkeypatch.context() as changed:
-            for module in (room, *modules):
-                if hasattr(module, "printed_numbers"):
-                    changed.setattr(module, "printed_numbers", falsified)
-            try:
-                for cache in caches:
-                    cache.cache_clear()
-                found = {id: evaluate(id).verdict for id in identities}
-            finally:
-                for cache in caches:
-                    cache.cache_clear()
-        assert found == dict.fromkeys(identities, Verdict.IDENTITY)
-
-
-def test_identities_hold_for_another_muscle(monkeypatch):
-    ideal = ideal_muscle()
-    braid = dataclasses.replace(ideal.braid, fibre_angle=0.4, nominal_length=0.2)
-    mounting = dataclasses.replace(ideal.mounting, length_at_zero=0.18)
-    other = dataclasses.replace(ideal, braid=braid, mounting=mounting)
-    for module in (matiskova_equations, matiskova_stiffness):
-        monkeypatch.setattr(module, "ideal_muscle", lambda: other)
-    for id in sorted(with_verdict("matiskova2021", Verdict.IDENTITY)):
-        again = evaluate(id)
-        assert again.verdict is Verdict.IDENTITY, id
-    assert again.recomputed != entry(id).recomputed
 
 
 def test_counts_are_documented():

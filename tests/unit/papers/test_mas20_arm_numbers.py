@@ -22,8 +22,7 @@ from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import load_rig
 from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
 from pamsim.papers.calibration_record import calibration_record
-from pamsim.papers.matiskova2021.equations import mounted
-from pamsim.papers.matiskova2021.stiffness import rig_stiffness
+from pamsim.papers.matiskova2021.equations import mounted, rig_stiffness
 from pamsim.papers.numerics import rms, root
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.physics.record import parameters

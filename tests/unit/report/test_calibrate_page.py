@@ -8,8 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.report.calibrate_numbers import correlations, parameter_ranges, profile_curves
-from pamsim.report.calibrate_page import headline, write_calibration
+from pamsim.report.calibrate_page import (
+    correlations,
+    headline,
+    parameter_ranges,
+    profile_curves,
+    write_calibration,
+)
 from pamsim.report.row_errors import rest_errors
 from pamsim.report.style import BLUE, VERMILION
 from pamsim.report.trial_signals import shown_trials, trial_signals
@@ -76,7 +81,7 @@ def result():
 @pytest.mark.usefixtures("quick")
 def test_page_numbers_its_figures_is_escaped_and_gives_every_warning(result, tmp_path):
     for shown, count in (([], 3), (COMPARISONS, 4)):
-        page = write_calibration(result, shown, tmp_path)[0].read_text(encoding="utf-8")
+        page = write_calibration(result, shown, tmp_path).read_text(encoding="utf-8")
         found = re.findall(r"<figcaption><b>Figure (\d+)\.", page)
         assert list(map(int, found)) == list(range(1, count + 1))
     for words in ("&lt;not&gt;", "at its bound", "no interval", "0.400 kPa (from: repeats)"):

@@ -11,8 +11,7 @@ import pytest
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.diagnosis.by_link.result import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.report.diagnosis_headline import Hidden
-from pamsim.report.link_page import SUPPORTED, write_link_diagnosis
+from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
 from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
 from pamsim.report.style import finish_axes, new_figure, series_look
@@ -29,7 +28,7 @@ HIDDEN = Hidden(
 
 
 def page_of(one, folder, **more):
-    (page, *_) = write_link_diagnosis(one.to_dict(), one.comparisons, folder, **more)
+    page = write_link_diagnosis(one.to_dict(), one.comparisons, folder, **more)
     return page.read_text("utf-8")
 
 

@@ -11,12 +11,11 @@ from PIL import Image, ImageSequence
 import pamsim
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.recordings.trial import Trial
-from pamsim.report import gap_film
-from pamsim.report.film_sheet import arm_size, film_sheet
-from pamsim.report.gap_film import film_gap
+from pamsim.report import film as room
+from pamsim.report.film import arm_size, film_gap, film_sheet
 from tests.unit.core.refusals import refused
 
-SIZE = {"width": 480, "height": 384}
+SIZE = 480, 384
 TIME = np.linspace(0.0, 2.0, 101)
 LABELS = {"muscle_1": (120.0, 60.0), "muscle_2": (110.0, 80.0)}
 RAMPS = {"angle": TIME / 4.0, "pressure_1": 1e5 * TIME, "pressure_2": 3e5 - 1e5 * TIME}
@@ -27,7 +26,7 @@ def sheet(measured):
         name="ramp", protocol="ramp", drive="pressure_set", load=1.2, time=TIME,
         command=np.full((TIME.size, 2), 2e5), measured=measured,
     )  # fmt: skip
-    return film_sheet(trial, labels=LABELS, title="ramp", **SIZE)
+    return film_sheet(trial, labels=LABELS, title="ramp", size=SIZE)
 
 
 @pytest.fixture(scope="module")
@@ -45,15 +44,15 @@ def test_cursor_runs_from_end_to_end_and_never_back(drawn):
 
 
 def test_a_frame_is_the_arm_above_the_plots_with_the_cursor_where_it_is_said_to_be(drawn):
-    width, height = drawn.arm_size
+    width, height = arm_size(*SIZE)
     arm = np.full((height, width, 3), 200, dtype=np.uint8)
     frame = drawn.frame(arm, 1.0)
-    assert frame.shape == (SIZE["height"], SIZE["width"], 3)
+    assert frame.shape == (*SIZE[::-1], 3)
     assert (frame[height // 2 : height, width // 2 :] == 200).all()  # nothing is written there
     # The plot's upper edge is crossed by nothing but the cursor.
     plot = drawn.plots[0]
     inside = slice(round(plot.left) + 2, round(plot.right) - 2)
-    edge = frame[height + plot.top, inside].max(axis=1)
+    edge = frame[plot.top, inside].max(axis=1)
     assert (np.flatnonzero(edge < 60) + inside.start).tolist() == [plot.column(0.5)]
     # Half-way along its ramp the angle's dot is half-way up the plot; rows count downwards.
     row = plot.curves[0].rows[plot.column(0.5)]
@@ -68,7 +67,8 @@ def test_muscles_are_labelled_in_the_colours_of_their_curves(drawn):
     lines = [curve.colour for curve in drawn.plots[1].curves]
     for line, (_, row) in zip(lines, LABELS.values(), strict=True):
         near = slice(max(0, round(row) - 40), round(row) + 40)
-        written = (np.abs(drawn.ink[near] - line).max(axis=2) < 3) & (drawn.cover[near, :, 0] == 1)
+        ink, cover = np.split(drawn.ink[near], [3], axis=2)
+        written = (np.abs(ink - line).max(axis=2) < 3) & (cover[..., 0] == 255)
         assert written.sum() > 20
 
 
@@ -117,7 +117,7 @@ def test_every_state_has_its_arm_and_only_that_which_moves_changes(rig, part, tm
 def test_without_a_repair_there_are_two_arms_and_a_long_trial_runs_faster(
     rig, part, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(gap_film, "_LONGEST", 0.25)
+    monkeypatch.setattr(room, "_LONGEST", 0.25)
     film_gap(tmp_path / "gap.gif", rig, [dataclasses.replace(part, after=None)])
     film = frames(tmp_path / "gap.gif")
     assert film.shape[2] == 2 * 320

@@ -13,12 +13,12 @@ from pamsim.identification.response_bands import FrequencyResponse, StepResponse
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,
+    local_map,
     measured_and_model,
     model_title,
     scan,
     steps_and_poles,
 )
-from pamsim.report.identify_local_figure import local_map
 from pamsim.report.identify_page import page_of, pole_texts
 
 
@@ -121,9 +121,8 @@ def page(curves, tmp_path, quick):
     def write(result):
         for file in tmp_path.glob("*"):
             file.unlink()
-        files = page_of(result, curves, tmp_path)
-        assert {path.name for path in files} == {path.name for path in tmp_path.iterdir()}
-        return files[0].read_text(encoding="utf-8"), {path.name for path in files}
+        source = page_of(result, curves, tmp_path).read_text(encoding="utf-8")
+        return source, {path.name for path in tmp_path.iterdir()}
 
     return write
 

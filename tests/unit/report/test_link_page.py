@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from pamsim.diagnosis.diagnose import diagnose
-from pamsim.report.diagnosis_headline import headline
-from pamsim.report.link_figure import link_bars
-from pamsim.report.link_page import write_link_diagnosis
+from pamsim.report.link_page import headline, link_bars, write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.row_errors import loop_branches, row_errors
 from pamsim.report.style import BLUE, VERMILION
@@ -21,9 +19,7 @@ from tests.unit.diagnosis.by_link.reports import NOISE, VERDICTS, effect, report
 
 
 def page_of(one, folder, **more):
-    return write_link_diagnosis(one.to_dict(), one.comparisons, folder, **more)[0].read_text(
-        "utf-8"
-    )
+    return write_link_diagnosis(one.to_dict(), one.comparisons, folder, **more).read_text("utf-8")
 
 
 @pytest.mark.usefixtures("quick")

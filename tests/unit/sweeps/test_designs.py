@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm
 
-from pamsim.sweeps.design import Design, runs_of
-from pamsim.sweeps.factor import factor
-from pamsim.sweeps.sensitivity import rank_correlations, sobol_indices
+from pamsim.sweeps.design import Design, factor, runs_of
+from pamsim.sweeps.result import rank_correlations, sobol_indices
 from tests.unit.core.refusals import refused
 
 NORMAL = {"distribution": "norm", "loc": 10.0, "scale": 0.5}

@@ -15,9 +15,8 @@ import click
 import pytest
 from click.shell_completion import ShellComplete
 
-from pamsim.cli.command import Command
+from pamsim.cli.command import Command, progress_bar, show_page
 from pamsim.cli.main import cli
-from pamsim.cli.output import progress_bar, show_page
 from pamsim.recordings.rig_file import shipped_rigs
 from tests.typed_command import run
 

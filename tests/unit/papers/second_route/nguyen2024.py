@@ -16,25 +16,6 @@ def _helix(contraction):
     return angle, _DIAMETER * math.sin(angle) / math.sin(_ANGLE)
 
 
-def pull_from_equilibrium_of_fibres():
-    """Least pull of (3) up to 30 % at 3.7 bar, by forces instead of virtual work.
-
-    A fibre of tension t crosses each meridian cut once a turn and each cross cut once. Across the
-    meridian all fibres hold p D l: 2 t sin(theta) times the crossings. Along the axis they pull
-    t cos(theta) each, less the pressure on the closed end.
-    """
-    pressure, pulls = 3.7e5, []
-    for contraction in np.linspace(0.0, 0.3, 31).tolist():
-        angle, diameter = _helix(contraction)
-        along = (1.0 - contraction) * _LENGTH
-        turns = _FIBRE * math.sin(_ANGLE) / (math.pi * _DIAMETER)
-        tension = pressure * diameter * along / (2.0 * turns * math.sin(angle))
-        pulls.append(tension * math.cos(angle) - 0.25 * math.pi * diameter**2 * pressure)
-    # Forces of 200 N round at 1e-13 N. The package's deviation, here 0, is that of a difference
-    # over 2e-6 m of volumes of 1e-4 m^3, which round at 2e-20 m^3, ten times in all.
-    return (0.0, min(pulls)), np.array([3.7e5 * 10 * 2e-20 / 2e-6, 1e-11])
-
-
 def time_for_heat_by_a_grid():
     """Time to compress the stroke, and the slowest decay of heat in the air of the bore.
 
@@ -63,6 +44,5 @@ def time_for_heat_by_a_grid():
 
 
 ROUTES = {
-    "nguyen2024-04": pull_from_equilibrium_of_fibres,
     "nguyen2024-07": time_for_heat_by_a_grid,
 }

@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from scipy.integrate import dblquad, solve_ivp
-from scipy.optimize import minimize_scalar, root
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 _SLENDERNESS = 6.0
-_C, _D = -0.1, -1.0
 _TOLERANCE = 1e-11
 """Of the integrations and of the shooting, relative."""
 
@@ -76,37 +75,7 @@ def contractions_under_a_load():
     return result, 100.0 * 100 * _TOLERANCE
 
 
-def loop_widths_by_quadrature():
-    """Greatest width of the loop over the force [%], 25 and 40 fibres, without any grid.
-
-    At u the branches differ by twice the weight of the relays with beta < u < alpha: an integral
-    by QUADPACK, whose maximum is searched for.
-    """
-
-    def inside(low, high, bottom, top):
-        return dblquad(_weight, low, high, bottom, top, epsabs=1e-6)[0]
-
-    def lag(u):
-        return inside(u, 1.0, -1.0, u)
-
-    widest = -minimize_scalar(
-        lambda u: -lag(u), bounds=(0.0, 0.9), method="bounded", options={"xatol": 1e-4}
-    ).fun
-    result = np.array([0.139, 0.299]) * 200.0 * widest / inside(-1.0, 1.0, -1.0, lambda a: a)
-    # The package's grid of 40 levels is a midpoint rule of step h = 1/20. With the second
-    # derivatives of (5), at most 4, it misses the open relays by 0.9 h^2 of them and all relays by
-    # 0.6 h^2; the kink of (5) adds 0.5 h^2, the nearest level to the maximum 0.4 h^2.
-    return result, 2.4 * 0.05**2 * result
-
-
-def _weight(beta, alpha):
-    middle = alpha + beta
-    lower = np.where(middle <= 0.0, middle - _D, middle + _D)
-    return np.exp(-((beta - alpha - _C) ** 2) - lower**2)
-
-
 ROUTES = {
     "vandamme2008-05": force_as_lost_volume,
     "vandamme2008-08": contractions_under_a_load,
-    "vandamme2008-21": loop_widths_by_quadrature,
 }

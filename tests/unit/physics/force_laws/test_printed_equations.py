@@ -10,7 +10,6 @@ import pytest
 from scipy.optimize import brentq
 
 from pamsim.core.units import to_si
-from pamsim.papers.sarosi.equations import isobar
 from pamsim.physics.braid import Braid, volume_slope
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import (
@@ -36,6 +35,7 @@ from pamsim.physics.force_laws.pleated import (
     pleated_shape_force,
 )
 from pamsim.physics.force_laws.published import PUBLISHED
+from tests.unit.papers.printed_equations import isobar
 
 LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of Nguyen 2024
 LARGEST = 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(BRAID[1]))

@@ -12,7 +12,6 @@ from pamsim.papers.vandamme2008.relays import (
     levels_of,
     printed_weight,
     relay_weights,
-    triangle_integral,
 )
 from pamsim.physics.hysteresis.preisach import (
     PleatedFactor,
@@ -22,6 +21,7 @@ from pamsim.physics.hysteresis.preisach import (
     staircase_sums,
     virgin_count,
 )
+from tests.unit.papers.printed_equations import triangle_integral
 from tests.unit.physics.hysteresis.operator_runs import run
 
 C, D = -0.1, -1.0
