@@ -1,7 +1,5 @@
 """Muscles in the engine: the same numbers on every path, and no number where there is none."""
 
-from __future__ import annotations
-
 import copy
 import subprocess
 import sys

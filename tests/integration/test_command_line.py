@@ -1,7 +1,5 @@
 """The command as a user types it: results, one-line errors, exit codes."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import errno

@@ -14,6 +14,7 @@ import gymnasium
 import matplotlib.pyplot as plt
 import pytest
 
+from pamsim.cli.demo import _TRIALS
 from tests.integration.page_blocks import BLOCK, DOCS, ROOT, run_line
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
@@ -72,7 +73,9 @@ def test_the_first_python_snippet_needs_nothing_that_is_already_there(tmp_path):
 
 @pytest.mark.parametrize("text", list(snippets("sh")))
 def test_shell_snippets_run(text, tmp_path, monkeypatch):
+    """The demo with trials half as long."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pamsim.cli.demo._TRIALS", _TRIALS | {"duration": 1.0})
     for line in (line.split("#")[0].strip() for line in text.splitlines() if line.strip()):
         command, *words = line.split()
         if command == "make":  # its own target; running the suite in the suite never ends

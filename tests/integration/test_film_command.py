@@ -1,7 +1,5 @@
 """``pamsim render`` and ``pamsim view`` as typed: films and instants of a recording."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

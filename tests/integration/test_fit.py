@@ -1,7 +1,5 @@
 """``pamsim fit`` and ``pamsim list models``: planted coefficients, measured maps, bad input."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re

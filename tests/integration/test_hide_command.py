@@ -1,7 +1,5 @@
 """``pamsim hide``: recordings that the readers take, and the ground truth apart."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`pamsim import`: a lab's own log becomes a recording with the same numbers."""
 
-from __future__ import annotations
-
 import errno
 import json
 import sys

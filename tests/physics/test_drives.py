@@ -1,7 +1,5 @@
 """Muscles that have the pressures that were measured, and muscles that are driven differently."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Effects in the engine: off without a trace, on in both backends, at rest where a run starts."""
 
-from __future__ import annotations
-
 import dataclasses
 import sys
 

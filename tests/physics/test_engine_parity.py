@@ -1,7 +1,5 @@
 """MuJoCo with the native callback against the independent plant, which shares no law with it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -94,7 +92,7 @@ def experiment_of(name, seed, duration):
 @pytest.mark.parametrize("name", [*PROTOCOLS, *INPUTS])
 def test_plant_and_engine_agree_on_random_inputs_with_nothing_hidden(name):
     """A joint with dry friction sticks at instants that the plant locates and the engine not."""
-    experiment = experiment_of(name, 11, 2.5)
+    experiment = experiment_of(name, 11, 1.5)
     for friction in (0.0, 0.4):
         rig = SHIPPED.with_parameters({"joint.shaft.frictionloss": friction})
         plant, engine = in_plant(rig, experiment), pamsim.simulate(rig, experiment).completed()
@@ -137,7 +135,7 @@ NAMED = {
 @pytest.fixture(scope="module")
 def as_shipped():
     """Experiments on openings and on set points, and the shipped rig's runs of them."""
-    both = {name: experiment_of(name, 3, 2.0) for name in ("pulses", "levels")}
+    both = {name: experiment_of(name, 3, 1.5) for name in ("pulses", "levels")}
     return {name: (one, in_plant(SHIPPED, one)) for name, one in both.items()}
 
 

@@ -1,7 +1,5 @@
 """Every hidden effect shows, is not the library's formula, and has a size in physical terms."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -28,7 +26,7 @@ def rig():
 
 def recorded(rig, name, effect=None, size=0.0, seed=(1, 0)):
     numbers = read_rig(rig, 0.0)
-    experiment = INPUTS[name].experiment(numbers, 4, 2.0)
+    experiment = INPUTS[name].experiment(numbers, 4, 1.0)
     experiment = dataclasses.replace(experiment, settle=0.5)
     timing = Timing()
     if effect is not None and effect.change is not None:

@@ -1,7 +1,5 @@
 """``tests.plant.hide``: recordings of the plant, and a ground truth in physical terms."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Laws and integrator of the independent plant against what is known of them in closed form."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """A trial repeats in the engine what was recorded: commands, start, and the times to compare at."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sizes of effects in physical terms: of every form, equal to an independent plant's."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every effect that can be named can be written into a rig and is read back as it was."""
 
-from __future__ import annotations
-
 from dataclasses import astuple
 from pathlib import Path
 

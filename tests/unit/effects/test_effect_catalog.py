@@ -1,7 +1,5 @@
 """On a rig, every effect is nothing at neutral, shows at its probes, and may be searched for."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import shutil
@@ -30,10 +28,10 @@ def rig():
 
 @pytest.fixture(scope="module")
 def trials():
-    """Two seconds of inputs that move everything, one of them under load."""
+    """A second of inputs that move everything, one of them under load."""
     names = ("triangle", "bursts", "loaded_steps")
     return [
-        dataclasses.replace(PROTOCOLS[name].experiment(3), duration=2.0, settle=0.5)
+        dataclasses.replace(PROTOCOLS[name].experiment(3), duration=1.2, settle=0.5)
         for name in names
     ]
 

@@ -1,7 +1,5 @@
 """Commands above the supply are refused, with the number that the simulation would have."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

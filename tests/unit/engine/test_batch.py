@@ -1,7 +1,5 @@
 """A batch is the same simulations, only sooner; what makes a run break off, where, and its name."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 

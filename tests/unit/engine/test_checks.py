@@ -1,7 +1,5 @@
 """The switch that checks every step: quiet where physics holds, an error where it is broken."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import dataclasses

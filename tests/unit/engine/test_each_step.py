@@ -1,7 +1,5 @@
 """What acts before every time step: when it is called, what it sees, what it moves."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigs in the engine: parameters arrive where the solver reads them, and only there."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import math
