@@ -63,11 +63,6 @@ def written(folder, trials):
 
 
 @pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
-@pytest.fixture(scope="module")
 def recording(rig, tmp_path_factory):
     """Two trials of one protocol and one of another, of a rig with other valves and damping."""
     planted, rng = rig.with_parameters(PLANTED), np.random.default_rng(7)

@@ -21,11 +21,6 @@ from pamsim.physics.record import slot
 BACKENDS = ("compiled", "python")
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def charged(rig, load=0.0, command="valve"):
     model = rig.model_for(load=load, command=command)
     data = mujoco.MjData(model)

@@ -14,11 +14,6 @@ from tests.typed_command import run
 QUICK = ("--protocols", "bursts", "--repeats", "2")
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def recorded(rig, effects=(), **options):
     defaults = {"protocols": ("bursts",), "variation": 0.0, "repeats": 1, "noise": 0.0}
     return hide(rig, dict(effects), **defaults | options)

@@ -15,11 +15,6 @@ SET_POINTS = np.array([[3e5, 2e5], [4.2e5, 1.5e5], [2.5e5, 3e5]])
 
 
 @pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
-@pytest.fixture(scope="module")
 def recording(rig):
     return pamsim.simulate(rig, STEP).completed()
 

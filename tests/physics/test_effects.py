@@ -89,11 +89,6 @@ SHAPES = {
 """A parameter that shapes an effect and does nothing without it."""
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def valves(command="valve", duration=0.5, settle=1.0):
     return pamsim.Experiment(
         drive=command,

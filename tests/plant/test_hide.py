@@ -15,11 +15,6 @@ from tests.plant.hide import command, hide
 QUICK = {"protocols": ("bursts",), "repeats": 1, "duration": 0.4}
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physical_terms(tmp_path):
     folder = tmp_path / "data"
     effects, sizes = "air_leak+eccentric_encoder+sticking_friction", ("--size", "1,1,2")

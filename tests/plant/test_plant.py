@@ -34,11 +34,6 @@ from tests.plant.records import ANGLE, PLAYS, RESERVOIR
 from tests.plant.run import at_zero, run
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 @pytest.fixture
 def arm(rig):
     return read_rig(rig, 0.0)

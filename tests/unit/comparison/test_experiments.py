@@ -69,11 +69,6 @@ def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
     assert found.command_at(time)[:, 0].tolist() == np.where(time < 0.5, 0.0, 1.0).tolist()
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def test_a_clock_that_jitters_is_simulated_in_the_steps_that_a_rig_has(rig):
     jittering = np.arange(100) / 100.0
     jittering[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)

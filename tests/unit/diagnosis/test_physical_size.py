@@ -5,7 +5,6 @@ import dataclasses
 import numpy as np
 import pytest
 
-import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
 from pamsim.diagnosis.bench import bench
 from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
@@ -24,11 +23,6 @@ from tests.plant.read_rig import read_rig
 DRY = "joint.shaft.frictionloss"
 LEAK = "chamber.leak_conductance"
 DAHL = {"friction.coulomb_force": 12.0, "friction.presliding": 2e-5}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def sized(rig, name, values, muscle=0):

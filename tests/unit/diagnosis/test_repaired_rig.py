@@ -17,11 +17,6 @@ from pamsim.engine.parameters import rig_parameter
 NUISANCE = {"force.scale": 1.0123456789, "chamber.dead_volume": 1.23456789e-5}
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def repair_of(rig, effects):
     """A repair by some effects at 0.7 of their typical size, with all values and intervals."""
     found = [candidate(rig, EFFECTS[name]) for name in effects]

@@ -22,11 +22,6 @@ NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
 @pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
-@pytest.fixture(scope="module")
 def trials():
     """A second of inputs that move everything, one of them under load."""
     names = ("triangle", "bursts", "loaded_steps")

@@ -12,11 +12,6 @@ from pamsim.engine.batch import simulate_batch
 from pamsim.engine.preflight import above_supply
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def test_a_set_point_and_a_start_above_the_supply_are_refused(rig):
     below = pamsim.pressure_step((2e5, 2e5), (2e5, 3e5), duration=0.01)
     step = pamsim.pressure_step((2e5, 2e5), (2e5, 9e5), duration=0.01)

@@ -16,11 +16,6 @@ from pamsim.recordings.recording import Outcome
 SIGNALS = ("time", "angle", "velocity", "pressure", "tension", "command", "final_state")
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def valves(load=0.0, duration=0.3, settle=0.3, command="valve"):
     return pamsim.Experiment(
         drive=command,

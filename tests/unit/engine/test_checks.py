@@ -23,11 +23,6 @@ STEP = dataclasses.replace(
 BACKENDS = ("compiled", "python")
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def air(model, muscle=0):
     return int(model.actuator_actadr[muscle] + model.actuator_actnum[muscle] - 1)
 

@@ -3,17 +3,11 @@
 import dataclasses
 
 import numpy as np
-import pytest
 
 import pamsim
 from pamsim.physics.record import slot
 
 SIGNALS = ("angle", "velocity", "pressure", "tension", "final_state")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def valves(duration=0.2, settle=0.3):

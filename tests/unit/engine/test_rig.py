@@ -19,11 +19,6 @@ from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
 
 
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
-
-
 def test_parameters_arrive_in_the_model_and_changed_ones_leave_the_original_alone(rig):
     native = rig.file.native
     assert rig.model.joint("shaft").damping[0] == native["joint.shaft.damping"].value
