@@ -13,7 +13,7 @@ from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial
 from pamsim.twins.hide import hide
 
-SETTINGS = {"protocols": ("triangle", "staircase"), "duration": 1.2, "repeats": 3}
+SETTINGS = {"protocols": ("triangle", "staircase"), "duration": 2.0, "repeats": 3}
 AIR, MUSCLE, JOINT = "valves and air", "muscle", "joint and transmission"
 BOTH = "muscle and joint"
 ARM = load_rig("mas20_arm")
