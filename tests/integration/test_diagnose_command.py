@@ -15,7 +15,7 @@ from pamsim.twins.hide import hide
 from tests.typed_command import run as command
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
-SHORT = {"protocols": ("bursts",), "repeats": 5, "duration": 1.0, "forces": False, "seed": 2}
+SHORT = {"protocols": ("bursts",), "repeats": 5, "duration": 1.5, "forces": False, "seed": 2}
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_two_causes_are_named_in_their_links_repaired_and_no_longer_missing(
 
 
 def test_one_log_shows_a_cause_to_the_family_and_says_how_its_noise_is_known(tmp_path, run):
-    once = SHORT | {"repeats": 1, "duration": 3.0, "seed": 3}
+    once = SHORT | {"repeats": 1, "duration": 5.0, "seed": 3}
     hide("mas20_arm", {"valve_delay": 1.0}, **once).save(tmp_path / "log")
     file = tmp_path / "r.json"
     code, _, err = run(tmp_path / "log", "--effects", "valve_delay,air_leak", "--json", file)

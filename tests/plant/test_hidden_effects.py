@@ -20,7 +20,7 @@ NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 def recorded(rig, name, effect=None, size=0.0, seed=(1, 0)):
     numbers = read_rig(rig, 0.0)
-    experiment = INPUTS[name].experiment(numbers, 4, 1.0)
+    experiment = INPUTS[name].experiment(numbers, 4, 2.0)
     experiment = dataclasses.replace(experiment, settle=0.5)
     timing = Timing()
     if effect is not None and effect.change is not None:
