@@ -21,7 +21,7 @@ ONE = ["viscous_friction"]
 def recorded(tmp_path_factory):
     """Recordings of the arm as it is: of one protocol."""
     folder = tmp_path_factory.mktemp("check") / "data"
-    hide("mas20_arm", {}, **SETTINGS | {"protocols": ("triangle",)}).save(folder)
+    hide("mas20_arm", {}, **SETTINGS | {"protocols": ("triangle",), "duration": 2.0}).save(folder)
     return folder
 
 
@@ -102,7 +102,7 @@ def test_a_turned_sign_and_a_channel_that_stands_still_are_suspicious(recorded, 
 
 
 def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded):
-    weak = pamsim.load_rig("mas20_arm").with_parameters({"valve.supply_pressure": 2e5})
+    weak = pamsim.load_rig("mas20_arm").with_parameters({"valve.supply_pressure": 3e5})
     notes = pamsim.check(recorded, rig=weak, effects=ONE).notes
     first, second = (note for note in notes if "above its supply" in note)
     highest = max(
@@ -110,7 +110,7 @@ def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded)
         for p in recorded.glob("triangle*.csv")
     )
     assert f"muscle_1: a set point of {highest:.4g} kPa is above its supply" in first
-    assert first.endswith("the simulation has the supply's 200 kPa instead")
+    assert first.endswith("the simulation has the supply's 300 kPa instead")
     assert second.startswith("muscle_2")
 
 
