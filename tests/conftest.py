@@ -69,6 +69,14 @@ def every_step_is_possible() -> Iterator[None]:
         checks.raise_found()
 
 
+@pytest.fixture(scope="module")
+def rig():
+    """The MAS-20 arm as shipped; a file about another rig has a fixture of its own."""
+    import pamsim
+
+    return pamsim.load_rig("mas20_arm")
+
+
 @pytest.fixture
 def unchecked() -> Iterator[None]:
     """For tests of what a run does that breaks down: with the checks it ends in an error."""

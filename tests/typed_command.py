@@ -1,7 +1,5 @@
 """``pamsim`` as a user types it."""
 
-from __future__ import annotations
-
 import pytest
 
 from pamsim.cli.main import main

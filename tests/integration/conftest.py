@@ -8,12 +8,19 @@ from pathlib import Path
 import pytest
 
 from pamsim.engine.checks import VARIABLE, checks
+from tests.typed_command import run as command
 
 OF_THE_ENGINE = frozenset(
     {"test_callback", "test_laws_in_engine", "test_paper_benches", "test_sliding_bench",
      "test_two_joints"}
 )  # fmt: skip
 """Files whose runs are checked step by step: those of commands are long, of the same physics."""
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Runs ``pamsim WORDS``: its exit code, output and errors."""
+    return lambda *words: command(monkeypatch, capsys, *words)
 
 
 @pytest.fixture(autouse=True)

@@ -3,8 +3,6 @@
 A process for every line takes twice as long as all of them.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`pamsim.attach` on models of one's own: an arm with a muscle per joint, a weight on a cable."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -1,7 +1,5 @@
 """``pamsim calibrate``: planted rigs come back, what data cannot show is said, nothing is lost."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import json
@@ -16,7 +14,6 @@ from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.recordings.recording import write_recording
-from tests.typed_command import run as command
 
 ANGLE_NOISE, PRESSURE_NOISE = 0.05 / DEG_PER_RAD, 400.0
 PLANTED = {
@@ -27,8 +24,8 @@ PLANTED = {
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    return lambda *words: command(monkeypatch, capsys, "calibrate", *words)
+def run(run):
+    return lambda *words: run("calibrate", *words)
 
 
 def valves(*openings):
@@ -40,7 +37,7 @@ def valves(*openings):
         start_pressure=np.array([2.5e5, 2.5e5]),
         duration=0.25 * len(openings),
         sample_rate=100.0,
-        settle=2.0,
+        settle=1.0,
     )
 
 
@@ -62,11 +59,6 @@ def written(folder, trials):
         with path.open("w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([[row[i] for i in keep] for row in rows])
     return folder
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 @pytest.fixture(scope="module")
@@ -213,9 +205,11 @@ def test_what_is_free_by_default_is_what_the_data_show(rig, tmp_path):
         assert f"{valve} stays as it is: these data do not show it" in found.notes
 
 
-def test_resumed_equals_uninterrupted(recording, report, tmp_path):
-    options = {"free": list(PLANTED), "hold_out": ["fill"], "out": tmp_path / "out"}
-    whole = report.fit
+def test_resumed_equals_uninterrupted(recording, rig, tmp_path):
+    start = rig.with_parameters({name: 1.5 * value for name, value in PLANTED.items()})
+    options = {"rig": start, "free": list(PLANTED), "hold_out": ["fill"]}
+    whole = calibrate([recording], **options).fit
+    options["out"] = tmp_path / "out"
 
     def interrupt(done, total, what):
         assert (total is None) == (what == "first simulations")

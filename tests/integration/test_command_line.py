@@ -1,7 +1,5 @@
 """The command as a user types it: results, one-line errors, exit codes."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import errno
@@ -19,13 +17,7 @@ from click.testing import CliRunner
 from pamsim.cli.main import cli, with_flags
 from pamsim.core.files import results_folder
 from pamsim.recordings.rig_file import shipped_rigs
-from tests.typed_command import run as command
 from tests.unit.report.page_laws import check_page
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    return lambda *words: command(monkeypatch, capsys, *words)
 
 
 @pytest.fixture

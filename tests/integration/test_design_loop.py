@@ -1,7 +1,5 @@
 """Identify the arm, design with python-control, close the loop, compare with the prediction."""
 
-from __future__ import annotations
-
 import control
 import gymnasium
 import numpy as np

@@ -1,7 +1,5 @@
 """``pamsim diagnose``: what is hidden is named by the command, repaired, and then gone."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -14,15 +12,14 @@ from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.report.numbers import unit
 from pamsim.report.page import PageImage
 from pamsim.twins.hide import hide
-from tests.typed_command import run as command
 from tests.unit.diagnosis.by_link.reports import VERDICTS
 
 SHORT = {"protocols": ("bursts",), "repeats": 5, "duration": 1.5, "forces": False, "seed": 2}
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    return lambda *words: command(monkeypatch, capsys, "diagnose", *words)
+def run(run):
+    return lambda *words: run("diagnose", *words)
 
 
 @pytest.fixture(scope="module")

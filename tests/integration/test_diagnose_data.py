@@ -1,7 +1,5 @@
 """Diagnoses of data other than commanded recordings: rests, measured pressures, machines, logs."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

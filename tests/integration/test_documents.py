@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
 import os
 import re
@@ -10,10 +12,13 @@ import sys
 import tomllib
 from pathlib import Path
 
+import click
 import gymnasium
 import matplotlib.pyplot as plt
 import pytest
 
+from pamsim.cli.demo import _TRIALS
+from pamsim.cli.main import cli
 from tests.integration.page_blocks import BLOCK, DOCS, ROOT, run_line
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md"))]
@@ -21,6 +26,9 @@ READMES = list(ROOT.glob("models/*/README.md"))
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 # Tested block by block: the first below, the others in files of their own.
 IN_ONE_FOLDER = {"walkthrough.md", "own_physics.md", "sweep.md", "gpu.md"}
+# What these do, tests of the commands, of the suite of controllers, the demo and the walkthrough do
+# every day, in less time.
+LONG = {"control.md-2", "diagnose.md-0", "hide_and_diagnose", "identify.md-0", "recipes.md-8"}
 
 pytestmark = pytest.mark.usefixtures("catalogs_as_before")
 
@@ -29,8 +37,12 @@ def snippets(language):
     for page in (page for page in PAGES if page.name not in IN_ONE_FOLDER):
         for number, (kind, text) in enumerate(BLOCK.findall(page.read_text(encoding="utf-8"))):
             if kind == language:
-                marks = [pytest.mark.slow] if "stable_baselines3" in text else []
-                yield pytest.param(small(text), id=f"{page.name}-{number}", marks=marks)
+                yield marked(small(text), f"{page.name}-{number}", "stable_baselines3" in text)
+
+
+def marked(value, name, slow=False):
+    marks = [pytest.mark.slow] if slow or name in LONG else []
+    return pytest.param(value, id=name, marks=marks)
 
 
 def small(text):
@@ -72,7 +84,10 @@ def test_the_first_python_snippet_needs_nothing_that_is_already_there(tmp_path):
 
 @pytest.mark.parametrize("text", list(snippets("sh")))
 def test_shell_snippets_run(text, tmp_path, monkeypatch):
+    """The demo with trials half as long, and with a third of the frames of its film."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("pamsim.cli.demo._TRIALS", _TRIALS | {"duration": 1.0})
+    monkeypatch.setattr("pamsim.report.gap_film._FPS", 4.0)
     for line in (line.split("#")[0].strip() for line in text.splitlines() if line.strip()):
         command, *words = line.split()
         if command == "make":  # its own target; running the suite in the suite never ends
@@ -83,7 +98,7 @@ def test_shell_snippets_run(text, tmp_path, monkeypatch):
             run([command, *words], tmp_path)
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [marked(path, path.stem) for path in NOTEBOOKS])
 def test_a_notebook_runs_with_the_small_settings_that_it_states(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("agg")
@@ -92,6 +107,35 @@ def test_a_notebook_runs_with_the_small_settings_that_it_states(path, tmp_path, 
     exec(compile(small(text), path.name, "exec"), {"__name__": "__main__"})
     assert plt.get_fignums()
     plt.close("all")
+
+
+def named(node, names):
+    """What a dotted name stands for among what was imported; None of other expressions."""
+    if isinstance(node, ast.Attribute):
+        return getattr(named(node.value, names), node.attr, None)
+    return names.get(node.id) if isinstance(node, ast.Name) else None
+
+
+def test_what_long_snippets_type_and_call_is_there():
+    """Commands and their options, functions and the names of what they are given."""
+    python = [*snippets("python"), *(marked(path.read_text(), path.stem) for path in NOTEBOOKS)]
+    given = 0
+    for text in (one.values[0] for one in python if one.id in LONG):
+        tree, names = ast.parse(text), {}
+        imports = [n for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom)]
+        exec(compile(ast.Module(imports, []), "imports", "exec"), names)
+        for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
+            if (function := named(call.func, names)) is not None:
+                keywords = dict.fromkeys(k.arg for k in call.keywords)
+                inspect.signature(function).bind_partial(*call.args, **keywords)
+                given += len(keywords)
+            elif isinstance(call.func, ast.Attribute) and named(call.func.value, names):
+                pytest.fail(f"there is no {ast.unparse(call.func)}")
+    assert given > 10
+    for text in (one.values[0] for one in snippets("sh") if one.id in LONG):
+        for line in text.splitlines():
+            _, name, *words = line.split()
+            cli.get_command(click.Context(cli), name).make_context(name, words)
 
 
 @pytest.fixture(scope="module")

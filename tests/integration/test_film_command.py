@@ -1,14 +1,11 @@
 """``pamsim render`` and ``pamsim view`` as typed: films and instants of a recording."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from tests.typed_command import run
 from tests.unit.scene.films import columns, needs_gl, write
 
 
@@ -18,14 +15,14 @@ def recording(tmp_path):
 
 
 @needs_gl
-def test_a_film_and_a_picture_show_the_same_instants(tmp_path, recording, monkeypatch, capsys):
+def test_a_film_and_a_picture_show_the_same_instants(tmp_path, recording, run):
     film, instant = tmp_path / "film.gif", tmp_path / "instant.png"
     shown = ("--recording", recording, "--width", "400", "--height", "320")
     args = (film, *shown, "--trial", "back", "--fps", "10", "--speed", "2")
-    code, out, err = run(monkeypatch, capsys, "render", *args)
+    code, out, err = run("render", *args)
     assert (code, err) == (0, "")
     assert out.splitlines() == ["trial back; others by --trial: turn", f"wrote {film}"]
-    assert run(monkeypatch, capsys, "render", instant, *shown, "--time", "200ms")[0] == 0
+    assert run("render", instant, *shown, "--time", "200ms")[0] == 0
     with Image.open(film) as pages, Image.open(instant) as picture:
         assert (pages.size, picture.size, pages.n_frames) == ((400, 320), (400, 320), 5)
         assert pages.info["duration"] == 100
@@ -65,7 +62,7 @@ VIEWED = (
 
 
 @pytest.mark.parametrize(("job", "table"), [("render", RENDERED), ("view", VIEWED)])
-def test_what_cannot_be_shown_is_one_line_and_exit_2(recording, monkeypatch, capsys, job, table):
+def test_what_cannot_be_shown_is_one_line_and_exit_2(recording, run, monkeypatch, job, table):
     if job == "view" and sys.platform != "linux":
         pytest.skip("only there a missing screen is a variable")
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
@@ -73,6 +70,6 @@ def test_what_cannot_be_shown_is_one_line_and_exit_2(recording, monkeypatch, cap
         monkeypatch.delenv(name, raising=False)
     for line, expected in table:
         given = [recording if word == "DATA" else word for word in line.split()]
-        code, out, err = run(monkeypatch, capsys, job, *given)
+        code, out, err = run(job, *given)
         assert (code, out, err.count("\n")) == (2, "", 1), err
         assert expected in err

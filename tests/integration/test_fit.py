@@ -1,7 +1,5 @@
 """``pamsim fit`` and ``pamsim list models``: planted coefficients, measured maps, bad input."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import re
@@ -26,18 +24,12 @@ from pamsim.physics.braid import Braid
 from pamsim.recordings.measured_table import ForceLoops, read_measured
 from pamsim.recordings.printed import loop_equation
 from pamsim.recordings.rig_file import shipped_rigs
-from tests.typed_command import run as command
 from tests.unit.report.page_laws import check_page
 
 DATA = resources.files("pamsim") / "data"
 DMSP_20, DMSP_10 = DATA / "dmsp20_300_force_map.csv", DATA / "dmsp10_250_force_map.csv"
 ANGLE = np.radians(28.6)
 BRAID = Braid(nominal_length=0.3, diameter=0.02, fibre_angle=ANGLE)
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    return lambda *words: command(monkeypatch, capsys, *words)
 
 
 def written(path, header, rows):

@@ -1,7 +1,5 @@
 """``pamsim hide``: recordings that the readers take, and the ground truth apart."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -11,14 +9,8 @@ import pamsim
 from pamsim.comparison.protocols import PROTOCOLS
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
-from tests.typed_command import run
 
 QUICK = ("--protocols", "bursts", "--repeats", "2")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def recorded(rig, effects=(), **options):
@@ -31,10 +23,10 @@ def clean(rig):
     return recorded(rig).trials["bursts_1"]
 
 
-def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, capsys, tmp_path):
+def test_the_ground_truth_is_beside_the_recording_and_not_in_it(run, tmp_path):
     folder = tmp_path / "data"
     code, out, err = run(
-        monkeypatch, capsys, "hide", "air_leak+chain_backlash", "--size", "1,2", "--out", folder,
+        "hide", "air_leak+chain_backlash", "--size", "1,2", "--out", folder,
         *QUICK, "--no-forces", "--coloured", "--seed", "3", "--json", tmp_path / "t.json",
     )  # fmt: skip
     assert (code, "4 trials" in out) == (0, True), err
@@ -54,7 +46,7 @@ def test_the_ground_truth_is_beside_the_recording_and_not_in_it(monkeypatch, cap
     assert not np.array_equal(first, other)
 
 
-def test_bad_input_is_said_and_exits_with_2(monkeypatch, capsys, tmp_path):
+def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
     for line, words in (
         ("air_lek", "did you mean 'air_leak'"),
         ("quadratic_drag", "no effect 'quadratic_drag'"),
@@ -65,7 +57,7 @@ def test_bad_input_is_said_and_exits_with_2(monkeypatch, capsys, tmp_path):
         ("none --rig mas30_arm", "did you mean 'mas20_arm'"),
     ):
         args = (*line.split(), "--out", tmp_path / "d")
-        code, _, err = run(monkeypatch, capsys, "hide", *args)
+        code, _, err = run("hide", *args)
         assert (code, words in err) == (2, True), line
 
 

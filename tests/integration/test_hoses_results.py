@@ -1,7 +1,5 @@
 """The page on real data quotes the record of the hoses, whose one link is the package's tube."""
 
-from __future__ import annotations
-
 import math
 import re
 

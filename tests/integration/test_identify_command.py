@@ -1,7 +1,5 @@
 """``pamsim identify`` from a planted plant to its numbers, and from each mistake to one line."""
 
-from __future__ import annotations
-
 import csv
 import json
 

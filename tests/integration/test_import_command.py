@@ -1,7 +1,5 @@
 """`pamsim import`: a lab's own log becomes a recording with the same numbers."""
 
-from __future__ import annotations
-
 import errno
 import json
 import sys
@@ -16,7 +14,6 @@ import scipy.io
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording_reader import read_recordings
-from tests.typed_command import run
 
 TIME = np.arange(400) * 0.01
 FLEXOR = np.where(np.arange(400) % 100 < 50, 3e5, 1e5)  # [Pa], repeats in a second
@@ -138,13 +135,11 @@ def test_a_torque_is_a_measured_force_times_its_arm(imported, tmp_path):
     assert 'times = "6.9mm"' in (tmp_path / "data/recording.toml").read_text()
 
 
-def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(
-    rig, tmp_path, monkeypatch, capsys
-):
+def test_the_command_prints_what_it_understood_and_replaces_nothing_unasked(rig, tmp_path, run):
     log, out, file = write(tmp_path / "run.csv", LOG), tmp_path / "data", tmp_path / "import.json"
 
     def imported(*more, log=log):
-        return run(monkeypatch, capsys, "import", log, "--rig", rig, "--out", out, *more)
+        return run("import", log, "--rig", rig, "--out", out, *more)
 
     code, shown, _ = imported("--json", file)
     assert code == 0
@@ -271,7 +266,7 @@ def test_without_pyarrow_one_line_says_what_to_install(rig, tmp_path, monkeypatc
         pamsim.import_log(tmp_path / "log.parquet", rig=rig, out=tmp_path / "data")
 
 
-def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, monkeypatch, capsys):
+def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, run):
     jerk = np.exp(-(((TIME - 1.7) / 0.2) ** 2))  # once: all else repeats in a second
     angle, later = ANGLE + 0.05 * jerk, 0.37
     keep = ("t_ms", "P flexor [psia]", "P extensor [psia]")
@@ -283,13 +278,13 @@ def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, mon
     stands = write(tmp_path / "stands.txt", twice)
     asked = ("import", log, "--rig", rig, "--out", tmp_path / "out")
     by = ("--beside", beside)
-    code, shown, _ = run(monkeypatch, capsys, *asked, *by, "--shared", "sync=trigger")
+    code, shown, _ = run(*asked, *by, "--shared", "sync=trigger")
     assert code == 0
     assert "arm.txt lies beside air.txt by an offset of 0.3700 +- " in shown
     (trial,) = read_recordings(tmp_path / "out").trials
     np.testing.assert_allclose(trial.measured["elbow.angle"], angle, atol=1e-3)
     np.testing.assert_allclose(trial.measured["flexor.pressure"], FLEXOR, atol=1.0)
-    code, shown, _ = run(monkeypatch, capsys, *asked, *by, "--force", "--offset", "0.37s")
+    code, shown, _ = run(*asked, *by, "--force", "--offset", "0.37s")
     assert (code, "an offset of 0.37 s as stated" in shown) == (0, True)
     (again,) = read_recordings(tmp_path / "out").trials
     np.testing.assert_allclose(again.measured["elbow.angle"], angle, atol=1e-9)
@@ -303,7 +298,7 @@ def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, mon
             "1 logs and 2 --beside them; give one for each",
         ),
     ):
-        code, _, error = run(monkeypatch, capsys, *asked, "--force", *more)
+        code, _, error = run(*asked, "--force", *more)
         assert (code, error.count("\n")) == (2, 1)
         assert why in error
 

@@ -1,7 +1,5 @@
 """Laws, operators and effects from outside the package: the documentation's example, and faults."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math
@@ -27,6 +25,7 @@ from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.exponential import SixParameter, six_parameter_force
 from pamsim.physics.record import pack, parameters, slot, unpack
 from pamsim.recordings.rig_writer import write_rig
+from tests.both_backends import both_backends
 from tests.integration.page_blocks import BLOCK, DOCS, run_line
 from tests.unit.physics.flat import chamber_volume
 
@@ -47,7 +46,7 @@ def bench(tmp_path_factory):
             match language:
                 case "sh":
                     for line in block.splitlines():
-                        run_line(line, monkeypatch)
+                        run_line(line.replace("--duration 3", "--duration 1.5"), monkeypatch)
                 case "python":
                     Path(re.match(r"# (\S+)", block)[1]).write_text(block, encoding="utf-8")
                 case "toml" if block.startswith("[muscle.force]"):
@@ -98,15 +97,9 @@ def test_compiled_and_python_agree(rig):
     loop = {"hysteresis.one_block.slip": 0.006, "hysteresis.force_per_pressure": 2e-4}
     without = pamsim.simulate(plain, LIFT).completed()
     for one, moved in ((plain, 0.0), (plain.with_parameters(loop), 1e-4)):
-        fast, slow = (pamsim.simulate(one, LIFT, backend=b) for b in ("compiled", "python"))
-        assert np.ptp(fast.positions) > 1e-3
-        assert np.abs(fast.positions - without.positions).max() >= moved
-        for name in ("positions", "pressure", "tension"):
-            np.testing.assert_allclose(
-                getattr(fast, name), getattr(slow, name), rtol=1e-9, atol=1e-12
-            )
-        if sys.platform == "linux":  # there both call one mathematics library
-            assert np.array_equal(fast.final_state, slow.final_state)
+        run = both_backends(one, LIFT)
+        assert np.ptp(run.positions) > 1e-3
+        assert np.abs(run.positions - without.positions).max() >= moved
 
 
 def with_law(rig, name, force_function):
@@ -268,7 +261,7 @@ def test_code_runs_only_if_its_rig_is_named(bench, monkeypatch):
     for job in (pamsim.check, pamsim.diagnose, lambda data: pamsim.calibrate([data])):
         with pytest.raises(InputError, match=r"effects\.py is code, which runs only if you name"):
             job(bench / "data")
-    found = pamsim.identify(bench / "data", trials=["staircase_1"], **ONE_MODEL)
+    found = pamsim.identify(bench / "data", trials=["multisine_1"], **ONE_MODEL)
     assert found.shown.fit.estimates  # that needs no rig
 
 

@@ -1,7 +1,5 @@
 """A page in a real browser: its script runs, it is one file, a phone shows it without scrolling."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

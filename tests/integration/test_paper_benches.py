@@ -1,7 +1,5 @@
 """The papers' muscles on the bench: the engine follows each paper's law and operator."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The page on real data quotes the records, and these keep what the page states."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

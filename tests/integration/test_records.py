@@ -1,7 +1,5 @@
 """Pages quote the records of the studies and benchmarks, and these keep what is promised."""
 
-from __future__ import annotations
-
 import re
 
 import gymnasium

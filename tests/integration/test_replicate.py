@@ -1,7 +1,5 @@
 """``pamsim replicate`` as a user types it: table, JSON, page, exit codes."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

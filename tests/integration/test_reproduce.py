@@ -1,7 +1,5 @@
 """The main job: what `pamsim reproduce` promises, on the printed MAS-20 data."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Results of all jobs have the same verbs, a picture, and a table."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import math

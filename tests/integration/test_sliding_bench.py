@@ -1,7 +1,5 @@
 """A rig of a stranger: one muscle on a spatial tendon lifts a weight along a rail."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The page on real data quotes the record of the soft arm."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.records import recorded, words

@@ -1,7 +1,5 @@
 """A rig with two joints and four muscles from its recording to calibration and diagnosis."""
 
-from __future__ import annotations
-
 import pytest
 
 import pamsim

@@ -1,7 +1,5 @@
 """Air is neither made nor lost inside the engine, with tube, slow valves, heat and leaks too."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import mujoco

@@ -1,7 +1,5 @@
 """A chain that gives or has play, in the engine: where the arm rests and what it costs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco

@@ -1,7 +1,5 @@
 """Muscles that have the pressures that were measured, and muscles that are driven differently."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -14,11 +12,6 @@ STEP = pamsim.pressure_step((3e5, 3e5), (4.2e5, 1.5e5), duration=1.0, sample_rat
 TIME = np.array([0.0, 0.05, 0.12])
 OPENINGS = np.array([[0.6, 0.0], [-0.2, 0.0], [0.0, 0.0]])
 SET_POINTS = np.array([[3e5, 2e5], [4.2e5, 1.5e5], [2.5e5, 3e5]])
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,5 @@
 """Planted effects appear in the gap of their own link, and in no other."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

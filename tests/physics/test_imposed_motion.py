@@ -1,7 +1,5 @@
 """Joints driven from outside: imposed motion beside other methods and laws, and torques."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 

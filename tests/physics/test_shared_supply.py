@@ -1,7 +1,5 @@
 """One supply feeds both muscles: no air and no energy is made or lost, and each feels the other."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import mujoco

@@ -1,7 +1,5 @@
 """The two-joint arm: virtual work at each joint, energy, and muscles that run over both joints."""
 
-from __future__ import annotations
-
 import shutil
 
 import mujoco

@@ -1,13 +1,10 @@
 """Every hidden effect shows, is not the library's formula, and has a size in physical terms."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 import pytest
 
-import pamsim
 from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.diagnosis.virtual_test_conditions import PRESSURE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
@@ -19,11 +16,6 @@ from tests.plant.read_rig import read_rig
 from tests.plant.run import Timing, run
 
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def recorded(rig, name, effect=None, size=0.0, seed=(1, 0)):

@@ -1,7 +1,5 @@
 """``tests.plant.hide``: recordings of the plant, and a ground truth in physical terms."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -15,11 +13,6 @@ from pamsim.twins.noise import ANGLE_NOISE
 from tests.plant.hide import command, hide
 
 QUICK = {"protocols": ("bursts",), "repeats": 1, "duration": 0.4}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def test_other_formulas_are_in_the_ground_truth_alone_with_their_size_in_physical_terms(tmp_path):

@@ -1,7 +1,5 @@
 """Laws and integrator of the independent plant against what is known of them in closed form."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import math
@@ -34,11 +32,6 @@ from tests.plant.muscle import (
 from tests.plant.read_rig import _COPIED, _FORCES, read_rig
 from tests.plant.records import ANGLE, PLAYS, RESERVOIR
 from tests.plant.run import at_zero, run
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 @pytest.fixture

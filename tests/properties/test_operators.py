@@ -1,7 +1,5 @@
 """What operators with memory must do for any input: the faults hide in the turning points."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

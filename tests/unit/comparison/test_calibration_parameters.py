@@ -6,7 +6,6 @@ import dataclasses
 
 import pytest
 
-import pamsim
 from pamsim.comparison.candidate import INSIDE, Candidate, inside
 from pamsim.comparison.free_parameters import (
     FACTOR,
@@ -19,11 +18,6 @@ from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.effects.effect import Effect, EffectParameter
 from pamsim.inference.free_parameter import FreeParameter
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def stating(rig, group, field, **changes):

@@ -1,7 +1,5 @@
 """Links simulated with many parameter sets: exact at the rig as it is, near it elsewhere."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Two clocks of one signal: what was planted comes back, what they do not determine is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline

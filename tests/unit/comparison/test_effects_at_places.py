@@ -1,7 +1,5 @@
 """Effects on a rig with several joints and muscles: each place is a cause of its own."""
 
-from __future__ import annotations
-
 import pytest
 
 import pamsim

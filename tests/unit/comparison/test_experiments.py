@@ -1,7 +1,5 @@
 """A trial repeats in the engine what was recorded: commands, start, and the times to compare at."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -69,11 +67,6 @@ def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
     found = experiment_of(trial(time=shifted))
     assert found.command_time[1] == pytest.approx(0.5, abs=1e-12)
     assert found.command_at(time)[:, 0].tolist() == np.where(time < 0.5, 0.0, 1.0).tolist()
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def test_a_clock_that_jitters_is_simulated_in_the_steps_that_a_rig_has(rig):

@@ -1,7 +1,5 @@
 """A correction undoes its mistake, in commands, readings and the lead-in; numbers of a rig may."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Which links the measured channels of a trial separate, and which trials are repeats."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

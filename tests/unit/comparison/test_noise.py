@@ -3,8 +3,6 @@
 Of outputs without repeats it is that of repeats, whatever the model misses.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

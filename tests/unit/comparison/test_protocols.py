@@ -1,7 +1,5 @@
 """Inputs of synthetic recordings: safe at every seed, equal at one seed, different at two."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What repeats miss together: an estimate without bias, and p-values that hold under any noise."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import lfilter

@@ -1,7 +1,5 @@
 """Starts read from one noisy sample: which trials share one, and what is put right."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Controllers around the rig and around linear plants, as tests run them."""
 
-from __future__ import annotations
-
 import math
 from contextlib import closing
 

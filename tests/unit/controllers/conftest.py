@@ -1,7 +1,5 @@
 """The arm that most controllers are for."""
 
-from __future__ import annotations
-
 import pytest
 
 import pamsim

@@ -1,7 +1,5 @@
 """Pressure loops: their limits, their place on the rig, and the valves' speed they rest on."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

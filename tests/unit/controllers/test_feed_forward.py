@@ -1,7 +1,5 @@
 """The inverse force law against the engine, feed-forward by it, and hysteresis that is undone."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """Control of several joints: pressures from the rig's own statics, PIDs that find the rest."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from contextlib import closing

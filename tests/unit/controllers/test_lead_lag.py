@@ -1,7 +1,5 @@
 """Lead-lag: the margins asked for, the filter that is run, and its limits."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """LQG and sliding mode around G2: gains by scipy's Riccati equations, poles, offset, limits."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """A controller of python-control in pamsim: the same answer, the same loop, and its limits."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

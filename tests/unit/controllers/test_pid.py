@@ -1,7 +1,5 @@
 """PID and its gains: rest, jumps of the reference, limits; IMC and schedules over models."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

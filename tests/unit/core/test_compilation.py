@@ -1,7 +1,5 @@
 """Compiled code has a place wherever pamsim runs, and whoever waits for it is given a reason."""
 
-from __future__ import annotations
-
 import os
 import stat
 import tempfile

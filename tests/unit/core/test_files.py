@@ -1,7 +1,5 @@
 """A file is complete or stays as it was, whatever stops the writing."""
 
-from __future__ import annotations
-
 import errno
 import os
 from contextlib import contextmanager

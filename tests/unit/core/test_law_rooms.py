@@ -1,7 +1,5 @@
 """The law rooms load no compiler, engine or fit; BLAS has one thread; steps are counted."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import pkgutil

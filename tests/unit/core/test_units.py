@@ -1,7 +1,5 @@
 """Units and tables at the border: what is read in SI, and the one line for what is not."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """What of a rig makes fits fail is reported, with what is suspected."""
 
-from __future__ import annotations
-
 import shutil
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Guides name files that exist and show the method in the lines that run."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import textwrap

@@ -1,7 +1,5 @@
 """The loop of Alraouf 2025 in both forms in which it is printed, and what may be said of each."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where there is nothing to find, small p-values are no more frequent than their values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.stats import binom

@@ -1,13 +1,10 @@
 """Sizes of effects in physical terms: of every form, equal to an independent plant's."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 import pytest
 
-import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
 from pamsim.diagnosis.bench import bench
 from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
@@ -26,11 +23,6 @@ from tests.plant.read_rig import read_rig
 DRY = "joint.shaft.frictionloss"
 LEAK = "chamber.leak_conductance"
 DAHL = {"friction.coulomb_force": 12.0, "friction.presliding": 2e-5}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def sized(rig, name, values, muscle=0):

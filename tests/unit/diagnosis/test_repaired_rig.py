@@ -1,7 +1,5 @@
 """Every effect that can be named can be written into a rig and is read back as it was."""
 
-from __future__ import annotations
-
 from dataclasses import astuple
 from pathlib import Path
 
@@ -17,11 +15,6 @@ from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 from pamsim.engine.parameters import rig_parameter
 
 NUISANCE = {"force.scale": 1.0123456789, "chamber.dead_volume": 1.23456789e-5}
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def repair_of(rig, effects):

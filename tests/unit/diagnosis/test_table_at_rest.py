@@ -1,7 +1,5 @@
 """What rows at rest are searched for on a rig, and what is refitted with every effect."""
 
-from __future__ import annotations
-
 import pamsim
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.diagnosis.options import NUISANCE, usual_nuisance

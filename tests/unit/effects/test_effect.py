@@ -1,7 +1,5 @@
 """An effect's link, how its kinds of parameter count, and its place in the tree of names."""
 
-from __future__ import annotations
-
 import collections
 import dataclasses
 import itertools

@@ -1,7 +1,5 @@
 """Commands above the supply are refused, with the number that the simulation would have."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import mujoco
@@ -12,11 +10,6 @@ import pamsim
 from pamsim.core.errors import InputError, InvariantError
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.preflight import above_supply
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def test_a_set_point_and_a_start_above_the_supply_are_refused(rig):

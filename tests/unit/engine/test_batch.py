@@ -1,7 +1,5 @@
 """A batch is the same simulations, only sooner; what makes a run break off, where, and its name."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 
@@ -16,11 +14,6 @@ from pamsim.engine.sampling import Trace, first_breakdown
 from pamsim.recordings.recording import Outcome
 
 SIGNALS = ("time", "angle", "velocity", "pressure", "tension", "command", "final_state")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def valves(load=0.0, duration=0.3, settle=0.3, command="valve"):

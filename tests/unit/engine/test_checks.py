@@ -1,7 +1,5 @@
 """The switch that checks every step: quiet where physics holds, an error where it is broken."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import dataclasses
@@ -23,11 +21,6 @@ STEP = dataclasses.replace(
     pamsim.pressure_step((3e5, 2e5), (4e5, 0.0), duration=0.04, load=1.2), settle=0.1
 )
 BACKENDS = ("compiled", "python")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def air(model, muscle=0):

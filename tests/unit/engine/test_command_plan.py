@@ -1,7 +1,5 @@
 """When a late command reaches the valves, against the command looked up at every time."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pamsim.engine.command_plan import arriving, command_plan

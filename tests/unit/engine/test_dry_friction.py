@@ -1,7 +1,5 @@
 """Dry friction of a joint holds under load; with the engine's default settings it does not."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

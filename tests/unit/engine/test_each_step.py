@@ -1,21 +1,13 @@
 """What acts before every time step: when it is called, what it sees, what it moves."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
-import pytest
 
 import pamsim
 from pamsim.physics.record import slot
 
 SIGNALS = ("angle", "velocity", "pressure", "tension", "final_state")
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def valves(duration=0.2, settle=0.3):

@@ -1,7 +1,5 @@
 """What is only seen is left out of a rig's model, and nothing else."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 

@@ -1,7 +1,5 @@
 """A rig folder to start from: it runs, holds every effect, and its muscles fit their tendons."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """What the plugin rests on: checked struct offsets, a kernel loaded once, a cache that mends."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Rest: the torque balance, longer time steps and any valve come to where the arm ends."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

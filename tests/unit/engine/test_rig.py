@@ -1,7 +1,5 @@
 """Rigs in the engine: parameters arrive where the solver reads them, and only there."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import math
@@ -19,11 +17,6 @@ from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.simulate import whole_steps
 from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
-
-
-@pytest.fixture(scope="module")
-def rig():
-    return pamsim.load_rig("mas20_arm")
 
 
 def test_parameters_arrive_in_the_model_and_changed_ones_leave_the_original_alone(rig):

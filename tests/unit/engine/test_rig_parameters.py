@@ -1,7 +1,5 @@
 """The parameters of a rig: all that its file states, each settable by its name."""
 
-from __future__ import annotations
-
 import mujoco
 import pytest
 

@@ -1,7 +1,5 @@
 """Environments that are closed after their test."""
 
-from __future__ import annotations
-
 import gymnasium
 import pytest
 

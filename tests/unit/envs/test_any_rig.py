@@ -1,7 +1,5 @@
 """Observations, rewards and references follow from a rig's joints and muscles, whatever it is."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """One environment: Gymnasium's own check, the plant behind it, seeds, delay, instruments."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import math

@@ -1,7 +1,5 @@
 """What a user may do wrong, or do to an environment: bad actions, copies, pickles, forks."""
 
-from __future__ import annotations
-
 import copy
 import os
 import pickle

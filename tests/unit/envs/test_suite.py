@@ -1,7 +1,5 @@
 """Every controller that a suite designs is pure and brings the arm where it is wanted."""
 
-from __future__ import annotations
-
 import copy
 import math
 import os

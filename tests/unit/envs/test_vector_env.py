@@ -1,7 +1,5 @@
 """Many rigs at once are so many single ones, to the last bit."""
 
-from __future__ import annotations
-
 import itertools
 
 import gymnasium

@@ -1,7 +1,5 @@
 """Curve fits: planted coefficients, intervals that cover, and every flag."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

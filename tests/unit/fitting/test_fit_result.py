@@ -1,7 +1,5 @@
 """fit as a function: arguments in, one object out; scores by hand, held out without leakage."""
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib

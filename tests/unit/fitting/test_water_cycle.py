@@ -1,7 +1,5 @@
 """The water cycle algorithm on known functions and on the cost (16) it was used for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

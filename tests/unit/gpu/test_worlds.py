@@ -1,7 +1,5 @@
 """Worlds of a rig against the engine on the CPU."""
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

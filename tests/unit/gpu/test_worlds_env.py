@@ -1,7 +1,5 @@
 """The vector environment on worlds against the one on the engine itself."""
 
-from __future__ import annotations
-
 import pickle
 from contextlib import closing
 

@@ -1,7 +1,5 @@
 """Planted linear systems, simulated by scipy and not by what is tested."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lfilter, tf2ss

@@ -1,7 +1,5 @@
 """Continuous fits to general inputs: planted models, invariances, statuses, interval coverage."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """ARX and output error: planted models, the paper's equation (29), bias, held gain, poles."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Tables over frequency: whatever the columns, the same response, and the planted order."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

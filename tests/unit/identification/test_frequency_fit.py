@@ -1,7 +1,5 @@
 """Models fitted to a frequency response: planted ones come back, with intervals that hold."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Exact sampling: parity with closed forms and with scipy, any fraction of a sample delay."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """identify as a function: arguments in, one object out, with text, dict, files and a figure."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

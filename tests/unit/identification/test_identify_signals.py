@@ -1,7 +1,5 @@
 """From trials to one input and one output: expressions, units, rest, clocks, operating points."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

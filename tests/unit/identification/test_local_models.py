@@ -1,7 +1,5 @@
 """Local models over operating points: planted dependence, its absence, untrusted fits."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables of any columns: whatever the dialect, the same signals are identified from."""
 
-from __future__ import annotations
-
 from datetime import UTC, datetime, timedelta
 
 import numpy as np

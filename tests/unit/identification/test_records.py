@@ -1,7 +1,5 @@
 """Records that cannot be identified from are refused by name; how well a run fits a record."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The portmanteau test keeps its level under coloured noise and detects what a model is missing."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

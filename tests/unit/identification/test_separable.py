@@ -1,7 +1,5 @@
 """What a search of a separable fit walks down: gradient and directions of its slope."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

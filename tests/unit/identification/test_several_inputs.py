@@ -1,7 +1,5 @@
 """Models of several inputs: planted numbers, chosen structure, and the same plant elsewhere."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """One step response, every estimator: the paper's G1 and G2, planted models, statuses, JSON."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Integrators, direct paths and free starts; instrumental variables; a scan that stays nested."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """python-control of fitted models, Bode and step data with bands, and plants drawn from a fit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import control

@@ -1,7 +1,5 @@
 """Simulators in closed form that stand in for a rig where calibration is tested."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.signal import lfilter
 

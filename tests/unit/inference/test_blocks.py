@@ -1,7 +1,5 @@
 """Residual blocks whiten their noise, share units over channels, and are purged."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

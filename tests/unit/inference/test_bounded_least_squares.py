@@ -1,7 +1,5 @@
 """Bounded least squares: planted optima, bounds, starts, breakdowns, counts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

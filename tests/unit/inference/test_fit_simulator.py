@@ -1,7 +1,5 @@
 """Calibration: planted parameters, priors, noise, divergence, batches, resuming."""
 
-from __future__ import annotations
-
 import copy
 import json
 

@@ -1,7 +1,5 @@
 """What a calibration does not determine is flagged: dead, flat, traded off, not pinned."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

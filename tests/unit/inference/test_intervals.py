@@ -1,7 +1,5 @@
 """Intervals of a calibration cover the true value as often as stated, whatever the noise."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Leave-one-out: the closed form of linear models, rows that are really unseen, refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

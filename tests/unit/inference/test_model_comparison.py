@@ -1,7 +1,5 @@
 """Comparisons of paired units hold their level, and find planted differences."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.stats

@@ -1,7 +1,5 @@
 """Profiles: closed form where the simulator is linear, open sides where the data are silent."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

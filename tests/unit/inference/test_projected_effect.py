@@ -1,7 +1,5 @@
 """A further effect is found beside a wrong formula, and a wrong formula is not a further effect."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

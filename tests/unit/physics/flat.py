@@ -21,7 +21,6 @@ from pamsim.physics.record import (
     STATE_NAMES,
     joined_states,
     parameters,
-    record_dtype,
     slot,
     split_states,
     view,
@@ -30,7 +29,6 @@ from pamsim.physics.record import (
 PLACES = {name.upper(): len(STATE_NAMES) - i for i, name in enumerate(STATE_NAMES)}
 """Places of the states in ``act``, counted from its end, such as ``AIR``."""
 
-_RECORDS = {"m", "par"}
 _SPLIT = {("s", "z"): "act", ("ds", "dz"): "rates", ("before", "memory_before"): "before"}
 
 
@@ -43,12 +41,6 @@ def record(given) -> SimpleNamespace:
 
 def parameter_slot(muscle: Muscle, name: str) -> int:
     return slot(name, muscle)
-
-
-def law_places(muscle: Muscle) -> dict[str, int]:
-    dtype = record_dtype(type(muscle.force))["force"]
-    first = slot("force.law")
-    return {name: first + dtype.fields[name][1] // 8 for name in dtype.names}
 
 
 def split(act):

@@ -1,7 +1,5 @@
 """The chain beside a muscle: compliance, play between two muscles, and the sprocket's teeth."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

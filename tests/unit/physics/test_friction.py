@@ -1,7 +1,5 @@
 """Friction along a tendon: it sticks, slides at its level, grows with rest, and gives no work."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """The learned curves: splines of their control forces that stay at their ends."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline

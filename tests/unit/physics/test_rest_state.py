@@ -1,7 +1,5 @@
 """The rest that every state starts from."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

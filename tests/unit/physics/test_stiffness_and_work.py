@@ -1,7 +1,5 @@
 """Joint stiffness in parts, by turning shut muscles; a muscle's work over that of its air."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

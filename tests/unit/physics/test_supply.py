@@ -1,7 +1,5 @@
 """Sag of a supply that several valves share: the root of its equation, found by scipy as well."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

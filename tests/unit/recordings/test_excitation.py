@@ -1,7 +1,5 @@
 """Excitations do what they are for: constant rates, silent lines, even levels, opposite bursts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A lab's own log: what its columns are stated to mean, or are taken for by their names."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Measured tables: kinds by their columns, SI inside, and one line for each mistake."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Recordings of any rig: columns named after joints and muscles, in any order."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Films on disk: as many frames, as long, as told; whole or not there at all."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

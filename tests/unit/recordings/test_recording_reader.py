@@ -1,7 +1,5 @@
 """Recordings: what was written is read, and each mistake in a user's file is one clear line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

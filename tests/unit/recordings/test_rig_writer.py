@@ -1,7 +1,5 @@
 """A written rig is the rig it came from, but for the parameters that were given."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """One log as several trials, and on an even clock."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What encoder and converter make of a signal."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from itertools import pairwise

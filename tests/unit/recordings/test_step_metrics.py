@@ -1,7 +1,5 @@
 """What is read off a step response and its noise."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

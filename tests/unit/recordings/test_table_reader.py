@@ -1,7 +1,5 @@
 """Tables of a logger: dialects, arrays, names with units, and one line for each error."""
 
-from __future__ import annotations
-
 import struct
 
 import numpy as np

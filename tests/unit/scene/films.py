@@ -1,7 +1,5 @@
 """Recordings made by hand, to be looked at: a second in which the arm turns and then rests."""
 
-from __future__ import annotations
-
 import csv
 import os
 

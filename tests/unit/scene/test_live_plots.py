@@ -1,7 +1,5 @@
 """What the window plots beside the arm, and that the arm fills the rest of it."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

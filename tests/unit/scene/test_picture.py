@@ -1,7 +1,5 @@
 """The shipped rig's MJCF, and pictures of it."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

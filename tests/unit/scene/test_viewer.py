@@ -1,7 +1,5 @@
 """A recording replayed in pictures, and the interactive window, with one that is none."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import types

@@ -1,7 +1,5 @@
 """What every command has in the same way: JSON on standard output, the page, completion."""
 
-from __future__ import annotations
-
 import io
 import json
 import os

@@ -1,7 +1,5 @@
 """What people and continuous integration type, import and install."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import os

@@ -1,7 +1,5 @@
 """Studies draw their cases and count as stated, and pages state what their records hold."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from itertools import combinations

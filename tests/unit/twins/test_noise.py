@@ -1,7 +1,5 @@
 """What makes trials of one rig differ."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import pamsim

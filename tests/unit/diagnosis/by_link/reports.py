@@ -1,7 +1,5 @@
 """Small hand-made results of diagnoses by link: an arm of two links, one effect in each."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pamsim.comparison.compared_signal import Comparison

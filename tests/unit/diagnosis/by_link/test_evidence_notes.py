@@ -1,7 +1,5 @@
 """What few trials can show is printed beside the result."""
 
-from __future__ import annotations
-
 import itertools
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """One log, or two repeats of each input: nothing is claimed that they do not show."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried

@@ -1,7 +1,5 @@
 """When a name is certain, when a rival takes an effect's place, and when a fit begins again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

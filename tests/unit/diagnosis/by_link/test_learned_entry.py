@@ -1,7 +1,5 @@
 """A curve is described by the form with the fewest numbers that follows it, in the units shown."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Learned curves as torques: whose tendon stands for a joint, and what a constant belongs to."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

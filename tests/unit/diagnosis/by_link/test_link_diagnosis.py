@@ -1,7 +1,5 @@
 """Effects planted in two links are found in theirs, judged by trials that no fit has seen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

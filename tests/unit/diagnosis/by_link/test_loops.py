@@ -1,7 +1,5 @@
 """What opens a loop is distinguished from what does not; noise is not taken for a loop."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What to measure next: where tied effects differ, or the signal that divides a link."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

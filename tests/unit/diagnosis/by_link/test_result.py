@@ -1,7 +1,5 @@
 """The result of a diagnosis by link: no more than is certain, in words and in one word."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from types import SimpleNamespace

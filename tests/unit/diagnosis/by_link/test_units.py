@@ -1,7 +1,5 @@
 """Parts of trials: apart, independent of what a log shares."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The refit in the whole chain ends a diagnosis: sizes are its, intervals hold those by link."""
 
-from __future__ import annotations
-
 import pytest
 
 from pamsim.comparison.chain_simulator import ChainSimulator

@@ -1,7 +1,5 @@
 """A chain of two links whose residuals are sums of smooth shapes, one for each parameter."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The toy chain recorded once: one log, whose noise drifts and which has a variation of its own."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.signal import lfilter
 

@@ -1,7 +1,5 @@
 """A table of angles at rest in closed form, quick enough to diagnose hundreds of times."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from pamsim.comparison.candidate import Candidate, Probe

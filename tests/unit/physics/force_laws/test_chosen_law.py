@@ -1,7 +1,5 @@
 """What a muscle's record names: the law's force with its volume and work, and the operator."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from types import SimpleNamespace

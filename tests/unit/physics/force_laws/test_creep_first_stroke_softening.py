@@ -1,7 +1,5 @@
 """What a muscle remembers in time: creep lets go, a first stroke costs work, work softens."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 import math

@@ -1,7 +1,5 @@
 """The passive spring: what its parameters mean on either side of slack, and its energy."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Each force law against the equation that its authors printed, and what follows from it."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

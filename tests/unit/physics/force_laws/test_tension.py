@@ -1,7 +1,5 @@
 """What turns a force into a tension: no push, a threshold, and the share that the ends lose."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

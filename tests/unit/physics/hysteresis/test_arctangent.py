@@ -1,7 +1,5 @@
 """Arctangent branches of Alraouf 2025 and the rule for partial loops."""
 
-from __future__ import annotations
-
 import pytest
 from scipy.integrate import quad
 

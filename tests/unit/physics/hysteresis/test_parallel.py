@@ -1,7 +1,5 @@
 """The hysteresis in parallel is Maxwell slip, adds to the muscle's own, and is free at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
