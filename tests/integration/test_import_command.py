@@ -304,7 +304,7 @@ def test_two_loggers_become_one_log_on_the_clock_of_the_first(rig, tmp_path, run
 
 
 def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_through(
-    rig, tmp_path, monkeypatch, capsys
+    rig, tmp_path, run
 ):
     keep = ("t_ms", "P flexor [psia]", "P extensor [psia]", "phi")
     log = write(tmp_path / "air.txt", {name: LOG[name] for name in keep})
@@ -317,7 +317,7 @@ def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_t
         {"time_s": begins - 1.0, "flexor_valve": opened, "extensor_valve": 0.0 * opened},
     )
     asked = ("import", log, "--rig", rig, "--out", tmp_path / "out", "--schedule", pulses)
-    code, shown, _ = run(monkeypatch, capsys, *asked, "--offset", "1s")
+    code, shown, _ = run(*asked, "--offset", "1s")
     assert code == 0
     assert "pulses.csv is what was commanded: flexor_valve, extensor_valve; it changes" in shown
     assert "within 2.5 ms, in samples of 10 ms as their mean: give a higher" in shown
@@ -335,6 +335,6 @@ def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_t
         ((pulses, pulses), "1 logs and 2 --schedule; give one for each"),
     ):
         options = [part for one in schedules for part in ("--schedule", one)]
-        code, _, error = run(monkeypatch, capsys, *asked[:-2], "--force", *options)
+        code, _, error = run(*asked[:-2], "--force", *options)
         assert (code, error.count("\n")) == (2, 1)
         assert why in error

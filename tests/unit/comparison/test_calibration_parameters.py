@@ -17,6 +17,7 @@ from pamsim.comparison.free_parameters import (
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import Sourced
 from pamsim.effects.effect import Effect, EffectParameter
+from pamsim.engine.rig import load_rig
 from pamsim.inference.free_parameter import FreeParameter
 
 
@@ -158,6 +159,6 @@ def test_far_off_files_free_each_length_friction_and_the_air(rig):
     assert [(f.start, f.low, f.high) for f in lengths] == [(0.25, 0.1875, 0.3125)] * 2
     friction = next(f for f in arm if f.name == "joint.shaft.frictionloss")
     assert (friction.free.start, friction.free.low, friction.free.high) == (0.0, 0.0, 5.0)
-    bellows = first_names(pamsim.load_rig("equimus_leg"))
+    bellows = first_names(load_rig("equimus_leg"))
     assert "joint.hip.damping" in bellows
     assert not any("length_at_zero" in name for name in bellows)
