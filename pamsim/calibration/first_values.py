@@ -74,17 +74,16 @@ def first_values(
     runs = [(mean, run) for mean in means for run in link_runs(rig, mean)]
     chain = ChainRuns(rig, runs, threads=threads, simulated=simulated)
     now = {one.name: one for one in freed}
-    for number in _stages(freed, runs):
+    for each in _stages(freed, runs):
         if stage is not None:
-            stage(number.text)
-        begin = list(now.values())
+            stage(each.text)
         fit = fit_simulator(
-            _residuals(chain, runs, number, begin),
-            [now[one.name].free for one in number.freed],
+            _residuals(chain, runs, each, list(now.values())),
+            [now[one.name].free for one in each.freed],
             rough=True,
             central=False,
         )
-        for one, value in zip(number.freed, fit.values.tolist(), strict=True):
+        for one, value in zip(each.freed, fit.values.tolist(), strict=True):
             now[one.name] = replace(one, free=replace(one.free, start=value))
     return tuple(now.values())
 
