@@ -109,6 +109,25 @@ def test_a_valve_that_is_opened_before_it_has_closed_stays_open():
     np.testing.assert_allclose(heard(plan, 0), np.array(opened) * [sample, 1.0], atol=1e-12)
 
 
+def test_a_valve_hears_the_latest_command_that_has_arrived():
+    rng, sample = np.random.default_rng(3), STEPS * DT
+    for _ in range(100):
+        commands = rng.choice([0.0, 0.3, -0.3, 0.8], (SAMPLES, 2), p=[0.4, 0.2, 0.2, 0.2])
+        late, longer = rng.uniform(0.0, 3.0 * sample, 2), rng.uniform(0.0, 5.0 * sample, 2)
+        plan = planned(late, "valve", commands, longer)
+        middle = np.cumsum(plan.steps * plan.timestep) - 0.5 * plan.steps * plan.timestep
+        for muscle in range(2):
+            sent = np.append(0.0, commands[:, muscle])
+            smaller = np.abs(sent[1:]) < np.abs(sent[:-1])
+            arrival = sample * np.arange(SAMPLES) + late[muscle] + longer[muscle] * smaller
+            arrival[np.diff(sent) == 0.0] = np.inf  # the same command again
+            here = np.append(True, np.zeros(SAMPLES, dtype=bool)) | (
+                np.append(-np.inf, arrival) <= middle[:, None]
+            )
+            latest = SAMPLES - np.argmax(here[:, ::-1], axis=1)
+            assert np.array_equal(plan.command[:, muscle], sent[latest])
+
+
 def test_set_points_are_no_openings():
     plain, longer = planned((0.0, 0.0)), planned((0.0, 0.0), longer=(5e-3, 5e-3))
     assert all(np.array_equal(one, other) for one, other in zip(plain, longer, strict=True))
