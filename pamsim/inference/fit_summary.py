@@ -62,7 +62,7 @@ def summarise_fit(
     slope = np.where(without, np.nan, scale.slope(place))
     covariance = spread.matrix * np.outer(slope, slope)
     errors = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore"):  # a fit that leaves nothing has no errors
+    with np.errstate(invalid="ignore", divide="ignore"):  # a fit that leaves nothing has no errors
         correlation = covariance / np.outer(errors, errors)
     status, sentence = _status(parameters, split, best, short)
     return SimulatorFit(

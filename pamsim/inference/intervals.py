@@ -118,6 +118,7 @@ def parameter_covariance(
     # Slow drift below the sample noise escapes AICc, and the longest model alone is too unsure of
     # itself; the wider of the two covers best over the noises tried.
     variance = np.maximum(np.diag(matrix), 0.0)
+    np.fill_diagonal(matrix, variance)  # of data without noise, rounding leaves less than 0
     ratio = np.sqrt(np.maximum(np.diag(wide), 0.0) / np.where(variance > 0.0, variance, 1.0))
     wider = ratio * wide_quantile > quantile
     factor = np.where(wider, ratio, 1.0)
