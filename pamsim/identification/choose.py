@@ -16,9 +16,9 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import Structure
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
-from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import fit_trial_noise

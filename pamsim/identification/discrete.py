@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord
 from pamsim.identification.separable import Held, Separable, check_held
 
@@ -248,3 +249,8 @@ class DiscreteStructure:
             origin = row * (gain / float(row @ row))
             directions = np.linalg.svd(row[np.newaxis, :])[2][1:].T
         return Held({}, origin, directions, values.get("offset"))
+
+
+Structure = ContinuousStructure | DiscreteStructure
+"""Which model is fitted. Its coordinates are x, which a search finds, then theta, in which the
+prediction is linear; both kinds have the same methods."""

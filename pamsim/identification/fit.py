@@ -16,8 +16,9 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import Structure
 from pamsim.identification.estimates import estimates_of
-from pamsim.identification.model import IdentifiedModel, scores
+from pamsim.identification.model import FitStatus, IdentifiedModel, scores
 from pamsim.identification.optimum import Optimum
 from pamsim.identification.records import (
     Data,
@@ -29,9 +30,8 @@ from pamsim.identification.records import (
 )
 from pamsim.identification.separable import Held, Separable
 from pamsim.identification.starts import starts_of
-from pamsim.identification.status import Outcome, judged
-from pamsim.identification.structure import Structure
-from pamsim.identification.weighted_fit import SearchedFit, Weights, fit_separable
+from pamsim.identification.status import judged
+from pamsim.identification.weighted_fit import Weights, fit_separable
 from pamsim.inference.trial_noise import WHITE
 
 
@@ -76,8 +76,8 @@ def fit(
         held_out = checked_records([*data, *held_out])[len(data) :]
     problem, known = structure.problem(data), structure.held(held or {})
     _require_samples(data, structure)
-    at, run = _searched(problem, known, starts or starts_of(structure, data), weights)
-    evaluations, latest = run.evaluations, dict[int, float]()
+    at = _searched(problem, known, starts or starts_of(structure, data), weights)
+    evaluations, latest = at.evaluations, dict[int, float]()
     while late := _not_shown(structure, known, at):
         if isinstance(data, FrequencyRecord):
             break
@@ -89,48 +89,30 @@ def fit(
                 least = 0.5 * time_range(data)[0]
                 latest[i] = max(float(at.coordinates[place]) + half, least)
         known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
-        at, run = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
-        evaluations += run.evaluations
+        at = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
+        evaluations += at.evaluations
     facts = _facts(data, structure, at, held_out, problem, known)
-    lag1 = max((score.residual_lag1 for score in facts["trials"]), default=0.0)
-    one_step = facts["fit_percent_one_step"]
-    status, sentence, refuted = judged(
-        Outcome(
-            structure=structure,
-            at=at,
-            run=run,
-            data=data,
-            latest=latest,
-            lost=0.0 if one_step is None else one_step - facts["fit_percent"],
-            white=white,
-            lag1=lag1,
-        )
-    )
     units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
-    return IdentifiedModel(
-        **vars(at),
-        **facts,
+    found = IdentifiedModel(
+        **{**vars(at), **facts, "evaluations": evaluations},
         structure=structure,
         estimates=tuple(
             replace(one, held=True, interval95=None) if one.name in (held or {}) else one
             for one in estimates_of(structure, at, *units, latest)
         ),
-        noise=run.noise,
-        weighted=run.weighted,
-        status=status,
-        sentence=sentence,
-        refuted=refuted,
-        evaluations=evaluations,
+        status=FitStatus.CONVERGED,
+        sentence="",
     )
+    return replace(found, **judged(found, data, latest, white)._asdict())
 
 
 def _searched(
     problem: Separable, known: Held, starts: Sequence[FloatArray], weights: Weights
-) -> tuple[Optimum, SearchedFit]:
+) -> Optimum:
     """The optimum, all that is held included, from starts of all coordinates of x."""
     places = list(known.x)
-    run = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
-    return run.optimum if known.nothing else known.optimum(run.optimum), run
+    at = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
+    return at if known.nothing else known.optimum(at)
 
 
 def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:

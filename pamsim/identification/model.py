@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,19 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import Structure
 from pamsim.identification.optimum import Optimum
 from pamsim.identification.records import SignalRecord, fit_percent, pooled_fit_percent
-from pamsim.identification.status import FitStatus
-from pamsim.identification.structure import Structure
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
-from pamsim.inference.trial_noise import TrialNoise
+
+
+class FitStatus(StrEnum):
+    """Whether the numbers of a fit can be trusted."""
+
+    CONVERGED = "converged"
+    AT_BOUND = "at_bound"
+    NOT_CONVERGED = "not_converged"
+    DEGENERATE = "degenerate"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,13 +72,9 @@ class IdentifiedModel(Optimum):
         fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
         fit_percent_held_out: pooled over the held-out trials; None without any [%].
         fit_percent_one_step: of the one-step prediction; of ARX only [%].
-        noise: of the residuals.
-        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
-            plain error, and only the intervals use the noise model.
         status: whether to trust the numbers; quote them only if it is ``converged``.
         sentence: the same for a person.
         refuted: whether a scan passes the structure over, however well it fits.
-        evaluations: model evaluations over all starts; 0 for a closed form.
         level: output at rest without any input, mean of the fitted trials; None of a model that has
             none: it integrates, drifts, or was fitted to no trial [output unit].
         units_input: of each input.
@@ -84,12 +88,9 @@ class IdentifiedModel(Optimum):
     fit_percent: float
     fit_percent_held_out: float | None = None
     fit_percent_one_step: float | None = None
-    noise: TrialNoise
-    weighted: bool = False
     status: FitStatus
     sentence: str
     refuted: bool = False
-    evaluations: int = 0
     level: float | None = None
     units_input: tuple[str, ...] = ("-",)
     unit_output: str = "-"

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pamsim.identification.choose import by_aicc, by_held_out
-from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import Independence, what_is_missing
-from pamsim.identification.status import FitStatus
 
 
 @dataclass(frozen=True, kw_only=True)
