@@ -51,7 +51,7 @@ def _objections(fit: IdentifiedModel, data: Data) -> Iterator[Verdict]:
     if not fit.settled:
         why = "the solver ran out of evaluations before it converged"
         yield Verdict(why, FitStatus.NOT_CONVERGED)
-    structure, of_trials = fit.structure, not isinstance(data, FrequencyRecord)
+    structure, records = fit.structure, None if isinstance(data, FrequencyRecord) else data
     if isinstance(structure, DiscreteStructure):
         if any(abs(z) >= 1.0 for z in fit.poles):
             yield Verdict("a pole lies on or outside the unit circle: the free run does not settle")
@@ -60,16 +60,16 @@ def _objections(fit: IdentifiedModel, data: Data) -> Iterator[Verdict]:
                 f"the records do not determine {structure.sentence}: directions are not excited;"
                 " give an input that changes more often, or lower the order"
             )
-    elif of_trials:
-        yield from _out_of_range(fit, structure, *time_range(data))
-        yield from _undamped(fit, structure, time_range(data)[1])
-        yield from _repeated(fit, structure, data)
+    elif records is not None:
+        yield from _out_of_range(fit, structure, *time_range(records))
+        yield from _undamped(fit, structure, time_range(records)[1])
+        yield from _repeated(fit, structure, records)
     if fit.covariance is None:
         yield Verdict("the Jacobian is singular: parameters are not identifiable")
     if isinstance(structure, DiscreteStructure):
         return
-    if of_trials and structure.integrators:
-        yield from _cancelled_integrator(fit, structure, time_range(data)[1])
+    if structure.integrators and records is not None:
+        yield from _cancelled_integrator(fit, structure, time_range(records)[1])
     if isinstance(data, FrequencyRecord):
         yield from _not_measured(fit, structure, data)
     if len(_idle(fit)) == structure.inputs:

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.core.units import DEG_PER_RAD
+from pamsim.identification.curves import frequency_response
 from pamsim.identification.frequency import SCHEMA, FrequencyIdentification
-from pamsim.identification.response_bands import frequency_response
 from pamsim.inference.estimate import Interval
 from pamsim.report.identify_figures import magnitude_and_phase
 from pamsim.report.numbers import fixed, interval, quantity
