@@ -95,7 +95,7 @@ def _of_discrete(
     to_a[:na, :na] = matrix
     at = searched.moved(np.append(origin, np.zeros(nb)), to_a)
     a, b = np.split(at.coordinates, [na])
-    static, gain = 1.0 + float(np.sum(a)), structure.static_gain(searched.coordinates)
+    static, gain = 1.0 + float(np.sum(a)), float(structure.static_gains(searched.coordinates)[0])
     if np.isfinite(gain):
         gradient = np.concatenate([np.full(na, -gain / static), np.full(nb, 1.0 / static)])
         result = [at.estimate("K", unit_gain, gain, gradient)]

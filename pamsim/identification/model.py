@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +12,7 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import Structure
 from pamsim.identification.optimum import Optimum
-from pamsim.identification.records import SignalRecord, fit_percent, pooled_fit_percent
+from pamsim.identification.records import SignalRecord
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
 
 
@@ -213,74 +211,5 @@ class IdentifiedModel(Optimum):
                 f"a model of {self.structure.sentence} has no place of rest to predict from; use"
                 " simulate, or fit one without integrators and drift"
             )
-        return self.simulate(record, _at_rest(self.structure, self.coordinates, record, self.level))
-
-
-def _at_rest(
-    structure: Structure, coordinates: FloatArray, record: SignalRecord, level: float
-) -> float:
-    """Output at rest under a record's first inputs, of that without any input [output unit]."""
-    if isinstance(structure, ContinuousStructure):
-        gains = [coordinates[structure.coefficients(i).start] for i in range(structure.inputs)]
-    else:
-        above, below = structure.numerator(coordinates), structure.denominator(coordinates)
-        with np.errstate(divide="ignore"):
-            gains = [np.sum(above) / np.sum(below)]
-    return level + float(record.inputs[0] @ gains)
-
-
-def scores(
-    structure: Structure,
-    coordinates: FloatArray,
-    records: Sequence[SignalRecord],
-    held_out: Sequence[SignalRecord] = (),
-    offset: float | None = None,
-) -> dict[str, Any]:
-    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units.
-
-    An offset is that of the trials that were fitted; None if it was fitted to each.
-    """
-    drifts = isinstance(structure, ContinuousStructure) and structure.drift
-    moves = drifts or (isinstance(structure, ContinuousStructure) and structure.integrators > 0)
-    every: list[TrialScore] = []
-    pairs: list[tuple[FloatArray, FloatArray]] = []
-    for place, record in enumerate((*records, *held_out)):
-        known = offset if place < len(records) else None
-        run, own = structure.free_run(coordinates, record, offset=known)
-        drift = float(own[1]) if drifts else None
-        every.append(_trial_score(record, run, offset=float(own[0]), drift=drift))
-        pairs.append((record.output, run))
-    count = len(records)
-    levels = [
-        score.offset - _at_rest(structure, coordinates, record, 0.0)
-        for score, record in zip(every, records, strict=False)
-    ]
-    return {
-        "level": None if moves else float(np.mean(levels)),
-        "trials": tuple(every[:count]),
-        "held_out": tuple(every[count:]),
-        "fit_percent": pooled_fit_percent(pairs[:count]),
-        "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
-        "units_input": records[0].units_input,
-        "unit_output": records[0].unit_output,
-    }
-
-
-def _trial_score(
-    record: SignalRecord, run: FloatArray, offset: float, drift: float | None
-) -> TrialScore:
-    """Score a free run, offset and drift included, shape ``(n,)`` as the record's output."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        residual = record.output - run
-        square = float(residual @ residual)
-        lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
-        rms = float(np.sqrt(np.mean(residual**2)))
-    return TrialScore(
-        name=record.name,
-        samples=record.output.size,
-        offset=offset,
-        fit_percent=fit_percent(record.output, run),
-        rms=rms,
-        residual_lag1=lag1,
-        drift=drift,
-    )
+        gains = self.structure.static_gains(self.coordinates)
+        return self.simulate(record, self.level + float(record.inputs[0] @ gains))
