@@ -29,7 +29,7 @@ from pamsim.controllers.controller import (
 from pamsim.controllers.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.core.errors import InputError, nearest
 from pamsim.identification.local_models import LocalModelMap
-from pamsim.identification.status import FitStatus
+from pamsim.identification.model import FitStatus
 
 SCHEDULES = ("difference", "angle")
 """What gains may depend on: measured p1 - p2 [Pa], or measured angle [rad]."""

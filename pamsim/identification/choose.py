@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
-from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import fit_trial_noise
@@ -33,21 +32,10 @@ _LEVEL = 0.05  # p-value below which a simpler model is significantly worse than
 _MATERIAL = 1.05  # RMS error over the best one's, above which it is materially worse
 
 
-class Run(Protocol):
-    """A fit, rough or not, as it is judged."""
-
-    @property
-    def structure(self) -> Structure:
-        """Which model."""
-        ...
-
-    @property
-    def coordinates(self) -> FloatArray:
-        """Its numbers."""
-        ...
-
-
-R = TypeVar("R", bound=Run, covariant=True)
+Fit = RoughFit | IdentifiedModel
+R = TypeVar("R", bound=Fit)
+Part = tuple[SignalRecord, int]
+"""A record, and the first of its samples that judge; those before are fitted."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,9 +116,10 @@ def by_likelihood(fits: Sequence[RoughFit], records: Sequence[SignalRecord]) -> 
     """
     least = min(fit.criterion for fit in fits)
     samples = sum(record.output.size for record in records)
+    parts = _whole(records)
     return Choice(
         fits=tuple(fits),
-        fit_percent=_percent(fits, records),
+        fit_percent=_percent([_errors(fit, parts) for fit in fits], parts),
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
@@ -154,7 +143,7 @@ def by_free_run(
     judges = _last_thirds(records)
     if not judges:
         return by_aicc(fits, records)
-    heads = [one.fitted for one in judges]
+    heads = [record.part(slice(0, first)) for record, first in judges]
     fits = [rough_fit(fit.structure, heads, [fit.x]) for fit in fits]
     return _by_errors(fits, heads, judges, "the last third of each trial")
 
@@ -163,7 +152,7 @@ def by_held_out(
     fits: Sequence[R], records: Sequence[SignalRecord], held_out: Sequence[SignalRecord]
 ) -> Choice[R]:
     """Judge fits, simplest first, by their free run on trials that were not fitted."""
-    return _by_errors(fits, records, [_Judge(record) for record in held_out], HELD_OUT)
+    return _by_errors(fits, records, _whole(held_out), HELD_OUT)
 
 
 def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
@@ -174,22 +163,24 @@ def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
     Source: Hurvich and Tsai (Biometrika 1989); rule of 2 of Burnham and Anderson, Model Selection
     (2002).
     """
-    errors = [_errors(fit, records) for fit in fits]
-    place = min(range(len(fits)), key=lambda i: _square(errors[i]))
+    parts = _whole(records)
+    errors = [_errors(fit, parts) for fit in fits]
+    squares = [_square(own) for own in errors]
+    place = squares.index(min(squares))
     best = fits[place]
     if isinstance(best, IdentifiedModel):
         effective = best.noise.independent([record.output.size for record in records])
     else:
-        effective = _effective_samples(errors[place], records)
+        effective = _effective_samples(errors[place], parts)
     samples = sum(record.output.size for record in records)
     scores = aicc_above_best(
-        [_square(own) / samples for own in errors],
+        [square / samples for square in squares],
         [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
         effective,
     )
     return Choice(
         fits=tuple(fits),
-        fit_percent=_percent(fits, records),
+        fit_percent=_percent(errors, parts),
         scores=tuple(scores),
         judged_by=AICC,
         basis=f"{effective:.0f} effective samples; nothing was held out",
@@ -198,108 +189,76 @@ def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
 
 
 def _by_errors(
-    fits: Sequence[R],
-    fitted: Sequence[SignalRecord],
-    judges: Sequence[_Judge],
-    judged_by: str,
+    fits: Sequence[R], fitted: Sequence[SignalRecord], judges: Sequence[Part], judged_by: str
 ) -> Choice[R]:
-    errors = [[one.output - one.run(fit) for one in judges] for fit in fits]
-    errors = _without_own_degrees(fits, errors, judges)
+    """Errors count as large as they were if no initial state were fitted to what judges.
+
+    Every model gets its own initial state there, the more numbers the more poles it has, and takes
+    up noise with them: of noise that is slow much, as it has few independent samples.
+    """
+    errors = [_errors(fit, judges) for fit in fits]
+    effective = _effective_samples(min(errors, key=_square), judges)
+
+    def factor(fit: R) -> float:
+        structure = fit.structure
+        own = structure.per_trial * len(judges)
+        if isinstance(structure, ContinuousStructure):
+            own = sum((structure.moving if first else structure).per_trial for _, first in judges)
+        return math.sqrt(effective / max(effective - own, 1.0))
+
+    errors = [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
+    whole = _whole(fitted)
     return Choice(
         fits=tuple(fits),
-        fit_percent=_percent(fits, fitted),
-        held_out=tuple(
-            pooled_fit_percent(
-                [(one.output, one.output - e) for one, e in zip(judges, own, strict=True)]
-            )
-            for own in errors
-        ),
+        fit_percent=_percent([_errors(fit, whole) for fit in fits], whole),
+        held_out=_percent(errors, judges),
         errors=tuple(errors),
-        sample_times=tuple(one.record.sample_time for one in judges),
+        sample_times=tuple(record.sample_time for record, _ in judges),
         judged_by=judged_by,
     )
 
 
-@dataclass(frozen=True)
-class _Judge:
-    """A record of which the samples from one on judge; the others are fitted."""
-
-    record: SignalRecord
-    since: int = 0
-
-    @property
-    def output(self) -> FloatArray:
-        return self.record.output[self.since :]
-
-    @property
-    def fitted(self) -> SignalRecord:
-        return self.record.part(slice(0, self.since))
-
-    def run(self, fit: Run) -> FloatArray:
-        return fit.structure.free_run(fit.coordinates, self.record, self.since)[0]
-
-    def own(self, fit: Run) -> int:
-        """Number of coefficients that are fitted to what judges."""
-        structure = fit.structure
-        if self.since and isinstance(structure, ContinuousStructure):
-            structure = structure.moving
-        return structure.per_trial
+def _whole(records: Sequence[SignalRecord]) -> list[Part]:
+    return [(record, 0) for record in records]
 
 
-def _last_thirds(records: Sequence[SignalRecord]) -> list[_Judge]:
+def _last_thirds(records: Sequence[SignalRecord]) -> list[Part]:
     """The ends of one or two trials; nothing where one of them cannot judge."""
     if len(records) > _FEW_TRIALS:
         return []
-    found: list[_Judge] = []
+    found: list[Part] = []
     for record in records:
         cut = round((1.0 - _LAST) * record.output.size)
         head, tail = record.output[:cut], record.output[cut:]
         few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
         if few or np.std(tail) < _MOVES * np.std(head):
             return []
-        found.append(_Judge(record, cut))
+        found.append((record, cut))
     return found
 
 
-def _without_own_degrees(
-    fits: Sequence[Run], errors: list[list[FloatArray]], judges: Sequence[_Judge]
-) -> list[list[FloatArray]]:
-    """Errors as large as they were if no initial state were fitted to what judges.
-
-    Every model gets its own initial state there, the more numbers the more poles it has, and takes
-    up noise with them: of noise that is slow much, as it has few independent samples.
-    """
-    best = min(errors, key=_square)
-    effective = _effective_samples(best, [one.record for one in judges])
-
-    def factor(fit: Run) -> float:
-        room = effective - sum(one.own(fit) for one in judges)
-        return math.sqrt(effective / max(room, 1.0))
-
-    return [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
-
-
-def _effective_samples(residual: Sequence[FloatArray], records: Sequence[SignalRecord]) -> float:
+def _effective_samples(residual: Sequence[FloatArray], parts: Sequence[Part]) -> float:
     """Number of independent samples of a residual."""
-    noise = fit_trial_noise(residual, [record.sample_time for record in records])
+    noise = fit_trial_noise(residual, [record.sample_time for record, _ in parts])
     return noise.independent([part.size for part in residual])
 
 
-def _errors(fit: Run, records: Sequence[SignalRecord]) -> list[FloatArray]:
-    """Measured minus free run of every trial."""
-    return [r.output - fit.structure.free_run(fit.coordinates, r)[0] for r in records]
+def _errors(fit: Fit, parts: Sequence[Part]) -> list[FloatArray]:
+    """Measured minus free run where each record judges."""
+    structure, x = fit.structure, fit.coordinates
+    return [r.output[first:] - structure.free_run(x, r, first)[0] for r, first in parts]
 
 
 def _square(errors: Sequence[FloatArray]) -> float:
     return sum(float(error @ error) for error in errors)
 
 
-def _percent(fits: Sequence[Run], records: Sequence[SignalRecord]) -> tuple[float, ...]:
+def _percent(errors: Sequence[Sequence[FloatArray]], parts: Sequence[Part]) -> tuple[float, ...]:
+    """Fit of each model by its errors where the records judge [%]."""
+    outputs = [record.output[first:] for record, first in parts]
     return tuple(
-        pooled_fit_percent(
-            [(r.output, r.output - e) for r, e in zip(records, _errors(fit, records), strict=True)]
-        )
-        for fit in fits
+        pooled_fit_percent([(y, y - e) for y, e in zip(outputs, own, strict=True)])
+        for own in errors
     )
 
 

@@ -139,6 +139,10 @@ class ContinuousStructure:
         first = self.searched + sum(self.numerator_zeros[:given]) + given
         return slice(first, first + self.numerator_zeros[given] + 1)
 
+    def static_gains(self, coordinates: FloatArray) -> FloatArray:
+        """Return b0 of every input, shape ``(inputs,)`` [output per input]."""
+        return coordinates[[self.coefficients(i).start for i in range(self.inputs)]]
+
     def channel(self, given: int) -> tuple[ContinuousStructure, NDArray[np.intp]]:
         """Return the structure from one input alone, and the places of its coordinates."""
         places = list(range(self.order))

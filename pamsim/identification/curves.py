@@ -1,4 +1,7 @@
-"""What the figures of an identification draw: signals, residuals, responses with their bands."""
+"""What the figures of an identification draw: trials with the model's run, its responses.
+
+Step and frequency responses have 95 % bands by the delta method.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,53 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import SignalRecord
-from pamsim.identification.response_bands import (
-    FrequencyResponse,
-    StepResponse,
-    frequency_response,
-    step_response_band,
-)
 from pamsim.identification.signals import Signal, UsedTrial
+from pamsim.inference.record_checks import finite_samples, uniform_interval
 
 _POINTS = 300  # of a curve: as many as a figure shows
 _STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for
 _BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is drawn
+
+
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse:
+    """Bode data with pointwise 95 % bands; the bands are None where the fit has no covariance.
+
+    Attributes:
+        frequency: shape ``(n,)`` [rad/s].
+        magnitude: ``|G|``, shape ``(n,)`` [output unit per input unit].
+        phase: unwrapped, dead time included, shape ``(n,)`` [rad].
+        magnitude_band: lower and upper, shape ``(2, n)``; symmetric in the logarithm.
+        phase_band: lower and upper, shape ``(2, n)`` [rad].
+    """
+
+    frequency: FloatArray
+    magnitude: FloatArray
+    phase: FloatArray
+    magnitude_band: FloatArray | None
+    phase_band: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class StepResponse:
+    """Unit-step response with its pointwise 95 % band.
+
+    Attributes:
+        time: since the step, shape ``(n,)`` [s].
+        output: shape ``(n,)`` [output unit].
+        band: lower and upper, shape ``(2, n)`` [output unit]; None without covariance.
+    """
+
+    time: FloatArray
+    output: FloatArray
+    band: FloatArray | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,6 +96,64 @@ class Curves:
     nyquist: float
 
 
+def frequency_response(
+    fit: IdentifiedModel, frequencies: ArrayLike, gain: float = 1.0
+) -> FrequencyResponse:
+    """Return magnitude and phase of a fitted model with their 95 % bands, at frequencies [rad/s].
+
+    The phase of a dead time is exact, not a Pade approximation. ``gain`` multiplies the magnitude,
+    for other units.
+    """
+    w, structure = finite_samples(frequencies, "frequencies"), fit.structure
+    if w.size == 0 or w[0] <= 0.0 or np.any(np.diff(w) <= 0.0):
+        raise InputError("frequencies must be positive and rise; sort them and drop 0 and repeats")
+    if isinstance(structure, DiscreteStructure):
+        nyquist = np.pi / structure.sample_time
+        if w[-1] > nyquist * (1.0 + 1e-9):
+            raise InputError(
+                f"frequency {w[-1]:g} rad/s is beyond {nyquist:g} rad/s, half the sampling rate "
+                "of the discrete model; leave it out"
+            )
+    value = structure.frequency_response(fit.coordinates, w)
+    magnitude, phase = gain * np.abs(value), np.unwrap(np.angle(value))
+    # Log and phase are real and imaginary part of ln G, whose derivative is dG / G.
+    half = fit.half_widths(lambda x: structure.frequency_response(x, w) / value)
+    if half is None:
+        return FrequencyResponse(w, magnitude, phase, None, None)
+    with np.errstate(over="ignore"):
+        factor = np.exp(np.real(half))
+    return FrequencyResponse(
+        w,
+        magnitude,
+        phase,
+        np.stack([magnitude / factor, magnitude * factor]),
+        np.stack([phase - np.imag(half), phase + np.imag(half)]),
+    )
+
+
+def step_response_band(fit: IdentifiedModel, time: ArrayLike, gain: float = 1.0) -> StepResponse:
+    """Return the unit-step response of a fitted model from rest with its 95 % band.
+
+    Times are uniform, from 0; of a discrete model its own samples [s]. ``gain`` multiplies the
+    output, for other units.
+    """
+    t, structure = finite_samples(time, "time"), fit.structure
+    if t.size < 2 or t[0] != 0.0 or np.any(np.diff(t) <= 0.0):
+        raise InputError("time must start at 0 and increase over at least 2 samples; shift it")
+    interval = uniform_interval(t)
+    if isinstance(structure, DiscreteStructure):
+        own = structure.sample_time
+        if abs(interval - own) > 1e-3 * own:
+            raise InputError(
+                f"time has interval {interval:g} s but the model is sampled at {own:g} s; use its "
+                "own sample times"
+            )
+    output = gain * structure.step_response(fit.coordinates, t.size, interval)
+    half = fit.half_widths(lambda x: gain * structure.step_response(x, t.size, interval))
+    band = None if half is None else np.stack([output - half, output + half])
+    return StepResponse(t, output, band)
+
+
 def trial_curve(
     record: SignalRecord,
     run: FloatArray,
@@ -90,24 +183,20 @@ def curves_of(
     rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
     if rates.size == 0:  # a gain, or integrators alone
         rates = np.array([1.0 / max(trial.record.duration for trial in used)])
+    slow, fast = float(np.min(rates)), float(np.max(rates))
     nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
-    channels = [
-        (channel, into.factor / out.factor)
-        for channel, into in zip(fit.channels, inputs, strict=True)
-    ]
-    latest = max(channel.dead_time for channel, _ in channels)
-    horizon = _STEP_LENGTH / float(np.min(rates)) + latest
-    times = np.linspace(0.0, horizon, _POINTS)
-    high = max(min(_ABOVE * float(np.max(rates)), nyquist), 10.0 * float(np.min(rates)))
-    frequencies = np.geomspace(_BELOW * float(np.min(rates)), high, _POINTS)
+    latest = max(channel.dead_time for channel in fit.channels)
+    times = np.linspace(0.0, _STEP_LENGTH / slow + latest, _POINTS)
+    high = max(min(_ABOVE * fast, nyquist), 10.0 * slow)
+    frequencies = np.geomspace(_BELOW * slow, high, _POINTS)
+    gains = [into.factor / out.factor for into in inputs]
+    channels = list(zip(fit.channels, gains, strict=True))
     return Curves(
         trials=tuple(
             trial_curve(one.record, fit.simulate(one.record), inputs, out, one in held_out)
             for one in (*used, *held_out)
         ),
-        steps=tuple(step_response_band(channel, times).scaled(gain) for channel, gain in channels),
-        bodes=tuple(
-            frequency_response(channel, frequencies).scaled(gain) for channel, gain in channels
-        ),
+        steps=tuple(step_response_band(one, times, gain) for one, gain in channels),
+        bodes=tuple(frequency_response(one, frequencies, gain) for one, gain in channels),
         nyquist=nyquist,
     )

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord
 from pamsim.identification.separable import Held, Separable, check_held
 
@@ -123,11 +124,11 @@ class DiscreteStructure:
         roots = np.roots(self.denominator(coordinates))
         return tuple(complex(z) for z in roots[np.argsort(-np.abs(roots), kind="stable")])
 
-    def static_gain(self, coordinates: FloatArray) -> float:
-        """Return ``sum(b) / (1 + sum(a))`` [output per input]; inf or nan for an integrator."""
+    def static_gains(self, coordinates: FloatArray) -> FloatArray:
+        """Return ``sum(b) / (1 + sum(a))``, shape ``(1,)``; inf or nan for an integrator."""
         above, below = self.numerator(coordinates), self.denominator(coordinates)
         with np.errstate(divide="ignore", invalid="ignore"):
-            return float(np.divide(np.sum(above), np.sum(below)))
+            return np.divide([np.sum(above)], np.sum(below))
 
     def continuous_poles(self, coordinates: FloatArray) -> tuple[complex | None, ...]:
         """Return ``log(z) / Ts`` of each pole [rad/s].
@@ -248,3 +249,8 @@ class DiscreteStructure:
             origin = row * (gain / float(row @ row))
             directions = np.linalg.svd(row[np.newaxis, :])[2][1:].T
         return Held({}, origin, directions, values.get("offset"))
+
+
+Structure = ContinuousStructure | DiscreteStructure
+"""Which model is fitted. Its coordinates are x, which a search finds, then theta, in which the
+prediction is linear; both kinds have the same methods."""

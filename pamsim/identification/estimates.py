@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 
 import numpy as np
 
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.optimum import Optimum
-from pamsim.identification.structure import Structure
 from pamsim.inference.estimate import Estimate, Interval
-
-VAGUE = 3.0
-"""Factor up or down, beyond which a parameter of the poles is not known."""
-
-_EQUAL = 1e-6  # of logarithms of time constants: a search resolves no smaller difference
 
 
 def estimates_of(
@@ -41,7 +34,6 @@ def estimates_of(
     """
     if isinstance(structure, ContinuousStructure):
         return _of_continuous(structure, at, unit_output, units_input, latest or {})
-    assert isinstance(structure, DiscreteStructure)
     return _of_discrete(structure, at, _per(unit_output, units_input[0]))
 
 
@@ -66,7 +58,7 @@ def _of_continuous(
     for number, first, unit in zip(numbers, firsts, units_input, strict=True):
         unit_gain = _per(unit_output, unit) + per_time
         result.append(at.estimate(f"K{number}", unit_gain, float(x[first]), at.unit(first)))
-    for name, unit, i in _pole_names(structure, x):
+    for name, unit, i in pole_names(structure, x):
         result.append(at.estimate(name, unit, float(np.exp(x[i])), at.unit(i), positive=True))
     for number, first, zeros in zip(numbers, firsts, structure.numerator_zeros, strict=True):
         for power in range(1, zeros + 1):
@@ -101,13 +93,9 @@ def _of_discrete(
     origin, matrix = structure.from_differences()
     to_a = np.eye(na + nb)
     to_a[:na, :na] = matrix
-    at = Optimum(
-        np.append(origin, np.zeros(nb)) + to_a @ searched.coordinates,
-        None if searched.covariance is None else to_a @ searched.covariance @ to_a.T,
-        searched.quantile,
-    )
+    at = searched.moved(np.append(origin, np.zeros(nb)), to_a)
     a, b = np.split(at.coordinates, [na])
-    static, gain = 1.0 + float(np.sum(a)), structure.static_gain(searched.coordinates)
+    static, gain = 1.0 + float(np.sum(a)), float(structure.static_gains(searched.coordinates)[0])
     if np.isfinite(gain):
         gradient = np.concatenate([np.full(na, -gain / static), np.full(nb, 1.0 / static)])
         result = [at.estimate("K", unit_gain, gain, gradient)]
@@ -129,31 +117,7 @@ def _of_discrete(
     return tuple(result)
 
 
-def merged_lags(structure: ContinuousStructure, at: Optimum) -> tuple[float, float] | None:
-    """Return two real time constants that the data do not separate, or None [s]."""
-    if not structure.real_lags:
-        return None
-    x = at.coordinates
-    rising = np.argsort(x[: structure.order], kind="stable")
-    for low, high in pairwise(map(int, rising)):
-        # The cost is even in d = log(T2/T1), so d^2 is the parameter with a regular estimate, and
-        # its standard deviation is 2 d spread: two of them reach zero when d < 4 spread.
-        half = at.half_width(at.unit(high) - at.unit(low))
-        if half is not None and x[high] - x[low] < max(4.0 * half / at.quantile, _EQUAL):
-            return float(np.exp(x[low])), float(np.exp(x[high]))
-    return None
-
-
-def vague_parameter(structure: ContinuousStructure, at: Optimum) -> tuple[str, float, str] | None:
-    """Return name, value and unit of the first pole parameter with too wide an interval."""
-    for name, unit, i in _pole_names(structure, at.coordinates):
-        half = at.half_width(at.unit(i))
-        if half is not None and half > np.log(VAGUE):
-            return name, float(np.exp(at.coordinates[i])), unit
-    return None
-
-
-def _pole_names(structure: ContinuousStructure, x: FloatArray) -> list[tuple[str, str, int]]:
+def pole_names(structure: ContinuousStructure, x: FloatArray) -> list[tuple[str, str, int]]:
     """Return name, unit and coordinate of each pole parameter; lags rise, pairs by rising wn."""
     pairs = sorted(range(structure.pairs), key=lambda pair: float(x[2 * pair]))
     number = [str(k + 1) if structure.pairs > 1 else "" for k in range(structure.pairs)]

@@ -16,22 +16,23 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import Structure
 from pamsim.identification.estimates import estimates_of
-from pamsim.identification.model import IdentifiedModel, scores
+from pamsim.identification.model import FitStatus, IdentifiedModel, TrialScore
 from pamsim.identification.optimum import Optimum
 from pamsim.identification.records import (
     Data,
     FrequencyRecord,
     SignalRecord,
     checked_records,
+    fit_percent,
     pooled_fit_percent,
     time_range,
 )
 from pamsim.identification.separable import Held, Separable
 from pamsim.identification.starts import starts_of
-from pamsim.identification.status import Outcome, judged
-from pamsim.identification.structure import Structure
-from pamsim.identification.weighted_fit import SearchedFit, Weights, fit_separable
+from pamsim.identification.status import judged
+from pamsim.identification.weighted_fit import Weights, fit_separable
 from pamsim.inference.trial_noise import WHITE
 
 
@@ -76,8 +77,8 @@ def fit(
         held_out = checked_records([*data, *held_out])[len(data) :]
     problem, known = structure.problem(data), structure.held(held or {})
     _require_samples(data, structure)
-    at, run = _searched(problem, known, starts or starts_of(structure, data), weights)
-    evaluations, latest = run.evaluations, dict[int, float]()
+    at = _searched(problem, known, starts or starts_of(structure, data), weights)
+    evaluations, latest = at.evaluations, dict[int, float]()
     while late := _not_shown(structure, known, at):
         if isinstance(data, FrequencyRecord):
             break
@@ -89,48 +90,30 @@ def fit(
                 least = 0.5 * time_range(data)[0]
                 latest[i] = max(float(at.coordinates[place]) + half, least)
         known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
-        at, run = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
-        evaluations += run.evaluations
+        at = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
+        evaluations += at.evaluations
     facts = _facts(data, structure, at, held_out, problem, known)
-    lag1 = max((score.residual_lag1 for score in facts["trials"]), default=0.0)
-    one_step = facts["fit_percent_one_step"]
-    status, sentence, refuted = judged(
-        Outcome(
-            structure=structure,
-            at=at,
-            run=run,
-            data=data,
-            latest=latest,
-            lost=0.0 if one_step is None else one_step - facts["fit_percent"],
-            white=white,
-            lag1=lag1,
-        )
-    )
     units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
-    return IdentifiedModel(
-        **vars(at),
-        **facts,
+    found = IdentifiedModel(
+        **{**vars(at), **facts, "evaluations": evaluations},
         structure=structure,
         estimates=tuple(
             replace(one, held=True, interval95=None) if one.name in (held or {}) else one
             for one in estimates_of(structure, at, *units, latest)
         ),
-        noise=run.noise,
-        weighted=run.weighted,
-        status=status,
-        sentence=sentence,
-        refuted=refuted,
-        evaluations=evaluations,
+        status=FitStatus.CONVERGED,
+        sentence="",
     )
+    return replace(found, **judged(found, data, latest, white)._asdict())
 
 
 def _searched(
     problem: Separable, known: Held, starts: Sequence[FloatArray], weights: Weights
-) -> tuple[Optimum, SearchedFit]:
+) -> Optimum:
     """The optimum, all that is held included, from starts of all coordinates of x."""
     places = list(known.x)
-    run = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
-    return run.optimum if known.nothing else known.optimum(run.optimum), run
+    at = fit_separable(problem.holding(known), [np.delete(x, places) for x in starts], weights)
+    return at if known.nothing else known.optimum(at)
 
 
 def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]:
@@ -165,20 +148,56 @@ def _facts(
     problem: Separable,
     known: Held,
 ) -> dict[str, Any]:
-    """Scores of a model, and its units: these fields of `IdentifiedModel`."""
+    """Scores of a model's free run, and its units: these fields of `IdentifiedModel`."""
+    x = at.coordinates
     if isinstance(data, FrequencyRecord):
-        run = structure.frequency_response(at.coordinates, data.frequency)
-        miss = float(np.sqrt(np.mean(np.abs(run / data.response - 1.0) ** 2)))
-        return {
-            "trials": (),
-            "fit_percent": 100.0 * (1.0 - miss),
-            "fit_percent_one_step": None,
-        }
-    result = scores(structure, at.coordinates, data, held_out, known.offset)
+        response = structure.frequency_response(x, data.frequency)
+        miss = float(np.sqrt(np.mean(np.abs(response / data.response - 1.0) ** 2)))
+        return {"trials": (), "fit_percent": 100.0 * (1.0 - miss)}
+    continuous = isinstance(structure, ContinuousStructure)
+    drifts = continuous and structure.drift
+    rests = not drifts and not (continuous and structure.integrators)
+    scores: list[TrialScore] = []
+    pairs: list[tuple[FloatArray, FloatArray]] = []
+    levels: list[float] = []
+    for record in (*data, *held_out):
+        # Of a trial that was not fitted the offset is not known.
+        offset = known.offset if len(scores) < len(data) else None
+        run, own = structure.free_run(x, record, offset=offset)
+        scores.append(_score(record, run, own, drifts))
+        pairs.append((record.output, run))
+        levels.append(float(own[0] - record.inputs[0] @ structure.static_gains(x)))
+    count = len(data)
     one_step = None
     if structure.kind == "arx":
         left = problem.holding(known).linear_part(np.empty(0), WHITE).residual
         ends = np.cumsum([output.size for output in problem.outputs])[:-1]
-        pairs = zip(problem.outputs, np.split(left, ends), strict=True)
-        one_step = pooled_fit_percent([(output, output - part) for output, part in pairs])
-    return {**result, "fit_percent_one_step": one_step}
+        parts = zip(problem.outputs, np.split(left, ends), strict=True)
+        one_step = pooled_fit_percent([(output, output - part) for output, part in parts])
+    return {
+        "level": float(np.mean(levels[:count])) if rests else None,
+        "trials": tuple(scores[:count]),
+        "held_out": tuple(scores[count:]),
+        "fit_percent": pooled_fit_percent(pairs[:count]),
+        "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
+        "fit_percent_one_step": one_step,
+        "units_input": data[0].units_input,
+        "unit_output": data[0].unit_output,
+    }
+
+
+def _score(record: SignalRecord, run: FloatArray, own: FloatArray, drifts: bool) -> TrialScore:
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = record.output - run
+        square = float(residual @ residual)
+        lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
+        rms = float(np.sqrt(np.mean(residual**2)))
+    return TrialScore(
+        name=record.name,
+        samples=record.output.size,
+        offset=float(own[0]),
+        fit_percent=fit_percent(record.output, run),
+        rms=rms,
+        residual_lag1=lag1,
+        drift=float(own[1]) if drifts else None,
+    )

@@ -185,19 +185,20 @@ def identify_frequency_response(
                 fits[name] = _fitted(data, poles, structure)
             except InputError as error:
                 skipped[name] = str(error)
-        if _no_longer_better(fits, frequency.size, n):
-            break
+        scores = _aicc(fits, frequency.size)
+        if fits and fits[min(fits, key=scores.__getitem__)].structure.order < n - 1:
+            break  # neither this order nor the one before is the best
     if not fits:
         raise InputError(next(iter(skipped.values())))
     scores = _aicc(fits, frequency.size)
+    trusted = {name for name, fit in fits.items() if fit.status is FitStatus.CONVERGED}
     # A model that cannot be trusted stands for its order only where there is no other.
-    ranked = sorted(fits, key=lambda name: (not _trusted(fits[name]), scores[name]))
+    ranked = sorted(fits, key=lambda name: (name not in trusted, scores[name]))
     best = {fits[name].structure.order: name for name in reversed(ranked)}
     shown = {best[n]: fits[best[n]] for n in sorted(best)}
     smallest = min(scores[name] for name in shown)
-    trusted = [i for i, fit in enumerate(shown.values()) if _trusted(fit)]
     recommended, names = "", list(shown)
-    if trusted:
+    if trusted & set(names):
         choice = Choice(
             fits=tuple(shown.values()),
             fit_percent=tuple(fit.fit_percent for fit in shown.values()),
@@ -205,7 +206,7 @@ def identify_frequency_response(
             scores=tuple(scores[name] for name in names),
             basis="of the relative error",
         )
-        place, reason = choice.pick(set(range(len(names))) - set(trusted))
+        place, reason = choice.pick({i for i, name in enumerate(names) if name not in trusted})
         recommended = names[place]
     else:
         why = "; ".join(f"{name}: {fit.sentence}" for name, fit in shown.items())
@@ -224,14 +225,6 @@ def identify_frequency_response(
     )
 
 
-def _no_longer_better(fits: Mapping[str, IdentifiedModel], frequencies: int, order: int) -> bool:
-    """Whether neither this order nor the one before has the smallest AICc."""
-    if not fits:
-        return False
-    scores = _aicc(fits, frequencies)
-    return fits[min(scores, key=lambda name: scores[name])].structure.order < order - 1
-
-
 def _fitted(data: FrequencyRecord, poles: str, structure: ContinuousStructure) -> IdentifiedModel:
     """One fit; by time constants where all poles are real."""
     lags = replace(structure, real_lags=True)
@@ -245,12 +238,10 @@ def _fitted(data: FrequencyRecord, poles: str, structure: ContinuousStructure) -
     return real if equal and real.status is FitStatus.CONVERGED else free
 
 
-def _trusted(fit: IdentifiedModel) -> bool:
-    return fit.status is FitStatus.CONVERGED
-
-
 def _aicc(fits: Mapping[str, IdentifiedModel], frequencies: int) -> dict[str, float]:
     """AICc of the relative error, by the number of errors that are independent at best."""
+    if not fits:
+        return {}
     best = max(fits.values(), key=lambda fit: fit.fit_percent)
     samples = best.noise.independent([frequencies, frequencies])
     errors = [max(1.0 - fit.fit_percent / 100.0, 1e-12) for fit in fits.values()]

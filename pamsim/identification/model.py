@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from enum import StrEnum
 
 import numpy as np
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import Structure
 from pamsim.identification.optimum import Optimum
-from pamsim.identification.records import SignalRecord, fit_percent, pooled_fit_percent
-from pamsim.identification.status import FitStatus
-from pamsim.identification.structure import Structure
+from pamsim.identification.records import SignalRecord
 from pamsim.inference.estimate import Estimate, Interval, without_intervals
-from pamsim.inference.trial_noise import TrialNoise
+
+
+class FitStatus(StrEnum):
+    """Whether the numbers of a fit can be trusted."""
+
+    CONVERGED = "converged"
+    AT_BOUND = "at_bound"
+    NOT_CONVERGED = "not_converged"
+    DEGENERATE = "degenerate"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,13 +70,9 @@ class IdentifiedModel(Optimum):
         fit_percent: of the free run, pooled over the fitted trials, each about its own mean [%].
         fit_percent_held_out: pooled over the held-out trials; None without any [%].
         fit_percent_one_step: of the one-step prediction; of ARX only [%].
-        noise: of the residuals.
-        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
-            plain error, and only the intervals use the noise model.
         status: whether to trust the numbers; quote them only if it is ``converged``.
         sentence: the same for a person.
         refuted: whether a scan passes the structure over, however well it fits.
-        evaluations: model evaluations over all starts; 0 for a closed form.
         level: output at rest without any input, mean of the fitted trials; None of a model that has
             none: it integrates, drifts, or was fitted to no trial [output unit].
         units_input: of each input.
@@ -84,12 +86,9 @@ class IdentifiedModel(Optimum):
     fit_percent: float
     fit_percent_held_out: float | None = None
     fit_percent_one_step: float | None = None
-    noise: TrialNoise
-    weighted: bool = False
     status: FitStatus
     sentence: str
     refuted: bool = False
-    evaluations: int = 0
     level: float | None = None
     units_input: tuple[str, ...] = ("-",)
     unit_output: str = "-"
@@ -212,74 +211,5 @@ class IdentifiedModel(Optimum):
                 f"a model of {self.structure.sentence} has no place of rest to predict from; use"
                 " simulate, or fit one without integrators and drift"
             )
-        return self.simulate(record, _at_rest(self.structure, self.coordinates, record, self.level))
-
-
-def _at_rest(
-    structure: Structure, coordinates: FloatArray, record: SignalRecord, level: float
-) -> float:
-    """Output at rest under a record's first inputs, of that without any input [output unit]."""
-    if isinstance(structure, ContinuousStructure):
-        gains = [coordinates[structure.coefficients(i).start] for i in range(structure.inputs)]
-    else:
-        above, below = structure.numerator(coordinates), structure.denominator(coordinates)
-        with np.errstate(divide="ignore"):
-            gains = [np.sum(above) / np.sum(below)]
-    return level + float(record.inputs[0] @ gains)
-
-
-def scores(
-    structure: Structure,
-    coordinates: FloatArray,
-    records: Sequence[SignalRecord],
-    held_out: Sequence[SignalRecord] = (),
-    offset: float | None = None,
-) -> dict[str, Any]:
-    """Simulate and score every trial: these fields of `IdentifiedModel`, and its units.
-
-    An offset is that of the trials that were fitted; None if it was fitted to each.
-    """
-    drifts = isinstance(structure, ContinuousStructure) and structure.drift
-    moves = drifts or (isinstance(structure, ContinuousStructure) and structure.integrators > 0)
-    every: list[TrialScore] = []
-    pairs: list[tuple[FloatArray, FloatArray]] = []
-    for place, record in enumerate((*records, *held_out)):
-        known = offset if place < len(records) else None
-        run, own = structure.free_run(coordinates, record, offset=known)
-        drift = float(own[1]) if drifts else None
-        every.append(_trial_score(record, run, offset=float(own[0]), drift=drift))
-        pairs.append((record.output, run))
-    count = len(records)
-    levels = [
-        score.offset - _at_rest(structure, coordinates, record, 0.0)
-        for score, record in zip(every, records, strict=False)
-    ]
-    return {
-        "level": None if moves else float(np.mean(levels)),
-        "trials": tuple(every[:count]),
-        "held_out": tuple(every[count:]),
-        "fit_percent": pooled_fit_percent(pairs[:count]),
-        "fit_percent_held_out": pooled_fit_percent(pairs[count:]) if held_out else None,
-        "units_input": records[0].units_input,
-        "unit_output": records[0].unit_output,
-    }
-
-
-def _trial_score(
-    record: SignalRecord, run: FloatArray, offset: float, drift: float | None
-) -> TrialScore:
-    """Score a free run, offset and drift included, shape ``(n,)`` as the record's output."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        residual = record.output - run
-        square = float(residual @ residual)
-        lag1 = float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
-        rms = float(np.sqrt(np.mean(residual**2)))
-    return TrialScore(
-        name=record.name,
-        samples=record.output.size,
-        offset=offset,
-        fit_percent=fit_percent(record.output, run),
-        rms=rms,
-        residual_lag1=lag1,
-        drift=drift,
-    )
+        gains = self.structure.static_gains(self.coordinates)
+        return self.simulate(record, self.level + float(record.inputs[0] @ gains))

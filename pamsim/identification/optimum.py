@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.inference.estimate import Estimate
+from pamsim.inference.trial_noise import TrialNoise
 
 _STEP = 6e-6  # the cube root of the rounding error, best for central differences
 _BOUNDLESS = float(np.log(1e6))  # half width of a logarithm: more is no interval
@@ -24,7 +25,7 @@ def student_quantile(freedom: float) -> float:
     return float(_quantile(freedom, 0.975))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Optimum:
     """Where a fit ended.
 
@@ -32,11 +33,27 @@ class Optimum:
         coordinates: shape ``(k,)``.
         covariance: shape ``(k, k)``; None if the data do not determine them.
         quantile: half width of a 95 % interval in standard errors.
+        settled: whether the optimiser stopped because it had converged.
+        evaluations: of the model over all starts; 0 for a closed form.
+        noise: of the residuals.
+        weighted: whether the estimates minimise the whitened error; otherwise they minimise the
+            plain error, and only the intervals use the noise model.
+        disagreement: p-value of weighted against unweighted estimates; None if not compared.
     """
 
     coordinates: FloatArray
     covariance: FloatArray | None
     quantile: float
+    settled: bool
+    evaluations: int
+    noise: TrialNoise
+    weighted: bool = False
+    disagreement: float | None = None
+
+    def moved(self, origin: FloatArray, matrix: FloatArray) -> Optimum:
+        """Return it in coordinates that are ``origin + matrix @ coordinates``."""
+        covariance = None if self.covariance is None else matrix @ self.covariance @ matrix.T
+        return replace(self, coordinates=origin + matrix @ self.coordinates, covariance=covariance)
 
     def unit(self, i: int) -> FloatArray:
         """Return the gradient of coordinate i, shape ``(k,)``."""

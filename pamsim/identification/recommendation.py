@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pamsim.identification.choose import by_aicc, by_held_out
-from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import Independence, what_is_missing
-from pamsim.identification.status import FitStatus
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +42,6 @@ class Recommendation:
     """The model to use, if any.
 
     Attributes:
-        name: of the candidate; empty if none can be trusted, or past inputs explain part of the
-            residuals of the best.
         best: the model that describes the records best; empty if none can be trusted.
         reason: for the best, as a sentence.
         missing: what the best does not describe, as a sentence; empty if nothing.
@@ -52,12 +49,16 @@ class Recommendation:
         effective_samples: number of independent samples that the residuals are worth.
     """
 
-    name: str
     best: str
     reason: str
     missing: str
     aicc: dict[str, float]
     effective_samples: float
+
+    @property
+    def name(self) -> str:
+        """Of the candidate to use; empty if none can be trusted, or something is missing."""
+        return "" if self.missing else self.best
 
 
 def recommend(
@@ -93,7 +94,6 @@ def recommend(
             vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
             missing = f"{vague}; {missing}" if missing else vague
     return Recommendation(
-        name="" if missing else best,
         best=best,
         reason=reason,
         missing=missing,

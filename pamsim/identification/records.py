@@ -74,7 +74,8 @@ class SignalRecord:
             varying_output(output)
         except InputError as error:
             raise InputError(f"record {self.name}: {error}") from None
-        if not self.held_out and all(map(_constant, given)):
+        still = (np.ptp(column) <= 1e-12 * np.max(np.abs(column)) for column in given)
+        if not self.held_out and all(still):
             raise InputError(
                 f"record {self.name}: the input is constant ({given[0][0]:g}); nothing can be "
                 "identified without excitation, give a trial in which it changes"
@@ -109,10 +110,6 @@ class SignalRecord:
     def duration(self) -> float:
         """Time from the first to the last sample [s]."""
         return float(self.time[-1] - self.time[0])
-
-
-def _constant(values: FloatArray) -> bool:
-    return float(np.ptp(values)) <= 1e-12 * float(np.max(np.abs(values)))
 
 
 def _one_each(name: str, field: str, values: tuple[str, ...], count: int) -> tuple[str, ...]:

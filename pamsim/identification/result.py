@@ -18,12 +18,11 @@ from pamsim.identification.choose import AICC, LIKELIHOOD, Choice
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.curves import Curves, TrialCurve, curves_of, trial_curve
 from pamsim.identification.data import IdentifyData, Source, load_data
-from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
 from pamsim.identification.recommendation import Candidate, Recommendation
 from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
-from pamsim.identification.structure import Structure
 from pamsim.identification.structure_scan import RoughFit
 from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate

@@ -86,8 +86,7 @@ class Held:
         matrix[np.delete(np.arange(p), list(self.x)), np.arange(searched)] = 1.0
         matrix[p:, searched:] = self.directions
         origin[list(self.x)], origin[p:] = list(self.x.values()), self.origin
-        covariance = None if at.covariance is None else matrix @ at.covariance @ matrix.T
-        return Optimum(origin + matrix @ at.coordinates, covariance, at.quantile)
+        return at.moved(origin, matrix)
 
 
 def check_held(values: Mapping[str, float], known: Sequence[str]) -> None:

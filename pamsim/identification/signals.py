@@ -198,10 +198,8 @@ def default_input(tables: Sequence[SignalTable]) -> str:
         pair = [shape.format(1), shape.format(2)]
         if all(name in have for name in pair):
             return "-".join(pair)
-    for name in have:
-        if re.fullmatch(r"p1_set_kpa|u1|p1_kpa", name):
-            return name
-    named = [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
+    first = [name for name in have if name in ("p1_set_kpa", "u1", "p1_kpa")][:1]
+    named = first or [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
     if named and len(named) <= 2:
         return "-".join(named)
     raise InputError(f"no command in the data: give `input`, of {', '.join(have)}")

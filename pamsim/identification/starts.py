@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.held_input import chain_derivatives, chain_modes
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
 from pamsim.identification.separable import column_scale, scaled_solution
-from pamsim.identification.structure import Structure
 from pamsim.inference.trial_noise import WHITE
 
 _lfilter: Any = scipy.signal.lfilter

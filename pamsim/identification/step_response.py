@@ -22,7 +22,6 @@ from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, fit_percent
-from pamsim.inference.estimate import Interval
 from pamsim.inference.record_checks import increasing_time, uniform_interval, varying_output
 
 OUTPUT_ERROR = "output error, unit gain"
@@ -44,7 +43,6 @@ class StepEstimate:
 
     Attributes:
         method: the estimator in words.
-        order: 1 or 2.
         model: as it was fitted.
         status: of output error that of the fit; of ARX ``lags``, ``complex_poles``,
             ``non_positive_pole``, ``unstable_pole`` or ``not_identifiable``.
@@ -56,7 +54,6 @@ class StepEstimate:
     """
 
     method: str
-    order: int
     model: IdentifiedModel
     status: str
     sentence: str
@@ -70,15 +67,10 @@ class StepEstimate:
         """Rising time constants; empty where there are none [s]."""
         return () if self.gain is None else self.model.time_constants
 
-    @property
-    def intervals(self) -> tuple[Interval | None, ...]:
-        """95 % interval of each time constant [s]."""
-        return self.model.interval95_time_constants
-
     def named(self, values: tuple[Any, ...]) -> dict[str, Any]:
         """Return values by time constant, ``T_s`` or ``T1_s``, ``T2_s``; None where missing."""
-        names = ("T_s",) if self.order == 1 else ("T1_s", "T2_s")
-        return dict(zip(names, values or (None,) * self.order, strict=True))
+        names = ("T_s",) if len(self.model.poles) == 1 else ("T1_s", "T2_s")
+        return dict(zip(names, values or (None,) * len(names), strict=True))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; keys carry their unit."""
@@ -103,9 +95,10 @@ class ModelEstimates:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
         one = self.output_error
+        sides = one.named(one.model.interval95_time_constants)
         return {
             **one.to_dict(),
-            **{f"interval95_{name}": side for name, side in one.named(one.intervals).items()},
+            **{f"interval95_{name}": side for name, side in sides.items()},
             "rms": one.rms,
             "residual_lag1": one.model.trials[0].residual_lag1,
             "evaluations": one.model.evaluations,
@@ -242,9 +235,9 @@ def _estimate(
     model = fit([record], structure, held=held, white=True)
     response, run = record.output[_REST:], model.simulate(record, offset=0.0)[_REST:]
     if isinstance(structure, ContinuousStructure):
-        order, status, sentence, gain = structure.order, str(model.status), model.sentence, 1.0
+        status, sentence, gain = str(model.status), model.sentence, 1.0
     else:
-        order, (status, sentence) = structure.na, _as_lags(model)
+        status, sentence = _as_lags(model)
         gain = model.gain if status == "lags" else None
     identified, smooth = status != "not_identifiable", None
     if gain is not None:
@@ -254,7 +247,6 @@ def _estimate(
         smooth = fit_percent(response, lags)
     return StepEstimate(
         method=method,
-        order=order,
         model=model,
         status=status,
         sentence=sentence,

@@ -10,7 +10,6 @@ and do not simulate much worse: where that uncertainty is large, nearly everythi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
@@ -51,30 +50,9 @@ class Weights(StrEnum):
     """The plain error; white noise."""
 
 
-@dataclass(frozen=True, eq=False)
-class SearchedFit:
-    """Estimates with a covariance.
-
-    Attributes:
-        optimum: of x and theta.
-        settled: whether the optimiser stopped because it had converged.
-        evaluations: of the model.
-        noise: of the residuals.
-        weighted: whether the optimum minimises the whitened residual.
-        disagreement: p-value of weighted against unweighted estimates; None if not weighted.
-    """
-
-    optimum: Optimum
-    settled: bool
-    evaluations: int
-    noise: TrialNoise
-    weighted: bool = False
-    disagreement: float | None = None
-
-
 def fit_separable(
     problem: Separable, starts: Sequence[FloatArray], weights: Weights = Weights.NOISE
-) -> SearchedFit:
+) -> Optimum:
     """Fit plainly, model the residuals, refit whitened, keep the better supported estimates."""
     plain = minimise(problem, starts)
     line = linearise(problem, plain.x, plain.theta, WHITE)
@@ -90,12 +68,20 @@ def fit_separable(
         disagreement: float | None = None,
         *,
         weighted: bool = False,
-    ) -> SearchedFit:
+    ) -> Optimum:
         # Noise is known by its independent samples, however densely it is sampled.
         known = max(noise.independent(sizes) - free, _FEWEST)
         quantile = student_quantile(known if weights is Weights.NOISE else freedom)
-        at = Optimum(solution.coordinates, covariance, quantile)
-        return SearchedFit(at, solution.settled, evaluations, noise, weighted, disagreement)
+        return Optimum(
+            coordinates=solution.coordinates,
+            covariance=covariance,
+            quantile=quantile,
+            settled=solution.settled,
+            evaluations=evaluations,
+            noise=noise,
+            weighted=weighted,
+            disagreement=disagreement,
+        )
 
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
     if plain.cost <= _PERFECT**2 * moves:

@@ -22,8 +22,7 @@ from matplotlib.ticker import (
 )
 
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.identification.curves import Curves, TrialCurve
-from pamsim.identification.response_bands import FrequencyResponse
+from pamsim.identification.curves import Curves, FrequencyResponse, TrialCurve
 from pamsim.report.numbers import fixed, words
 from pamsim.report.style import (
     BLUE,

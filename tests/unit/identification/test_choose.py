@@ -144,12 +144,12 @@ def test_undamped_poles_at_harmonics_of_the_command_are_passed_over():
 
 
 def test_an_undamped_pair_of_which_no_period_is_seen_stands_for_a_drift():
-    pair = SimpleNamespace(continuous=SimpleNamespace(pairs=1), range=(0.1, 40.0))
-    pair.at = SimpleNamespace(half_width=lambda _: None, unit=int)  # the damping is not known
+    fit = SimpleNamespace(half_width=lambda _: None, unit=int)  # the damping is not known
     for periods, expected in ((3.0, "lasts longer than the records"), (0.5, "")):
-        pair.x = np.log([2.0 * np.pi * periods / 40.0, 1e-3])
-        assert expected in _undamped(pair)
-        assert bool(_undamped(pair)) is bool(expected)
+        fit.coordinates = np.log([2.0 * np.pi * periods / 40.0, 1e-3])
+        objections = [one.sentence for one in _undamped(fit, SimpleNamespace(pairs=1), 40.0)]
+        assert len(objections) == bool(expected)
+        assert expected in "".join(objections)
 
 
 def test_held_out_trials_judge_a_linear_plant_too():

@@ -53,4 +53,4 @@ def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
     # They lie within their uncertainty, which after slow noise is wide, and leave 1.57 times more.
     assert fit.disagreement > 0.01
     assert not fit.weighted
-    np.testing.assert_allclose(fit.optimum.coordinates, minimise(problem, [np.empty(0)]).theta)
+    np.testing.assert_allclose(fit.coordinates, minimise(problem, [np.empty(0)]).theta)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.curves import step_response_band
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_independence, residual_nonlinearity
-from pamsim.identification.response_bands import step_response_band
 from pamsim.identification.structure_scan import StructureScan
 from pamsim.identification.transfer_function import (
     continuous,

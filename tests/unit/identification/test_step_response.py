@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from pamsim.core.encoding import to_dict
 from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.curves import step_response_band
 from pamsim.identification.fit import fit
 from pamsim.identification.records import SignalRecord, fit_percent
-from pamsim.identification.response_bands import step_response_band
 from pamsim.identification.status import FitStatus
 from pamsim.identification.step_response import identify_step
 from tests.unit.core.refusals import all_refused

@@ -6,7 +6,7 @@ import control
 import numpy as np
 import pytest
 
-from pamsim.identification.response_bands import frequency_response, step_response_band
+from pamsim.identification.curves import frequency_response, step_response_band
 from pamsim.identification.transfer_function import (
     continuous,
     discrete,

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from pamsim.identification.choose import AICC, LIKELIHOOD
-from pamsim.identification.curves import Curves, TrialCurve
-from pamsim.identification.response_bands import FrequencyResponse, StepResponse
+from pamsim.identification.curves import Curves, FrequencyResponse, StepResponse, TrialCurve
 from pamsim.report.identify_figures import (
     bode,
     drawn_trials,
