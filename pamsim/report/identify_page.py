@@ -10,10 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.core.units import DEG_PER_RAD
-from pamsim.identification.curves import Curves
+from pamsim.identification.curves import Curves, frequency_response
 from pamsim.identification.frequency import SCHEMA as FREQUENCY_SCHEMA
 from pamsim.identification.frequency import FrequencyIdentification
-from pamsim.identification.response_bands import frequency_response
 from pamsim.identification.result import SCHEMA, Identification
 from pamsim.identification.summary import inputs_in_words
 from pamsim.inference.estimate import Interval
