@@ -51,16 +51,17 @@ def chain_derivatives(
     whole = int(np.floor(dead_time / sample_time))
     part = dead_time / sample_time - whole
     now, old = _late(given, whole), _late(given, whole + 1)
-    pieces = part * sample_time, (1.0 - part) * sample_time
     if hold == "zoh":
-        level = now if part == 0.0 else old
-        return _derivatives(
-            constants, integrators, count, pieces, False, level, np.empty(0), now - level
-        )
-    rising = (now - old) / sample_time
-    bend = (_late(given, whole - 1) - now) / sample_time - rising
-    level = now - part * (now - old)
-    return _derivatives(constants, integrators, count, pieces, False, level, rising, bend)
+        start, rising = old, np.empty(0)
+        now_rising, direct = rising, now if part == 0.0 else old
+    else:
+        rising = (now - old) / sample_time
+        now_rising = (_late(given, whole - 1) - now) / sample_time
+        start = direct = now - part * (now - old)
+    pieces = part * sample_time, (1.0 - part) * sample_time
+    return _derivatives(
+        constants, integrators, count, pieces, False, start, now, rising, now_rising, direct
+    )
 
 
 def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> FloatArray:
@@ -71,8 +72,9 @@ def chain_modes(constants: NDArray[Any], samples: int, sample_time: float) -> Fl
     count = constants.size
     if count == 0:
         return np.empty((samples, 0))
-    still, pieces = np.zeros(samples), (0.0, sample_time)
-    modes = _derivatives(constants, 0, count, pieces, True, still, np.empty(0), still)
+    still, none = np.zeros(samples), np.empty(0)
+    pieces = 0.0, sample_time
+    modes = _derivatives(constants, 0, count, pieces, True, still, still, none, none, still)
     largest = np.max(np.abs(modes), axis=0)
     return modes / np.where(largest > 0.0, largest, 1.0)
 
@@ -88,32 +90,42 @@ def _late(values: FloatArray, samples: int) -> FloatArray:
 
 
 @_compiled
-def _system(constants: Any, integrators: int) -> Any:
-    """Matrix of the chain, its input and the input's slope as one system without input."""
+def _chain(constants: Any, integrators: int) -> Any:
+    """State matrix of the chain, and how its input enters."""
     n = constants.size + integrators
-    matrix = np.zeros((n + 2, n + 2), dtype=constants.dtype)
+    chain, entry = np.zeros((n, n), dtype=constants.dtype), np.zeros(n, dtype=constants.dtype)
     for i in range(n):
-        rate = 1.0 / constants[i] if i < constants.size else 1.0
-        matrix[i, i - 1 if i else n] = rate
+        if i:
+            chain[i, i - 1] = 1.0
+        else:
+            entry[i] = 1.0
         if i < constants.size:
-            matrix[i, i] = -rate
-    matrix[n, n + 1] = 1.0
-    return matrix
+            rate = 1.0 / constants[i]
+            chain[i, : i + 1] *= rate
+            chain[i, i] = -rate
+            entry[i] *= rate
+    return chain, entry
 
 
 @_compiled
 def _exponential(matrix: Any) -> Any:
     """Exponential of a few by few matrix, by Taylor series, scaling and squaring."""
+    size = matrix.shape[0]
     norm = 0.0
-    for row in matrix:
-        norm = max(norm, np.sum(np.abs(row)))
+    for i in range(size):
+        row = 0.0
+        for j in range(size):
+            row += abs(matrix[i, j])
+        norm = max(norm, row)
     squarings = max(0, int(np.ceil(np.log2(max(2.0 * norm, 1.0)))))
     small = matrix / 2.0**squarings
+    # Horner's scheme; with a norm of at most 1/2, 15 terms leave less than the rounding error.
     result = np.zeros_like(matrix)
-    # Horner's scheme.
-    for k in range(_TERMS, -1, -1):
-        result = _product(small, result) / (k + 1.0)
-        for i in range(matrix.shape[0]):
+    for i in range(size):
+        result[i, i] = 1.0
+    for k in range(_TERMS, 0, -1):
+        result = _product(small, result) / k
+        for i in range(size):
             result[i, i] += 1.0
     for _ in range(squarings):
         result = _product(result, result)
@@ -133,52 +145,78 @@ def _product(left: Any, right: Any) -> Any:
 
 
 @_compiled
+def _piece(chain: Any, entry: Any, length: float) -> Any:
+    """Transition over ``length``, and columns of the effects of input value and slope."""
+    n = entry.size
+    augmented = np.zeros((n + 2, n + 2), dtype=chain.dtype)
+    augmented[:n, :n] = chain * length
+    augmented[:n, n] = entry * length
+    augmented[n, n + 1] = length
+    return _exponential(augmented)
+
+
+@_compiled
+def _differentiated(chain: Any, entry: Any, count: int) -> Any:
+    """Rows that turn the state into the output's derivatives, and what of the input they add."""
+    n = entry.size
+    rows, direct = np.zeros((count, n), dtype=chain.dtype), np.zeros(count, dtype=chain.dtype)
+    if n:
+        rows[0, n - 1] = 1.0
+    else:
+        direct[0] = 1.0
+    for k in range(1, count):
+        for i in range(n):
+            direct[k] += rows[k - 1, i] * entry[i]
+            for j in range(n):
+                rows[k, j] += rows[k - 1, i] * chain[i, j]
+    return rows, direct
+
+
+@_compiled
 def _derivatives(
     constants: Any,
     integrators: int,
     count: int,
     pieces: tuple[float, float],
     kicked: bool,
-    level: FloatArray,
+    start: FloatArray,
+    now: FloatArray,
     rising: FloatArray,
-    change: FloatArray,
+    now_rising: FloatArray,
+    given: FloatArray,
 ) -> FloatArray:
     """Derivatives of the last state, from rest or after an impulse.
 
-    The input's knots divide each step in two pieces. Level and slope (empty of a held input) are
-    those at the start of each step; at the knot the level changes, or the slope if there is one.
+    The input's knots divide each step in two pieces. It is given at the start of each step and at
+    its knot (now), as its slope before and after that (both empty of a held input), and at the
+    samples.
     """
-    system = _system(constants, integrators)
-    n, slope = system.shape[0] - 2, int(rising.size > 0)
-    after = _exponential(system * pieces[1])
-    whole = _product(after, _exponential(system * pieces[0]))
-    rows = np.zeros((count, n + 2), dtype=system.dtype)
-    rows[0, n - 1 if n else n] = 1.0
-    for k in range(1, count):
-        for i in range(n + 1):
-            for j in range(n + 2):
-                rows[k, j] += rows[k - 1, i] * system[i, j]
-    held, sloped, changed = (
-        whole[:n, n].copy(),
-        whole[:n, n + 1].copy(),
-        after[:n, n + slope].copy(),
-    )
-    result = np.empty((level.size, count))
-    state, following = np.zeros(n, dtype=system.dtype), np.zeros(n, dtype=system.dtype)
+    chain, entry = _chain(constants, integrators)
+    n, samples = entry.size, now.size
+    before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
+    rows, direct = _differentiated(chain, entry, count)
+    step = _product(after[:n, :n], before[:n, :n])
+    result = np.empty((samples, count))
+    state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
     if kicked:
-        state[:] = system[:n, n]
-    for k in range(level.size):
+        state[:] = entry
+    early = np.zeros((n, 2), dtype=chain.dtype)
+    for i in range(n):
+        for j in range(n):
+            early[i, 0] += after[i, j] * before[j, n]
+            early[i, 1] += after[i, j] * before[j, n + 1]
+    for k in range(samples):
         for c in range(count):
-            value = rows[c, n] * level[k]
+            value = direct[c] * given[k]
             for i in range(n):
                 value += rows[c, i] * state[i]
             result[k, c] = value.real
         for i in range(n):
-            value = held[i] * level[k] + changed[i] * change[k]
-            if slope:
-                value += sloped[i] * rising[k]
+            value = early[i, 0] * start[k] + after[i, n] * now[k]
+            if rising.size:
+                value += early[i, 1] * rising[k] + after[i, n + 1] * now_rising[k]
             for j in range(i + 1):
-                value += whole[i, j] * state[j]
+                value += step[i, j] * state[j]
             following[i] = value
         state[:] = following
     return result
