@@ -3,52 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TypeVar
 
 import numpy as np
 
+from pamsim.calibration.possible_cases import possible
 from pamsim.comparison.free_parameters import FreedParameter, rig_values
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor
-from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.errors import ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
 
-Case = TypeVar("Case")
-Found = TypeVar("Found")
-
 _REMEMBERED = 4
 """Simulated vectors: those that a fit comes back to with other starts are the last ones."""
-
-
-def possible(
-    simulate: Callable[[Sequence[Case]], Sequence[Found | None]],
-    cases: Sequence[Case],
-    *,
-    begun: bool,
-) -> list[Found | None]:
-    """What cases give when simulated together; None for those that cannot begin.
-
-    A muscle that would be longer than its fibres is a reason to search elsewhere, but not at the
-    rig as it is.
-
-    Args:
-        simulate: cases together.
-        cases: such as rigs.
-        begun: whether any has been simulated before; if not, what is wrong is raised.
-
-    Raises:
-        InputError: if the first cases cannot begin.
-    """
-    try:
-        return list(simulate(cases))
-    except InputError:
-        if not begun:
-            raise
-        if len(cases) == 1:
-            return [None]
-    return [found for case in cases for found in possible(simulate, [case], begun=True)]
 
 
 class CalibrationProblem:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from pamsim.calibration.calibration_problem import possible
+from pamsim.calibration.possible_cases import possible
 from pamsim.comparison.chain_runs import COARSE, ChainRuns, Outputs, Values
 from pamsim.comparison.free_parameters import FreedParameter, rig_values
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link, LinkRun, link_runs
@@ -134,11 +134,11 @@ def _residuals(
         return chain.simulate(sets, [stage.links] * len(sets), None, COARSE)
 
     def simulate(vectors: FloatArray) -> list[Blocks | None]:
+        nonlocal begun
         sets: list[dict[str, float]] = []
         for vector in vectors:
             own = dict(zip(names, vector.tolist(), strict=True))
             sets.append(rig_values(begin, [own.get(o.name, o.free.start) for o in begin]))
-        nonlocal begun
         found = possible(together, sets, begun=begun)
         begun = True
         return [

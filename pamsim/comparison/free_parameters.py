@@ -131,11 +131,8 @@ def first_names(rig: Rig) -> tuple[str, ...]:
     joint, and how the air flows into which volume, as far as the rig's file states them.
     """
     stated = _stated(rig)
-    lengths = [
-        f"{muscle}:{_LENGTH}" if len(rig.muscles) > 1 else _LENGTH
-        for muscle in rig.muscles
-        if _SCALE in stated  # bellows have none: their lengths are those between the pins
-    ]
+    each = [f"{m}:{_LENGTH}" for m in rig.muscles] if len(rig.muscles) > 1 else [_LENGTH]
+    lengths = each if _SCALE in stated else []  # those of bellows lie between their pins
     known = [name for name in _FIRST if name in stated]
     damping = [f"joint.{joint}.damping" for joint in rig.joints]
     usual = [name for name in (*known, *damping) if rig_parameter(rig, name).value != 0.0]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -39,15 +40,9 @@ def join_all(
         InputError: as `join_logs`, or if there is not one for each, or for an offset without
             meaning, such as ``1.25 s`` has.
     """
-    if len(others) != len(logs):
-        raise InputError(f"{len(logs)} logs and {len(others)} `beside` them; give one for each")
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
-    joined: list[Path] = []
-    clocks: list[str] = []
-    for log, other in zip(logs, others, strict=True):
-        joined.append(folder / f"{log.stem}_and_{other.stem}.csv")
-        clocks.append(join_logs(log, other, joined[-1], names=names, shared=shared, offset=known))
-    return joined, clocks
+    join = partial(join_logs, names=names, shared=shared, offset=known)
+    return _each(logs, others, "`beside` them", folder, "{}_and_{}.csv", join)
 
 
 def schedule_all(
@@ -66,15 +61,24 @@ def schedule_all(
         InputError: as `with_schedule`, or if there is not one for each, or for an offset without
             meaning.
     """
-    if len(schedules) != len(logs):
-        raise InputError(f"{len(logs)} logs and {len(schedules)} `schedule`; give one for each")
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
-    files = [folder / f"{log.stem}_commanded.csv" for log in logs]
-    texts = [
-        with_schedule(log, schedule, out, names=names, offset=known)
-        for log, schedule, out in zip(logs, schedules, files, strict=True)
-    ]
-    return files, texts
+    join = partial(with_schedule, names=names, offset=known)
+    return _each(logs, schedules, "`schedule`", folder, "{}_commanded.csv", join)
+
+
+def _each(
+    logs: Sequence[Path],
+    tables: Sequence[Path],
+    what: str,
+    folder: Path,
+    name: str,
+    join: Callable[[Path, Path, Path], str],
+) -> tuple[list[Path], list[str]]:
+    if len(tables) != len(logs):
+        raise InputError(f"{len(logs)} logs and {len(tables)} {what}; give one for each")
+    pairs = list(zip(logs, tables, strict=True))
+    files = [folder / name.format(log.stem, table.stem) for log, table in pairs]
+    return files, [join(*pair, out) for pair, out in zip(pairs, files, strict=True)]
 
 
 def join_logs(
