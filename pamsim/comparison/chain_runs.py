@@ -38,13 +38,14 @@ Values = Mapping[str, float]
 
 _IN = " in "
 
-COARSE, MIDDLE = 10, 2
-"""Fine time steps in one of a search, and of what is judged. Signals of the MAS-20 arm come late by
-half a step or so: what an effect changes is wrong by 2 to 10 % in the first, 1 % or less in the
-second. So a fit that has ended goes on with the second's residual there. A rig or a sampling rate
-that needs shorter steps gets them, as the bristles of sticking friction."""
+COARSE, OF_REPEATS, MIDDLE = 10, 5, 2
+"""Fine time steps in one of a search, of what repeats differ by, and of what is judged. Signals of
+the MAS-20 arm come late by half a step or so: what an effect changes is wrong by 2 to 10 % in the
+first, 1 % or less in the last. So a fit that has ended goes on with the last one's residual there.
+A rig or a sampling rate that needs shorter steps gets them, as the bristles of sticking friction.
+"""
 
-_STEPS = (COARSE, 5, MIDDLE, 1)
+_STEPS = (COARSE, OF_REPEATS, MIDDLE, 1)
 _SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at most; fine ones
 
 _Torques = Mapping[tuple[int, str], Mapping[str, FloatArray]]
@@ -154,9 +155,17 @@ class ChainRuns:
                 outputs[job.run] = seen, job.steps
         return found
 
-    def as_it_is(self) -> Iterator[tuple[Trial, LinkRun, Signals]]:
-        """What each run gives with the rig as it is, in fine time steps; none that breaks down."""
-        jobs = [_Job(0, run, *both, self._rig) for run, both in enumerate(self._runs)]
+    def as_it_is(self, steps: int = 1) -> Iterator[tuple[Trial, LinkRun, Signals]]:
+        """What each run gives with the rig as it is; none that breaks down.
+
+        Time steps are fine ones, or so many of them in one where a run allows it.
+        """
+        found = self._with({})
+        limit = 1 if found is None else found[1]
+        jobs = [
+            _Job(0, run, *both, self._rig, self._longest(run, limit, steps))
+            for run, both in enumerate(self._runs)
+        ]
         for job, seen in self._given(jobs).items():
             if seen is not None:
                 yield job.mean, job.how, seen
@@ -292,6 +301,7 @@ def link_residuals(
     divided: Runs = link_runs,
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
+    steps: int = 1,
 ) -> dict[Link, list[ResidualBlock]]:
     """Simulated minus measured, for every link that the trials separate.
 
@@ -301,6 +311,7 @@ def link_residuals(
         divided: into which links.
         threads: simulations at a time; None for one per processor.
         simulated: called as each simulation ends.
+        steps: fine time steps in one, at most.
 
     Returns:
         Link -> block of every output of every trial, links from the command on. Runs that break
@@ -312,7 +323,7 @@ def link_residuals(
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     chain = ChainRuns(rig, runs, threads=threads, simulated=simulated)
     blocks: dict[Link, list[ResidualBlock]] = {}
-    for trial, run, signals in chain.as_it_is():
+    for trial, run, signals in chain.as_it_is(steps):
         blocks.setdefault(run.link, []).extend(
             ResidualBlock(
                 trial=trial.name,

@@ -1,19 +1,29 @@
 """A rig simulated link by link with many parameter sets, beside trials that repeat each other.
 
-With the rig as it is, every trial is simulated with its own measured inputs, in fine time steps.
-With other parameters the repeats of an input are simulated once, with the mean of their inputs and
-in coarse steps; the difference between the two at the rig as it is is added to all of them. So
-noise that a trial's inputs bring along counts as noise of its residual, and costs one simulation.
+With the rig as it is, the mean of an input's repeats is simulated in fine time steps. What each
+trial with its own measured inputs differs by from it is simulated in longer ones, which misses some
+ten-thousandths of the noise's variance. With other parameters the mean is simulated alone, in
+coarse steps; the difference between the two at the rig as it is is added to all trials. So noise
+that a trial's inputs bring along counts as noise of its residual, and costs one simulation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from pamsim.comparison.chain_runs import COARSE, ChainRuns, Values, link_residuals, place, plain
+from pamsim.comparison.chain_runs import (
+    COARSE,
+    OF_REPEATS,
+    ChainRuns,
+    Values,
+    link_residuals,
+    place,
+    plain,
+)
 from pamsim.comparison.link_noise import link_noise
+from pamsim.comparison.link_simulation import Signals
 from pamsim.comparison.links import VALVES, Link, Runs, joined_runs
 from pamsim.comparison.repeats import Repeats
 from pamsim.core.errors import InputError
@@ -62,36 +72,35 @@ class ChainSimulator:
     ) -> None:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
-        exact = {
+        by_link = link_residuals(rig, trials, divided=divided, threads=threads, steps=OF_REPEATS)
+        own = {
             (link, block.trial, block.channel): block.residual
-            for link, blocks in link_residuals(
-                rig, trials, divided=divided, threads=threads
-            ).items()
+            for link, blocks in by_link.items()
             for block in blocks
         }
-        if not exact:
+        if not own:
             raise InputError("no link can be compared: nothing is measured that drives nothing")
-        self.links = tuple(dict.fromkeys(link for link, _, _ in exact))
+        self.links = tuple(dict.fromkeys(link for link, _, _ in own))
         driven = [
             (group, mean, run)
             for group, mean in ((group, group.mean()) for group in groups)
             for run in divided(rig, mean)
-            if all((run.link, t.name, c) in exact for t in group.trials for c in run.outputs)
+            if all((run.link, t.name, c) in own for t in group.trials for c in run.outputs)
         ]
         self._runs = [(group, run) for group, _, run in driven]
-        means = [(mean, run) for _, mean, run in driven]
-        self._simulator = ChainRuns(rig, means, threads=threads)
+        self._simulator = ChainRuns(rig, [(mean, run) for _, mean, run in driven], threads=threads)
+        self._rows = self._places()
+        fine, long = self._of_means(1), self._of_means(OF_REPEATS)
+        self.stated = fine - long
+        for (number, trial, channel), rows in self._rows.items():
+            self.stated[rows] += own[self._runs[number][1].link, trial, channel]
+        self._corrections = {1: self.stated - fine, OF_REPEATS: self.stated - long}
+        exact = {
+            (self._runs[number][1].link, trial, channel): self.stated[rows]
+            for (number, trial, channel), rows in self._rows.items()
+        }
         self.noise = link_noise(rig, trials, exact, divided=divided, threads=threads)
         self.blocks, self.link_of = self._blocks()
-        rows = {
-            (link, b.unit, b.channel): b.rows
-            for link, b in zip((self.links[i] for i in self.link_of), self.blocks, strict=True)
-        }
-        size = self.blocks[-1].rows.stop
-        self.stated = np.empty(size)
-        for key, where in rows.items():
-            self.stated[where] = exact[key]
-        self._corrections: dict[int, FloatArray] = {}
 
     def own_value(self, name: str) -> float:
         """Value of a parameter that the rig states [SI]."""
@@ -140,44 +149,59 @@ class ChainSimulator:
                 continue
             residual = others.copy()
             for number, (signals, long) in outputs.items():
-                group, run = self._runs[number]
-                for trial in group.trials:
-                    for channel in run.outputs:
-                        rows = self._rows[number, trial.name, channel]
-                        missed = signals[channel] - trial.measured[channel]
-                        residual[rows] = missed + self._correction(long)[rows]
+                correction = self._correction(long)
+                for rows, missed in self._missed(number, signals):
+                    residual[rows] = missed + correction[rows]
             found.append(residual)
         return found
 
     def _correction(self, steps: int) -> FloatArray:
         """What means of inputs and long time steps change at the rig as it is, (n,) [SI]."""
         if steps not in self._corrections:
-            self._corrections[steps] = np.zeros_like(self.stated)
-            (means,) = self.residuals([{}], [frozenset(self.links)], self.stated, steps=steps)
-            if means is None:
-                raise InputError(f"{self.rig.name}: a link breaks down in coarse time steps")
-            self._corrections[steps] = self.stated - means
+            self._corrections[steps] = self.stated - self._of_means(steps)
         return self._corrections[steps]
 
-    def _blocks(self) -> tuple[tuple[Block, ...], tuple[int, ...]]:
-        blocks: list[Block] = []
-        link_of: list[int] = []
-        self._rows: dict[tuple[int, str, str], slice] = {}
+    def _of_means(self, steps: int) -> FloatArray:
+        """Residual of the rig as it is with the means of inputs, in so long time steps, (n,) [SI].
+
+        Raises:
+            InputError: if a link breaks down in them.
+        """
+        (outputs,) = self._simulator.simulate([{}], [frozenset(self.links)], None, steps)
+        if outputs is None:
+            raise InputError(f"{self.rig.name}: a link breaks down in coarse time steps")
+        found = np.empty(max(rows.stop for rows in self._rows.values()))
+        for number, (signals, _) in outputs.items():
+            for rows, missed in self._missed(number, signals):
+                found[rows] = missed
+        return found
+
+    def _missed(self, number: int, signals: Signals) -> Iterator[tuple[slice, FloatArray]]:
+        """Rows of a run's outputs in each of its trials, and signals less what was measured."""
+        group, run = self._runs[number]
+        for trial in group.trials:
+            for channel in run.outputs:
+                missed = signals[channel] - trial.measured[channel]
+                yield self._rows[number, trial.name, channel], missed
+
+    def _places(self) -> dict[tuple[int, str, str], slice]:
+        """Rows of each run, trial and channel."""
+        found: dict[tuple[int, str, str], slice] = {}
         end = 0
         for number, (group, run) in enumerate(self._runs):
             for channel in run.outputs:
                 for trial in group.trials:
-                    rows = slice(end, end + trial.time.size)
-                    end = rows.stop
-                    self._rows[number, trial.name, channel] = rows
-                    blocks.append(
-                        Block(
-                            unit=trial.name,
-                            channel=channel,
-                            rows=rows,
-                            noise=self.noise[run.link, channel].noise,
-                            source=trial.name,
-                        )
-                    )
-                    link_of.append(self.links.index(run.link))
+                    found[number, trial.name, channel] = slice(end, end + trial.time.size)
+                    end += trial.time.size
+        return found
+
+    def _blocks(self) -> tuple[tuple[Block, ...], tuple[int, ...]]:
+        blocks: list[Block] = []
+        link_of: list[int] = []
+        for (number, trial, channel), rows in self._rows.items():
+            link = self._runs[number][1].link
+            noise = self.noise[link, channel].noise
+            block = Block(unit=trial, channel=channel, rows=rows, noise=noise, source=trial)
+            blocks.append(block)
+            link_of.append(self.links.index(link))
         return tuple(blocks), tuple(link_of)
