@@ -5,7 +5,8 @@ the jackknife over inputs, each left out with all of its repeats: what a formula
 from input to input, so that it holds where the formula is not exact, seen or not. Of one input or
 two, units are left out instead: trials, which show what differs from trial to trial and nothing of
 the formula, or parts of trials, which show what differs along them. Both are linear about the fit.
-An interval lies about the size that shorter time steps would lead to, and holds the fitted one.
+An interval lies about the size that shorter time steps would lead to, and holds the fitted one. It
+ends where the parameter's range does: a friction below zero was not tried.
 
 Source: J. Tukey, Annals of Mathematical Statistics 29 (1958) (jackknife); D. Freedman, The American
 Statistician 60 (2006), on what such errors mean where the model is wrong.
@@ -71,17 +72,18 @@ def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     shown = np.linalg.norm(jacobian, axis=0) > 0.0
     far_noise = 1.96 * noise
     far_parts = float(student_t.ppf(0.975, max(count - 1, 1))) * parts
+    ranges = {p.name: (p.low, p.high) for effect in model.effects for p in effect.parameters}
     found: dict[str, Size] = {}
     for i, name in enumerate(names):
         if name in fitter.nuisance:
             continue
         scale, value = fitter.scale(name, model.effects), model.values[name]
-        reach = scale * max(float(far_noise[i]), float(far_parts[i])) if shown[i] else np.inf
-        middle = value + scale * float(shorter[i])
-        found[name] = Size(
-            value=value,
-            interval95=(min(value, middle - reach), max(value, middle + reach)),
-        )
+        middle, ends = value + scale * float(shorter[i]), (-np.inf, np.inf)
+        if shown[i]:
+            reach = scale * max(float(far_noise[i]), float(far_parts[i]))
+            low, high = ranges[name]
+            ends = max(low, middle - reach), min(high, middle + reach)
+        found[name] = Size(value=value, interval95=(min(value, ends[0]), max(value, ends[1])))
     return found
 
 

@@ -282,6 +282,14 @@ def test_intervals_hold_what_was_planted_as_often_as_they_say():
     assert held >= 35
 
 
+def test_an_interval_ends_where_the_range_of_its_parameter_does():
+    chain = ToyChain(EFFECTS[:1], {"valve.delay": 1e-6})
+    fitter = fitter_of(chain)
+    model = fitter.fit(fitter.stated, EFFECTS[:1], {"valve.delay": 1e-6}, chain.links)
+    low, high = sizes(fitter, model)["valve.delay"].interval95
+    assert low == EFFECTS[0].parameters[0].low == 0.0 < high < DELAY
+
+
 def test_an_interval_is_wider_where_the_formula_is_not_exact():
     def width(bent):
         chain = ToyChain(EFFECTS, {"passive.stiffness": STIFFNESS}, bent=bent)
