@@ -36,13 +36,14 @@ Shares = Mapping[str, float]
 _MISSED = 0.1
 """Share from which a channel is missed: an uncalibrated rig misses as much, and is then tried."""
 
-_LEFT, _GAIN = 0.35, 0.15
-"""Part of the changed channels' shares that a correction may leave, and how much it must remove."""
+_LEFT, _GAIN = 0.5, 0.15
+"""Part of the changed channels' shares that a correction may leave, and how much it must remove, to
+be worth a fit of the rig's numbers, which decides."""
 
 _LIKE = (0.05, 1.5)
 """Sum of shares, and times the best sum, up to which a correction is as likely as the best."""
 
-_WORSE = 2.0
+_WORSE = 1.5
 """Times what is left with a correction that a recording must be missed by as it stands, both with
 the rig's numbers that suit best: below 0.3 where only these were off, above 1.7 where a mistake was
 made, in 40 recordings of ten rigs."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -162,9 +163,11 @@ def _grouped(names: Sequence[str]) -> str:
 
 @styled
 def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
-    """Learned torques over position or speed, one below the other."""
+    """Learned torques over position or speed with their bands, one below the other."""
     figure, axes = new_figure(_CURVE_IN * len(learned), len(learned), 1, width_in=_WIDTH_IN)
     for ax, one in zip(axes, learned, strict=True):
+        low, high = np.array(one["band95"], dtype=np.float64).T  # none where it is not known
+        ax.fill_between(one["at"], low, high, color=BLUE, alpha=0.2, linewidth=0.0)
         ax.plot(one["at"], one["torque"], color=BLUE)
         unit = one["torque_unit"].replace("*", " ")
         finish_axes(ax, x=f"{one['joint']} [{one['at_unit']}]", y=f"learned [{unit}]")

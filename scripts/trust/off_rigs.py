@@ -62,7 +62,7 @@ MISTAKES = {
     "measured pressures in psi": (times(r"(?!.*_set).*_kpa", PSI), "psi"),
     "measured pressures absolute": (plus(r"(?!.*_set).*_kpa", ATMOSPHERE), "absolute"),
     "all pressures in mbar": (times(r".*_kpa", MBAR), "mbar"),
-    "angles in rad": (times(r".*_deg", np.pi / 180.0), "like rad"),
+    "angles in rad": (times(r".*_deg", np.pi / 180.0), r"\brad\b"),
     "angles negated": (times(r".*_deg", -1.0), "sign"),
     "time in minutes": (times("time_s", 1.0 / 60.0), r"minutes|min\b"),
     "time in ms": (times("time_s", 1e3), r"milliseconds|ms\b"),

@@ -13,7 +13,7 @@ import numpy as np
 
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.diagnosis.by_link.learned_shape import POSITION, LearnedShape
+from pamsim.diagnosis.by_link.learned_shape import POSITION, Curve, LearnedShape
 from pamsim.engine.rig import Rig
 
 FOLLOWS = 0.95
@@ -44,6 +44,9 @@ class LearnedEntry:
         at_unit: ``deg`` or ``m``, or the same per second.
         torque: (n,) in the direction in which the position grows.
         torque_unit: ``N*m``, or ``N`` on a joint that slides.
+        band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
+            show it.
+        holds: what it obeys as far as its band tells, see `properties`.
         resembles: closed form that follows it, see `description`; empty for none.
         numbers: of that form, in these units.
         links: in which the curves are seen.
@@ -58,6 +61,8 @@ class LearnedEntry:
     at_unit: str
     torque: FloatArray
     torque_unit: str
+    band95: FloatArray
+    holds: tuple[str, ...]
     resembles: str
     numbers: Mapping[str, float] = field(default_factory=dict[str, float])
     links: tuple[str, ...]
@@ -107,6 +112,8 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
                 at_unit=("deg" if turns else "m") + ("" if curve.over == POSITION else "/s"),
                 torque=curve.torque,
                 torque_unit="N*m" if turns else "N",
+                band95=np.column_stack([curve.torque - curve.reach, curve.torque + curve.reach]),
+                holds=properties(curve),
                 resembles=form,
                 numbers={name: one * scale ** _AT.get(name, 0) for name, one in numbers.items()},
                 links=tuple(link.name for link in shape.links),
@@ -116,6 +123,30 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
             )
         )
     return tuple(found)
+
+
+def properties(curve: Curve) -> tuple[str, ...]:
+    """What a curve obeys as far as its band tells.
+
+    Over speed it may be ``passive``: it brakes somewhere and drives nowhere for certain; and
+    ``odd``: as large in both directions. Over position it may be ``restoring``: it falls somewhere
+    and grows nowhere for certain. No curve over position takes or gives work in a closed cycle.
+    """
+    at, torque, reach = curve.at, curve.torque, curve.reach
+    if curve.over == POSITION:
+        rise, doubt = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]
+        rise, doubt = rise[np.triu_indices(at.size, 1)], doubt[np.triu_indices(at.size, 1)]
+        return ("restoring",) if _only_below(rise, doubt) else ()
+    found = ("passive",) if _only_below(torque * np.sign(at), reach) else ()
+    both = np.abs(at) <= min(-at[0], at[-1])
+    mirrored, doubt = np.interp(-at[both], at, torque), np.interp(-at[both], at, reach)
+    odd = both.any() and np.all(np.abs(torque[both] + mirrored) <= reach[both] + doubt)
+    return (*found, "odd") if odd else found
+
+
+def _only_below(values: FloatArray, doubt: FloatArray) -> bool:
+    """Whether some values are below zero for certain, and none above."""
+    return bool(np.any(values < -doubt) and np.all(values <= doubt))
 
 
 def description(over: str, at: FloatArray, torque: FloatArray) -> tuple[str, dict[str, float]]:

@@ -9,7 +9,7 @@ their length is a torque over the joint's position, too: which of them it is sta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,12 +23,13 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
+from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
 from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
-from pamsim.physics.learned import LENGTH, SPEED, learned_force
+from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force
 from pamsim.recordings.trial import Trial
 
 POSITION, RATE = "position", "speed"
@@ -58,12 +59,14 @@ class Curve:
         over: ``position`` or ``speed`` of the joint.
         at: (n,) of them, from one end of what was visited to the other [rad or m, or per s].
         torque: (n,) in the direction in which the position grows [N m or N].
+        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
     """
 
     joint: str
     over: str
     at: FloatArray
     torque: FloatArray
+    reach: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -177,10 +180,12 @@ def learned_shape(
     if found is None:
         return None
     forces = {name: value for name, value in best.values.items() if ":learned." in name}
-    learned = with_ends.with_parameters(forces)
     before, after = (_mean(unseen, m, links) for m in (rest, best))
+    errors = SizeErrors(fitter, best)
     return LearnedShape(
-        curves=tuple(curve for place in places for curve in _curves(learned, place, learned_over)),
+        curves=tuple(
+            curve for place in places for curve in _curves(place, learned_over, forces, errors)
+        ),
         links=tuple(sorted(links, key=lambda link: link.order)),
         model=best,
         values={
@@ -291,30 +296,42 @@ def _between(
     return low, high
 
 
-def _curves(rig: Rig, place: _Place, kinds: Sequence[str]) -> list[Curve]:
+def _curves(
+    place: _Place, kinds: Sequence[str], forces: Mapping[str, float], errors: SizeErrors
+) -> Iterator[Curve]:
     """The learned curves of a joint as torques on it.
 
-    A constant may lie in either. Where there are two, the one over speed is 0 at rest.
+    They are sums of the control forces. A constant may lie in either curve. Where there are two,
+    the one over speed is 0 at rest.
     """
-    learned = rig.muscles[place.muscle].learned
-    over_length, over_speed = (
-        replace(
-            learned,
-            **{n: 0.0 for n in vars(learned) if not n.startswith((_FIELD[kind], *_ENDS[kind]))},
+    visited = {POSITION: place.at, RATE: np.linspace(*place.rates, _POINTS)}
+    at_rest = _columns(place, RATE, np.zeros(1)) if len(kinds) == 2 else {}
+    for kind in kinds:
+        columns = _columns(place, kind, visited[kind])
+        if kind == RATE:
+            columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
+        else:
+            columns |= {n: place.arm / place.middle * torque for n, torque in at_rest.items()}
+        yield Curve(
+            joint=place.joint,
+            over=kind,
+            at=visited[kind],
+            torque=sum((forces[n] * column for n, column in columns.items()), np.zeros(_POINTS)),
+            reach=errors.reach(columns),
         )
-        for kind in (POSITION, RATE)
-    )
-    at_rest = learned_force(over_speed, 0.0, 0.0) if len(kinds) == 2 else 0.0
+
+
+def _columns(place: _Place, kind: str, at: FloatArray) -> dict[str, FloatArray]:
+    """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
+    ends = {name.rpartition(".")[2]: end for name, end in place.ends((kind,)).items()}
+    over_length = kind == POSITION
+    lengths = np.interp(at, place.at, place.length) if over_length else np.zeros(at.size)
+    speeds = np.zeros(at.size) if over_length else place.middle * at
     # A force against lengthening pulls the joint to where the tendon is shorter.
-    found: list[Curve] = []
-    if POSITION in kinds:
-        force = [learned_force(over_length, x, 0.0) + at_rest for x in place.length.tolist()]
-        torque = -place.arm * np.array(force)
-        found.append(Curve(joint=place.joint, over=POSITION, at=place.at, torque=torque))
-    if RATE in kinds:
-        at = np.linspace(*place.rates, _POINTS)
-        speeds = (place.middle * at).tolist()
-        force = [learned_force(over_speed, 0.0, speed) - at_rest for speed in speeds]
-        torque = -place.middle * np.array(force)
-        found.append(Curve(joint=place.joint, over=RATE, at=at, torque=torque))
+    arm = np.interp(at, place.at, place.arm) if over_length else place.middle
+    found: dict[str, FloatArray] = {}
+    for k in range(1, _COUNT[kind] + 1):
+        one = Learned(**ends, **{f"{_FIELD[kind]}{k}": 1.0})
+        force = [learned_force(one, *x) for x in zip(lengths, speeds, strict=True)]
+        found[f"{place.muscle}:learned.{_FIELD[kind]}{k}"] = -arm * np.array(force)
     return found

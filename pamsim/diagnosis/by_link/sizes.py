@@ -14,6 +14,7 @@ Statistician 60 (2006), on what such errors mean where the model is wrong.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,49 +43,80 @@ class Size:
 
 def sizes(fitter: LinkFitter, model: LinkModel) -> dict[str, Size]:
     """Parameters of a fitted model's effects, each with its interval."""
-    names = list(model.sensitivities)
-    jacobian = model.jacobian()
-    weight = np.array([1.0 / PRIOR if n in fitter.nuisance else 0.0 for n in names])
-    stated = np.array(
-        [
-            (model.values[n] - fitter.nuisance[n]) / abs(fitter.nuisance[n])
-            if n in fitter.nuisance
-            else 0.0
-            for n in names
-        ]
-    )
-    square, slope = jacobian.T @ jacobian + np.diag(weight**2), jacobian.T @ model.rows
-    inverse = np.linalg.pinv(square, hermitian=True)
-    noise = np.sqrt(np.clip(np.diag(inverse), 0.0, None))
-    group_of = fitter.units.fitted.group_of
-    if np.unique(group_of).size < _FEWEST:
-        group_of = fitter.units.fitted.unit_of
-    moved: list[FloatArray] = []
-    for group in np.unique(group_of):
-        own = group_of == group
-        left = square - jacobian[own].T @ jacobian[own]
-        force = slope - jacobian[own].T @ model.rows[own] + weight**2 * stated
-        moved.append(-np.linalg.pinv(left, hermitian=True) @ force)
-    count = len(moved)
-    spread = np.array(moved) - np.mean(moved, axis=0)
-    parts = np.sqrt((count - 1) / count * np.sum(spread**2, axis=0))
-    shorter = -inverse @ (jacobian.T @ _of_time_steps(fitter, model))
-    shown = np.linalg.norm(jacobian, axis=0) > 0.0
-    far_noise = 1.96 * noise
-    far_parts = float(student_t.ppf(0.975, max(count - 1, 1))) * parts
-    ranges = {p.name: (p.low, p.high) for effect in model.effects for p in effect.parameters}
+    errors = SizeErrors(fitter, model)
+    shorter = errors.of_time_steps()
     found: dict[str, Size] = {}
-    for i, name in enumerate(names):
-        if name in fitter.nuisance:
+    for parameter in (p for effect in model.effects for p in effect.parameters):
+        name = parameter.name
+        if name not in model.sensitivities:
             continue
-        scale, value = fitter.scale(name, model.effects), model.values[name]
-        middle, ends = value + scale * float(shorter[i]), (-np.inf, np.inf)
-        if shown[i]:
-            reach = scale * max(float(far_noise[i]), float(far_parts[i]))
-            low, high = ranges[name]
-            ends = max(low, middle - reach), min(high, middle + reach)
+        value, ends = model.values[name], (-np.inf, np.inf)
+        (reach,) = errors.reach({name: np.ones(1)}).tolist()
+        if np.isfinite(reach):
+            middle = value + shorter[name]
+            ends = max(parameter.low, middle - reach), min(parameter.high, middle + reach)
         found[name] = Size(value=value, interval95=(min(value, ends[0]), max(value, ends[1])))
     return found
+
+
+class SizeErrors:
+    """Errors of the parameters of a fitted model, and of sums of them."""
+
+    def __init__(self, fitter: LinkFitter, model: LinkModel) -> None:
+        self._fitter, self._model = fitter, model
+        self._names = list(model.sensitivities)
+        jacobian, nuisance = model.jacobian(), fitter.nuisance
+        weight = np.array([1.0 / PRIOR if n in nuisance else 0.0 for n in self._names])
+        stated = np.array(
+            [
+                (model.values[n] - nuisance[n]) / abs(nuisance[n]) if n in nuisance else 0.0
+                for n in self._names
+            ]
+        )
+        square, slope = jacobian.T @ jacobian + np.diag(weight**2), jacobian.T @ model.rows
+        self._jacobian, self._inverse = jacobian, np.linalg.pinv(square, hermitian=True)
+        group_of = fitter.units.fitted.group_of
+        if np.unique(group_of).size < _FEWEST:
+            group_of = fitter.units.fitted.unit_of
+        moved: list[FloatArray] = []
+        for group in np.unique(group_of):
+            own = group_of == group
+            left = square - jacobian[own].T @ jacobian[own]
+            force = slope - jacobian[own].T @ model.rows[own] + weight**2 * stated
+            moved.append(-np.linalg.pinv(left, hermitian=True) @ force)
+        self._spread = np.array(moved) - np.mean(moved, axis=0)  # (groups, p)
+
+    def reach(self, weights: Mapping[str, FloatArray]) -> FloatArray:
+        """Half width of the 95 % intervals of sums of parameters, (n,).
+
+        Infinite where the data do not show one of them.
+
+        Args:
+            weights: parameter -> factor on its value in each sum, (n,).
+        """
+        columns: list[FloatArray] = []
+        unseen = np.zeros(len(next(iter(weights.values()))), dtype=bool)
+        for name, column in zip(self._names, self._jacobian.T, strict=True):
+            own = np.asarray(weights.get(name, np.zeros(unseen.size)))
+            columns.append(own * self._fitter.scale(name, self._model.effects))
+            if not np.any(column):
+                unseen |= own != 0.0
+        of_each = np.stack(columns, axis=1)
+        noise = np.einsum("np,pq,nq->n", of_each, self._inverse, of_each)
+        count = len(self._spread)
+        parts = (count - 1) / count * np.sum((of_each @ self._spread.T) ** 2, axis=1)
+        quantile = float(student_t.ppf(0.975, max(count - 1, 1)))
+        reach = np.maximum(1.96 * np.sqrt(np.clip(noise, 0.0, None)), quantile * np.sqrt(parts))
+        return np.where(unseen, np.inf, reach)
+
+    def of_time_steps(self) -> dict[str, float]:
+        """By how much shorter time steps would move each parameter."""
+        rows = _of_time_steps(self._fitter, self._model)
+        shifts = (-self._inverse @ (self._jacobian.T @ rows)).tolist()
+        return {
+            name: shift * self._fitter.scale(name, self._model.effects)
+            for name, shift in zip(self._names, shifts, strict=True)
+        }
 
 
 def sharpened(fitter: LinkFitter, model: LinkModel) -> LinkModel:

@@ -7,7 +7,7 @@ import pytest
 
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, Link
-from pamsim.diagnosis.by_link.learned_entry import description, learned_entries
+from pamsim.diagnosis.by_link.learned_entry import description, learned_entries, properties
 from pamsim.diagnosis.by_link.learned_shape import Curve, LearnedShape
 
 AT = np.linspace(-0.6, 0.5, 60)
@@ -44,10 +44,30 @@ def test_a_curve_that_no_form_follows_is_not_described():
     assert description("speed", AT, np.cos(9.0 * AT)) == ("", {})
 
 
+def test_a_curve_obeys_what_its_band_does_not_contradict():
+    def holds(over, torque, reach):
+        curve = Curve(joint="shaft", over=over, at=AT, torque=torque, reach=reach + 0.0 * AT)
+        return properties(curve)
+
+    _, viscous, _ = CURVES["viscous"]
+    _, spring, _ = CURVES["spring"]
+    assert holds("speed", viscous, 0.01) == ("passive", "odd")
+    assert holds("speed", -viscous, 0.01) == ("odd",)
+    assert holds("speed", np.minimum(viscous, 0.0), 0.01) == ("passive",)
+    assert holds("speed", viscous + 0.05, 0.01) == ()  # it drives where it is slow
+    assert holds("speed", viscous + 0.05, 0.06) == ("passive", "odd")
+    assert holds("position", spring, 0.01) == ("restoring",)
+    assert holds("position", -spring, 0.01) == ()
+    assert holds("position", CURVES["ripple"][1], 0.01) == ()
+    for over, torque in (("speed", viscous), ("position", spring)):
+        assert "passive" not in holds(over, torque, 1.0)  # nothing is known
+        assert "restoring" not in holds(over, torque, 1.0)
+
+
 def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words():
     shape = LearnedShape(
         curves=tuple(
-            Curve(joint="shaft", over=over, at=AT, torque=torque)
+            Curve(joint="shaft", over=over, at=AT, torque=torque, reach=np.full_like(AT, 0.01))
             for over, torque, _ in CURVES.values()
         ),
         links=(Link(parts=(MUSCLE, JOINT)),),
@@ -61,6 +81,8 @@ def test_numbers_are_written_in_the_units_of_the_curve_and_every_form_in_words()
     assert set(entries) == set(CURVES)
     assert all(one.words for one in entries.values())
     one = entries["stop"]
+    assert one.band95 == pytest.approx(np.column_stack([one.torque - 0.01, one.torque + 0.01]))
+    assert entries["viscous"].holds == ("passive", "odd")
     assert one.at == pytest.approx(np.degrees(AT))
     assert (one.at_unit, one.torque_unit) == ("deg", "N*m")
     assert one.numbers["begin"] == pytest.approx(math.degrees(0.14), rel=0.1)

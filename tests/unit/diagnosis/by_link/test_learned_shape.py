@@ -27,18 +27,30 @@ def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
     assert ends["muscle_1:learned.high"] == pytest.approx(0.3 * abs(shaft.middle), rel=0.01)
 
 
+class KnownErrors:
+    """Errors of which every control force has 1 N, independent of the others."""
+
+    def reach(self, weights):
+        return np.sqrt(np.sum([column**2 for column in weights.values()], axis=0))
+
+
 def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_force():
     rig = pamsim.load_rig("mas20_arm")
     (shaft,) = places(rig)
-    forces = {f"muscle_1:learned.force_{k}": 3.0 * k for k in range(1, 17)}
+    forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 17)}
     drags = {f"muscle_1:learned.drag_{k}": 5.0 - k for k in range(1, 9)}
-    learned = rig.with_parameters({**shaft.ends(), **forces, **drags})
-    over_position, over_speed = _curves(learned, shaft, [POSITION, RATE])
+    group = rig.with_parameters({**shaft.ends(), **forces, **drags}).muscles["muscle_1"].learned
+    curves = _curves(shaft, [POSITION, RATE], {**forces, **drags}, KnownErrors())
+    over_position, over_speed = curves
     at_rest = np.interp(0.0, over_speed.at, over_speed.torque)
     assert at_rest == pytest.approx(0.0, abs=1e-3 * np.abs(over_speed.torque).max())
-    group = learned.muscles["muscle_1"].learned
-    there = [learned_force(group, length, 0.0) for length in shaft.length]
-    assert over_position.torque == pytest.approx(-shaft.arm * np.array(there))
-    alone = rig.with_parameters({**shaft.ends(), **forces})
-    (single,) = _curves(alone, shaft, [POSITION])
+    there = np.array([learned_force(group, length, 0.0) for length in shaft.length])
+    assert over_position.torque == pytest.approx(-shaft.arm * there)
+    moving = [learned_force(group, 0.0, shaft.middle * speed) for speed in over_speed.at]
+    still = learned_force(group, 0.0, 0.0)
+    assert over_speed.torque == pytest.approx(-shaft.middle * (np.array(moving) - still))
+    (single,) = _curves(shaft, [POSITION], forces, KnownErrors())
     assert np.ptp(over_position.torque - single.torque) == pytest.approx(0.0, abs=1e-12)
+    # Between control forces that of one newton is spread over four of them, at an end it is alone.
+    assert single.reach[0] == pytest.approx(abs(shaft.arm[0]))
+    assert 0.6 * single.reach[0] < single.reach[30] < 0.8 * single.reach[0]
