@@ -1,0 +1,223 @@
+"""How well a shape is learned of a torque that no effect tried explains.
+
+    python scripts/learned_study.py [--count 70] [--seed 0] [--workers 2] [--stopped] [--json FILE]
+
+Case number i, drawn with seed i, is a recording of the MAS-20 arm as the independent plant
+(`tests/plant`) simulates it, with its own equations and integrator. Of every seven, five hide a
+torque on the joint: a ripple, a detent, a soft stop, a drag of a power of the speed, or friction
+that is smooth in speed. Effects that could have such a shape are not among those tried: ripple of a
+sprocket for those over the position, friction of joint and braid for those over the speed. In the
+sixth nothing is hidden; in the last, an effect that is tried. Three inputs, 5 s each, are recorded
+three times; every other case has load cells.
+
+A shape is right where it runs over the quantity of the hidden torque, and over no other. Its error
+is the root mean square of learned less true torque, over that of the true one, where the joint has
+been for 98 % of the time. Finished rows are kept in out/learned_study.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from kept_rows import as_text, fingerprint, kept_rows
+from records import parser, with_rows_on_lines
+
+import pamsim
+from pamsim.core.computation import versions
+from pamsim.effects.catalog import EFFECTS
+from pamsim.recordings.trial import Trial
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from tests.plant.hidden.catalog import PLANT_EFFECTS
+from tests.plant.hidden.hidden_effect import PlantEffect, on_joint
+from tests.plant.hide import hide
+from tests.plant.joint import free_torque
+from tests.plant.read_rig import read_rig
+
+KEPT = Path("out/learned_study")
+RIG, INPUTS = "mas20_arm", ("triangle", "staircase", "multisine")
+POSITION, SPEED = ("sprocket_ripple",), ("joint_friction", "braid_friction")
+KINDS = ("ripple", "detent", "stop", "drag", "smooth_friction", "nothing", "library")
+LEFT_OUT = {
+    "ripple": POSITION, "detent": POSITION, "stop": POSITION,
+    "drag": SPEED, "smooth_friction": SPEED,
+}  # fmt: skip
+"""What is hidden without a name -> families that are not tried."""
+
+LIBRARY = {"coulomb_friction": 0.5, "chain_backlash": 0.8, "muscle_hysteresis": 1.0}
+"""Effect that is tried -> its size in typical ones."""
+
+STEP = 7e-4  # of the plant's integrator [s], as in scripts/link_study.py
+QUANTILES = (0.01, 0.99)  # of what was visited
+
+
+def hidden_torque(kind: str, rng: np.random.Generator) -> dict[str, float]:
+    """Fields of the plant's joint, see `tests.plant.records`."""
+    at = np.radians(rng.uniform(-10.0, 10.0))
+    size = float(np.exp(rng.uniform(*np.log([0.08, 0.3]))))  # N m
+    return {
+        "ripple": {
+            "ripple": size,
+            "ripple_periods": 2.0 * np.pi / np.radians(rng.uniform(8.0, 20.0)),
+            "ripple_phase": rng.uniform(0.0, 2.0 * np.pi),
+        },
+        "detent": {
+            "detent": size,
+            "detent_at": at,
+            "detent_width": np.radians(rng.uniform(2.0, 5.0)),
+        },
+        "stop": {"stop_stiffness": 10.0 * size, "stop_at": at},
+        "drag": {"drag": size, "drag_power": rng.uniform(1.3, 2.5)},
+        "smooth_friction": {"smooth_dry": size, "smooth_speed": rng.uniform(0.1, 0.4)},
+    }[kind]
+
+
+def true_torque(fields: Mapping[str, float], over: str, at: Sequence[float]) -> np.ndarray:
+    """The hidden torque at positions [rad] or speeds [rad/s], (n,) [N m]."""
+    without = read_rig(pamsim.load_rig(RIG), 0.0).joint
+    there = without.copy()
+    for name, value in fields.items():
+        there[name] = value
+    places = [(x, 0.0, 0.0) if over == "position" else (0.0, x, 0.0) for x in at]
+    return np.array([free_torque(there, *p) - free_torque(without, *p) for p in places])
+
+
+def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:
+    """Positions [rad] or speeds [rad/s] between which the joint was nearly all of the time."""
+    read = [t.measured["angle"] for t in trials]
+    if over == "speed":
+        read = [np.gradient(one, t.time) for one, t in zip(read, trials, strict=True)]
+    low, high = np.quantile(np.concatenate(read), QUANTILES).tolist()
+    return low, high
+
+
+def run_one(kind: str, _: str, seed: int) -> dict[str, str]:
+    """Record a case and diagnose it."""
+    rng = np.random.default_rng((seed, 61))
+    fields = hidden_torque(kind, rng) if kind in LEFT_OUT else {}
+    effects: dict[str, float] = {}
+    if kind == "library":
+        name = str(rng.choice(list(LIBRARY)))
+        effects = {name: LIBRARY[name]}
+    elif fields:
+        PLANT_EFFECTS["torque"] = PlantEffect(
+            name="torque",
+            formulation=kind,
+            unit="1",
+            typical=1.0,
+            change=on_joint(lambda _: fields),
+        )
+        effects = {"torque": 1.0}
+    recording = hide(
+        RIG,
+        effects,
+        protocols=INPUTS,
+        duration=5.0,
+        repeats=3,
+        forces=bool(seed % 2),
+        formulation="plant",
+        seed=seed,
+        step=STEP,
+    )
+    out = [name for name, e in EFFECTS.items() if e.family in LEFT_OUT.get(kind, ())]
+    with tempfile.TemporaryDirectory() as folder:
+        recording.save(Path(folder) / "data")
+        trials = pamsim.read_recordings(Path(folder) / "data").trials
+        begun = time.perf_counter()
+        found = pamsim.diagnose(Path(folder) / "data", rig=RIG, without=out, threads=1)
+    seconds = time.perf_counter() - begun
+    curves: list[dict[str, Any]] = []
+    for one in found.learned:
+        at = np.radians(one.at)
+        low, high = visited(trials, one.over)
+        inside = (at >= low) & (at <= high)
+        true = true_torque(fields, one.over, at.tolist())[inside]
+        learned, band = one.torque[inside], one.band95[inside]
+        curves.append(
+            {
+                "over": one.over,
+                "error": float(np.sqrt(np.mean((learned - true) ** 2))),
+                "size": float(np.sqrt(np.mean(true**2))),
+                "held": float(np.mean((band[:, 0] <= true) & (true <= band[:, 1]))),
+                "holds": one.holds,
+                "words": one.words,
+                "before": one.before,
+                "after": one.after,
+            }
+        )
+    return as_text(
+        {
+            "kind": kind,
+            "seed": seed,
+            "fields": fields,
+            "effects": {one.name: one.level for one in found.effects},
+            "learned": curves,
+            "seconds": round(seconds, 1),
+        }
+    )
+
+
+def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What the study counts."""
+    hidden = [row for row in rows if row["kind"] in LEFT_OUT]
+    right = [
+        row
+        for row in hidden
+        if [one["over"] for one in row["learned"]]
+        == ["position" if LEFT_OUT[row["kind"]] == POSITION else "speed"]
+    ]
+    curves = [row["learned"][0] for row in right]
+    per_curve = {
+        "error": [one["error"] / one["size"] for one in curves],
+        "closed": [(one["before"] - one["after"]) / (one["before"] - 1.0) for one in curves],
+    }
+    learned = {
+        kind: [bool(row["learned"]) for row in rows if row["kind"] == kind] for kind in KINDS
+    }
+    return {
+        "hidden": len(hidden),
+        "right": len(right),
+        **{f"median_{name}": median(values) for name, values in per_curve.items()},
+        "band_holds": float(np.mean([one["held"] for one in curves])) if curves else None,
+        "learned": {kind: f"{sum(of)} of {len(of)}" for kind, of in learned.items()},
+        "median_seconds": median([row["seconds"] for row in rows]),
+    }
+
+
+def median(values: Sequence[float]) -> float | None:
+    """Median; None of nothing."""
+    return float(np.median(values)) if values else None
+
+
+def main() -> None:
+    """Run what is left, count, write."""
+    asked = parser(__doc__, count=70, seed=0, workers=2)
+    asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
+    options = asked.parse_args()
+    seeds = range(options.seed, options.seed + options.count)
+    tasks = [(KINDS[seed % len(KINDS)], RIG, seed) for seed in seeds]
+    mark = fingerprint(("pamsim", "tests.plant"), __file__)
+    folder = KEPT / f"{options.seed}_{options.count}"
+    rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
+    done = [rows[task] for task in tasks if task in rows]
+    result = {
+        "schema": "pamsim-learned-study/1",
+        "command": f"python scripts/learned_study.py --count {options.count} --seed {options.seed}",
+        **counted(done),
+        "versions": versions(),
+        "rows": done,
+    }
+    print(json.dumps({key: value for key, value in result.items() if key != "rows"}, indent=2))
+    if options.json is not None:
+        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
