@@ -12,7 +12,8 @@ import pamsim
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.recordings.trial import Trial
 from pamsim.report import film as room
-from pamsim.report.film import arm_size, film_gap, film_sheet
+from pamsim.report.film import film_gap
+from pamsim.report.film_sheet import arm_size, film_sheet
 from tests.unit.core.refusals import refused
 
 SIZE = 480, 384
