@@ -86,7 +86,7 @@ def true_torque(fields: Mapping[str, float], over: str, at: Sequence[float]) -> 
     for name, value in fields.items():
         there[name] = value
     places = [(x, 0.0, 0.0) if over == "position" else (0.0, x, 0.0) for x in at]
-    return np.array([free_torque(there, *p) - free_torque(without, *p) for p in places])
+    return np.array([free_torque(there[0], *p) - free_torque(without[0], *p) for p in places])
 
 
 def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:

@@ -104,6 +104,12 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
         hidden = recorded(rig, case, int(repeats))
         truth = json.loads(hidden.save(Path(folder) / "data").read_text(encoding="utf-8"))
         data = read_calibration_data([str(Path(folder) / "data")]).of_rig(rig)
+    kept = ("name", "formulation", "stands_for", "families", "resembles")
+    known = distances(rig, truth)
+    about = {
+        "hidden": [{key: one[key] for key in kept} for one in truth["effects"]],
+        "truth": {n: [one["truth"], one["neutral"], one["hidden"]] for n, one in known.items()},
+    }
     began = time.perf_counter()
     try:
         found = diagnose_links(
@@ -115,19 +121,9 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             seed=seed,
             threads=int(threads),
         )
-    except InputError as error:
-        return as_text({"refused": str(error), "links": {}, "effects": [], "sizes": {}})
-    seconds = time.perf_counter() - began
-    kept = ("name", "formulation", "stands_for", "families", "resembles")
-    known = distances(rig, truth)
-    return as_text(
-        {
-            **row(found),
-            "hidden": [{key: one[key] for key in kept} for one in truth["effects"]],
-            "truth": {n: [one["truth"], one["neutral"], one["hidden"]] for n, one in known.items()},
-            "seconds": round(seconds, 1),
-        }
-    )
+    except InputError as error:  # such as too few parts to judge by
+        return as_text({**about, "refused": str(error), "links": {}, "effects": [], "sizes": {}})
+    return as_text({**row(found), **about, "seconds": round(time.perf_counter() - began, 1)})
 
 
 def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

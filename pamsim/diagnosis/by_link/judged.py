@@ -9,7 +9,9 @@ while its form is not. Place and family are, as long as the effect takes away fa
 an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be such an error, too: it
 must be larger than the share that an inexact formula may leave, and than all of one whose own place
 is not certain. An effect so small that what is left is much beside it is not certain either, though
-that be too little to count (`BESIDE_OTHERS`). What other formulas of the families that were found
+that be too little to count, or no repeats show whether it is noise (`BESIDE_OTHERS`). Nor is one in
+links that miss no more than noise. Of two effects of a family the smaller may be what the formula
+of the larger misses: its name is not certain. What other formulas of the families that were found
 would take away as well is not counted as left: it speaks for these families. So many effects in a
 link that they are rather the series of an unknown one (`SERIES`) are not certain, unless one of
 them outweighs all others. Nor is an effect that fits only at an end of a parameter's range: it
@@ -105,13 +107,14 @@ class Judged:
             that were found takes away: of each link as far as the effect is seen in it, on the
             scale of the gain [noise variance].
         uncounted: mean square that is left there by the best estimate, on the same scale, in links
-            in which that is too little to count [noise variance].
+            in which that is too little to count or may be noise [noise variance].
         error: mean square that the formula of another effect in its links may be off by, where that
             leaves more than noise [noise variance].
         others: what all others take away in links where so many may be a series [noise variance].
         missed: mean square that is left there for certain, on the scale of the gain, whatever
             formula of the families that were found may take it away [noise variance].
         at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
+        second: whether a larger effect of its family is in the model.
     """
 
     effect: Candidate
@@ -128,6 +131,7 @@ class Judged:
     others: float = 0.0
     missed: float = 0.0
     at_end: bool = False
+    second: bool = False
 
     @property
     def share(self) -> float:
@@ -138,8 +142,11 @@ class Judged:
         """Which levels of the name hold."""
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
-        there = self.p_value <= alpha and self.gain > 0.0 and not self.at_end
-        shown = {"name": self.named, "form": self.exact}
+        there = self.p_value <= alpha and min(self.gain, self.before) > 0.0 and not self.at_end
+        shown = {
+            "name": self.named and not self.second,
+            "form": self.exact and not self.second,
+        }
         return {
             level: there
             and all(other[: i + 1] == own[: i + 1] for other in tied)
@@ -168,7 +175,7 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
     """Effects in the order of their gain, none certain beside a larger one that is not.
 
     Where something is left beside a cause whose place is not known, nothing says that the error of
-    its formula is smaller than itself.
+    its formula is smaller than itself. Of a family the first is the larger one.
     """
     found: list[Judged] = []
     for one in sorted(judged, key=lambda one: -one.gain):
@@ -177,7 +184,8 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
             for larger in found
             if larger.links & one.links and not larger.exact and not larger.level(alpha)
         ]
-        found.append(replace(one, error=max([one.error, *unknown])))
+        second = any(larger.effect.family == one.effect.family for larger in found)
+        found.append(replace(one, error=max([one.error, *unknown]), second=second))
     return tuple(found)
 
 

@@ -3,7 +3,9 @@
 Where more than noise is left behind the muscles and no effect tried explains it, curves without a
 formula stand in (`pamsim.physics.learned`): forces along a tendon over its length and its speed,
 fitted through the simulator as the effects are. They are judged as an effect is, on units that no
-fit has seen. A curve is a description, never a name. Without load cells a force of the muscles over
+fit has seen. A braid that locks is a torque over the position, too: nuisance parameters keep what
+the rig states, and are refitted only where more than noise is left and the curves then predict
+better. A curve is a description, never a name. Without load cells a force of the muscles over
 their length is a torque over the joint's position, too: which of them it is stays open.
 """
 
@@ -169,19 +171,26 @@ def learned_shape(
     )
     shapes = {kind: candidate(with_ends, _effect(places, kind)) for kind in (POSITION, RATE)}
     unseen, best, found, learned_over = HeldOut(fitter, seed=seed), rest, None, ()
+    as_stated = LinkFitter(simulator, (), units)
+    used = fitter
     # One curve first: two must predict better than one.
     for kinds, start in _promised(fitter, begin, shapes, links):
         chosen = [shapes[kind] for kind in kinds]
-        fit = fitter.fit(begin, (*begin.effects, *chosen), start, links)
-        better = None if fit is None else unseen.better(fit, best, links)
-        if fit is None or better is None or better.p_value > alpha or better.gain <= 0.0:
+        for one in (as_stated, fitter):
+            fit = one.fit(begin, (*begin.effects, *chosen), start, links)
+            better = None if fit is None else unseen.better(fit, best, links)
+            if fit is not None and better and better.p_value <= alpha and better.gain > 0.0:
+                used, best, found, learned_over = one, fit, found or better, kinds
+            left = unseen.remainders(best)
+            if not any(left[link].counts(alpha) for link in links):
+                break
+        if learned_over != kinds:
             break
-        best, found, learned_over = fit, better, kinds
     if found is None:
         return None
     forces = {name: value for name, value in best.values.items() if ":learned." in name}
     before, after = (_mean(unseen, m, links) for m in (rest, best))
-    errors = SizeErrors(fitter, best)
+    errors = SizeErrors(used, best)
     return LearnedShape(
         curves=tuple(
             curve for place in places for curve in _curves(place, learned_over, forces, errors)

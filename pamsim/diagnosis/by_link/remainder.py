@@ -43,8 +43,8 @@ class Remainder:
         return self.excess if self.counts(alpha) else 0.0
 
     def uncounted(self, alpha: float) -> float:
-        """Excess that repeats show and that does not count [noise variance]; else 0."""
-        return max(self.excess, 0.0) if self.excluded(alpha) else 0.0
+        """Excess that is too little to count, or may be noise [noise variance]; else 0."""
+        return 0.0 if self.counts(alpha) else max(self.excess, 0.0)
 
     @property
     def undecided(self) -> bool:

@@ -45,8 +45,8 @@ def test_the_table_of_the_study_by_link_is_that_of_the_record():
     cases = recorded("link_study_cases")["cases"]
     drawn = {case["name"]: case["seed"] for case in cases}
     assert all(drawn[row["name"]] == row["seed"] for row in fresh["rows"])
-    for one in (record, fresh):
-        assert f"the first {len(one['rows'])} of {len(cases)} cases" in words("validation")
+    for one, how in ((record, "the first"), (fresh, "by")):
+        assert f"{how} {len(one['rows'])} of {len(cases)} cases" in words("validation")
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases? )?([\d,\s]+)\)", paragraph)))
     wrong = [r["name"] for one in (record, fresh) for r in one["rows"] if scores.wrong(r)]

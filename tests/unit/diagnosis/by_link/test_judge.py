@@ -10,6 +10,7 @@ from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.judge import Case, Needed, gain_of_others, rival_fits
 from pamsim.diagnosis.by_link.judged import Judged, Rival, beside_unknown
 from pamsim.diagnosis.by_link.promise import Promise, Signature, signatures
+from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.search import best_fits
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
@@ -54,6 +55,10 @@ def test_a_name_is_certain_as_deep_as_what_is_left_allows():
         # At the end of a range it stands for another one.
         (9.0, 0.0, 9.0, {"named": True, "exact": True}, "form"),
         (9.0, 0.0, 9.0, {"named": True, "exact": True, "at_end": True}, ""),
+        # In links that miss no more than noise.
+        (0.1, 0.0, -0.01, {"named": True, "exact": True}, ""),
+        # Beside a larger effect of its family.
+        (9.0, 0.0, 9.0, {"named": True, "exact": True, "second": True}, "family"),
     ):
         found = judged(gain, left, before, **more).level()
         assert found == level, (gain, left, before, more)
@@ -67,6 +72,21 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     assert [one.level() for one in beside_unknown([small, large], 0.05)] == ["family", "family"]
     exact = replace(unknown, exact=True)
     assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
+
+
+def test_of_a_family_the_name_of_the_largest_effect_alone_is_certain():
+    exact = {"named": True, "exact": True}
+    small, large = judged(1.0, 0.0, 9.0, **exact), judged(8.0, 0.0, 9.0, **exact)
+    first, second = beside_unknown([small, large], 0.05)
+    assert (first.gain, first.level(), second.level()) == (8.0, "form", "family")
+
+
+def test_without_repeats_what_is_left_beyond_the_noise_is_not_counted_and_not_excluded():
+    left = Remainder(excess=0.3, p_value=1.0, known=False)
+    assert (left.certain(0.05), left.uncounted(0.05)) == (0.0, 0.3)
+    assert Remainder(excess=0.3, p_value=0.01).uncounted(0.05) == 0.0
+    assert Remainder(excess=0.3, p_value=0.2).uncounted(0.05) == 0.3
+    assert Remainder(excess=-0.1, p_value=0.2).uncounted(0.05) == 0.0
 
 
 def test_effects_are_a_series_only_where_a_link_holds_four():
