@@ -46,7 +46,7 @@ class LearnedEntry:
         torque_unit: ``N*m``, or ``N`` on a joint that slides.
         band95: (n, 2) ends of its 95 % intervals, place by place; infinite where the data do not
             show it.
-        holds: what it obeys as far as its band tells, see `properties`.
+        holds: what it obeys within its band, see `properties`.
         resembles: closed form that follows it, see `description`; empty for none.
         numbers: of that form, in these units.
         links: in which the curves are seen.
@@ -126,7 +126,7 @@ def learned_entries(rig: Rig, shape: LearnedShape | None) -> tuple[LearnedEntry,
 
 
 def properties(curve: Curve) -> tuple[str, ...]:
-    """What a curve obeys as far as its band tells.
+    """What a curve obeys within its band.
 
     Over speed it may be ``passive``: it brakes somewhere and drives nowhere for certain; and
     ``odd``: as large in both directions. Over position it may be ``restoring``: it falls somewhere
@@ -134,19 +134,19 @@ def properties(curve: Curve) -> tuple[str, ...]:
     """
     at, torque, reach = curve.at, curve.torque, curve.reach
     if curve.over == POSITION:
-        rise, doubt = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]
-        rise, doubt = rise[np.triu_indices(at.size, 1)], doubt[np.triu_indices(at.size, 1)]
-        return ("restoring",) if _only_below(rise, doubt) else ()
+        rise, error = torque - torque[:, np.newaxis], reach + reach[:, np.newaxis]
+        later = np.triu_indices(at.size, 1)
+        return ("restoring",) if _only_below(rise[later], error[later]) else ()
     found = ("passive",) if _only_below(torque * np.sign(at), reach) else ()
     both = np.abs(at) <= min(-at[0], at[-1])
-    mirrored, doubt = np.interp(-at[both], at, torque), np.interp(-at[both], at, reach)
-    odd = both.any() and np.all(np.abs(torque[both] + mirrored) <= reach[both] + doubt)
+    mirrored, error = np.interp(-at[both], at, torque), np.interp(-at[both], at, reach)
+    odd = both.any() and np.all(np.abs(torque[both] + mirrored) <= reach[both] + error)
     return (*found, "odd") if odd else found
 
 
-def _only_below(values: FloatArray, doubt: FloatArray) -> bool:
+def _only_below(values: FloatArray, error: FloatArray) -> bool:
     """Whether some values are below zero for certain, and none above."""
-    return bool(np.any(values < -doubt) and np.all(values <= doubt))
+    return bool(np.any(values < -error) and np.all(values <= error))
 
 
 def description(over: str, at: FloatArray, torque: FloatArray) -> tuple[str, dict[str, float]]:

@@ -39,8 +39,13 @@ def test_blind_cases_are_those_that_the_generator_draws():
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
     scores, text = script("link_study_scores"), page("validation")
     record, fresh = recorded("results/link_study"), recorded("results/link_study_fresh")
-    assert "\n".join(scores.table({"rules before": record, "these rules": fresh})) in text
-    for one in (record, fresh):
+    few = {
+        f"{name}, 40 cases": recorded(f"results/link_study_{name.replace(' ', '_')}")
+        for name in ("two repeats", "one log")
+    }
+    columns = {"rules before": record, "these rules": fresh, **few}
+    assert "\n".join(scores.table(columns)) in text
+    for one in columns.values():
         assert scores.must_show(one["rows"]) == one["must_show"]
     cases = recorded("link_study_cases")["cases"]
     drawn = {case["name"]: case["seed"] for case in cases}
