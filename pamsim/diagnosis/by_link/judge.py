@@ -20,6 +20,7 @@ from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.held_out import Difference, HeldOut
 from pamsim.diagnosis.by_link.judged import (
     ALPHA,
+    BESIDE_OTHERS,
     EXPLAINED,
     NAMED,
     SERIES,
@@ -106,7 +107,9 @@ def judge(
         unexplained = _unexplained(case, model, left)
         judged: list[Judged] = []
         for one in rests:
-            fits = rival_fits(case, model, one, left)
+            # One of a series is not certain, whatever its rivals: fits of them would take minutes.
+            alone = one.found.gain >= BESIDE_OTHERS * gain_of_others(one, rests)
+            fits = rival_fits(case, model, one, left) if alone else []
             rivals = [compared(case, fit, model, one) for fit in fits]
             pairs = [
                 compared(case, fit, model, one)
