@@ -31,6 +31,7 @@ from records import parser, with_rows_on_lines
 
 import pamsim
 from pamsim.core.computation import versions
+from pamsim.core.units import FloatArray
 from pamsim.effects.catalog import EFFECTS
 from pamsim.recordings.trial import Trial
 
@@ -79,7 +80,7 @@ def hidden_torque(kind: str, rng: np.random.Generator) -> dict[str, float]:
     }[kind]
 
 
-def true_torque(fields: Mapping[str, float], over: str, at: Sequence[float]) -> np.ndarray:
+def true_torque(fields: Mapping[str, float], over: str, at: Sequence[float]) -> FloatArray:
     """The hidden torque at positions [rad] or speeds [rad/s], (n,) [N m]."""
     without = read_rig(pamsim.load_rig(RIG), 0.0).joint
     there = without.copy()
@@ -98,14 +99,14 @@ def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:
     return low, high
 
 
-def run_one(kind: str, _: str, seed: int) -> dict[str, str]:
-    """Record a case and diagnose it."""
+def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+    """Record a case of a rig and diagnose it."""
     rng = np.random.default_rng((seed, 61))
     fields = hidden_torque(kind, rng) if kind in LEFT_OUT else {}
     effects: dict[str, float] = {}
     if kind == "library":
-        name = str(rng.choice(list(LIBRARY)))
-        effects = {name: LIBRARY[name]}
+        effect = str(rng.choice(list(LIBRARY)))
+        effects = {effect: LIBRARY[effect]}
     elif fields:
         PLANT_EFFECTS["torque"] = PlantEffect(
             name="torque",
@@ -116,7 +117,7 @@ def run_one(kind: str, _: str, seed: int) -> dict[str, str]:
         )
         effects = {"torque": 1.0}
     recording = hide(
-        RIG,
+        name,
         effects,
         protocols=INPUTS,
         duration=5.0,
@@ -126,12 +127,12 @@ def run_one(kind: str, _: str, seed: int) -> dict[str, str]:
         seed=seed,
         step=STEP,
     )
-    out = [name for name, e in EFFECTS.items() if e.family in LEFT_OUT.get(kind, ())]
+    out = [one for one, e in EFFECTS.items() if e.family in LEFT_OUT.get(kind, ())]
     with tempfile.TemporaryDirectory() as folder:
         recording.save(Path(folder) / "data")
         trials = pamsim.read_recordings(Path(folder) / "data").trials
         begun = time.perf_counter()
-        found = pamsim.diagnose(Path(folder) / "data", rig=RIG, without=out, threads=1)
+        found = pamsim.diagnose(Path(folder) / "data", rig=name, without=out, threads=1)
     seconds = time.perf_counter() - begun
     curves: list[dict[str, Any]] = []
     for one in found.learned:

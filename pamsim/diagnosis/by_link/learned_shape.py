@@ -191,6 +191,7 @@ def learned_shape(
     forces = {name: value for name, value in best.values.items() if ":learned." in name}
     before, after = (_mean(unseen, m, links) for m in (rest, best))
     errors = SizeErrors(used, best)
+    best = replace(best, values={**fitter.nuisance, **best.values})
     return LearnedShape(
         curves=tuple(
             curve for place in places for curve in _curves(place, learned_over, forces, errors)
