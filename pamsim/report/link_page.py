@@ -56,6 +56,7 @@ SUPPORTED: Mapping[str, tuple[str, str]] = {
 _WIDTH_IN = 5.2  # a phone shows it at two thirds, where it can still be read
 _BAR = 0.36  # thickness; links are 1 apart
 _CURVE_IN = 2.4  # height of a curve's axes
+_ROOM = 0.4  # above and below a learned curve, as a share of its height
 _BELOW = 0.7  # of the noise, where bars begin: those that reach it are still seen
 
 
@@ -169,6 +170,10 @@ def learned_curves(learned: Sequence[Mapping[str, Any]]) -> Figure:
         low, high = np.array(one["band95"], dtype=np.float64).T  # none where it is not known
         ax.fill_between(one["at"], low, high, color=BLUE, alpha=0.2, linewidth=0.0)
         ax.plot(one["at"], one["torque"], color=BLUE)
+        ends = float(np.min(one["torque"])), float(np.max(one["torque"]))
+        room = _ROOM * (ends[1] - ends[0])
+        if room > 0.0:  # a band as wide as nothing is known would hide the curve
+            ax.set_ylim(ends[0] - room, ends[1] + room)
         unit = one["torque_unit"].replace("*", " ")
         finish_axes(ax, x=f"{one['joint']} [{one['at_unit']}]", y=f"learned [{unit}]")
     return figure
