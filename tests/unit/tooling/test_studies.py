@@ -58,6 +58,31 @@ def test_the_table_of_the_study_by_link_is_that_of_the_record():
     assert sorted(named) == sorted(name.partition("_")[0] for name in wrong)
 
 
+def test_the_page_states_how_well_shapes_are_learned():
+    study, record, text = (
+        script("learned_study"),
+        recorded("results/learned_study"),
+        words("validation"),
+    )
+    found = study.counted(record["rows"])
+    assert {key: record[key] for key in found} == found
+    assert f"{len(record['rows'])} were run" in text
+    assert f"in {found['right']} of {found['hidden']}" in text
+    assert f"median error is {100 * found['median_error']:.1f} %" in text
+    assert f"{100 * found['median_closed']:.1f} % of the gap is closed" in text
+    assert f"at {100 * found['band_holds']:.1f} % of the places" in text
+    for kind, what in (("nothing", "nothing hidden"), ("library", "an effect that is tried")):
+        learned, count = found["learned"][kind].split(" of ")
+        assert learned == "0"
+        assert re.search(rf"{count} of {count} (cases )?with {what}", text)
+    errors = [
+        100 * row["learned"][0]["error"] / row["learned"][0]["size"]
+        for row in record["rows"]
+        if row["kind"] == "detent"
+    ]
+    assert f"errors of {min(errors):.0f} to {max(errors):.0f} %" in text
+
+
 def test_effects_together_are_of_different_families_on_the_sides_of_their_tier():
     drawn = script("link_study_cases")
     cases = drawn.planned()
