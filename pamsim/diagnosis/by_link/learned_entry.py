@@ -13,7 +13,8 @@ import numpy as np
 
 from pamsim.core.encoding import json_property
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.diagnosis.by_link.learned_shape import POSITION, Curve, LearnedShape
+from pamsim.diagnosis.by_link.joint_curves import POSITION, Curve
+from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 from pamsim.engine.rig import Rig
 
 FOLLOWS = 0.95

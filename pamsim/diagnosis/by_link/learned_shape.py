@@ -11,7 +11,7 @@ their length is a torque over the joint's position, too: which of them it is sta
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,56 +19,32 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import candidate
-from pamsim.comparison.link_inputs import smoothed
 from pamsim.comparison.links import JOINT, Link
-from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.joint_curves import (
+    COUNT,
+    FIELD,
+    POSITION,
+    RATE,
+    Curve,
+    Place,
+    curves_of,
+    places_of,
+)
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
-from pamsim.engine.equilibrium import moment_arms, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
-from pamsim.physics.learned import LENGTH, SPEED, Learned, learned_force
 from pamsim.recordings.trial import Trial
 
-POSITION, RATE = "position", "speed"
-
-_POSITIONS, _RATES = (0.0, 100.0), (0.2, 99.8)
-"""Percentiles of what was visited, between which a curve is spread: rates of read positions have
-outliers."""
-
-_FIELD = {POSITION: "force_", RATE: "drag_"}
-_ENDS = {POSITION: ("low", "high"), RATE: ("slowest", "fastest")}
-_COUNT = {POSITION: LENGTH, RATE: SPEED}
-
-_POINTS = 60  # of a curve that is written
 _WEAKEST = 1e-3  # a direction of control forces that is seen less, relative, begins at 0
 _FARTHEST = 100.0  # control force that a fit begins with at most [N]: promises are of first order
 _TYPICAL, _MOST = 5.0, 2e3
 """Control force by which steps of fits are scaled, which changes the readings of a small arm, and
 the largest that is sought [N]."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Curve:
-    """A learned torque.
-
-    Attributes:
-        joint: on which.
-        over: ``position`` or ``speed`` of the joint.
-        at: (n,) of them, from one end of what was visited to the other [rad or m, or per s].
-        torque: (n,) in the direction in which the position grows [N m or N].
-        reach: (n,) half width of its 95 % band; infinite where the data do not show the curve.
-    """
-
-    joint: str
-    over: str
-    at: FloatArray
-    torque: FloatArray
-    reach: FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,42 +71,6 @@ class LearnedShape:
     p_value: float
 
 
-@dataclass(frozen=True)
-class _Place:
-    """A joint, the tendon of the muscle that stands for it, and what was visited of both.
-
-    Attributes:
-        at: (n,) positions from one end to the other [rad or m].
-        rates: slowest and fastest change of the position [per s].
-        length: (n,) of the tendon at the positions [m].
-        arm: (n,) change of that length with the position.
-    """
-
-    joint: str
-    muscle: str
-    at: FloatArray
-    rates: tuple[float, float]
-    length: FloatArray
-    arm: FloatArray
-
-    @property
-    def middle(self) -> float:
-        """The arm that speeds of the tendon are taken with."""
-        return float(np.mean(self.arm))
-
-    def ends(self, kinds: Sequence[str] = (POSITION, RATE)) -> dict[str, float]:
-        """Parameters of the ends of curves over position, speed or both [SI]."""
-        values = {
-            POSITION: (float(self.length.min()), float(self.length.max())),
-            RATE: sorted(self.middle * one for one in self.rates),
-        }
-        return {
-            f"{self.muscle}:learned.{name}": value
-            for kind in kinds
-            for name, value in zip(_ENDS[kind], values[kind], strict=True)
-        }
-
-
 def learned_shape(
     rig: Rig,
     trials: Sequence[Trial],
@@ -155,7 +95,7 @@ def learned_shape(
     Returns:
         The curves; None where they predict no better, or a joint has no tendon of its own.
     """
-    places = _places(rig, trials)
+    places = places_of(rig, trials)
     if not places:
         return None
     ends = {name: end for one in places for name, end in one.ends().items()}
@@ -194,7 +134,7 @@ def learned_shape(
     best = replace(best, values={**fitter.nuisance, **best.values})
     return LearnedShape(
         curves=tuple(
-            curve for place in places for curve in _curves(place, learned_over, forces, errors)
+            curve for place in places for curve in curves_of(place, learned_over, forces, errors)
         ),
         links=tuple(sorted(links, key=lambda link: link.order)),
         model=best,
@@ -208,7 +148,7 @@ def learned_shape(
     )
 
 
-def _effect(places: Sequence[_Place], kind: str) -> Effect:
+def _effect(places: Sequence[Place], kind: str) -> Effect:
     """The control forces of every joint's curve as an effect to fit."""
     return Effect(
         name=f"learned_over_{kind}",
@@ -218,9 +158,9 @@ def _effect(places: Sequence[_Place], kind: str) -> Effect:
         look_alikes=(),
         separating="",
         parameters=tuple(
-            size(f"{place.muscle}:learned.{_FIELD[kind]}{k}", _TYPICAL, -_MOST, _MOST)
+            size(f"{place.muscle}:learned.{FIELD[kind]}{k}", _TYPICAL, -_MOST, _MOST)
             for place in places
-            for k in range(1, _COUNT[kind] + 1)
+            for k in range(1, COUNT[kind] + 1)
         ),
     )
 
@@ -266,82 +206,3 @@ def _promised(
 def _mean(unseen: HeldOut, model: LinkModel, links: Collection[Link]) -> float:
     losses = unseen.losses(model)
     return float(np.mean([np.mean(loss) for link, loss in losses.items() if link in links]))
-
-
-def _places(rig: Rig, trials: Sequence[Trial]) -> list[_Place]:
-    """Each joint that moves freely, with a tendon that runs over it alone."""
-    found: list[_Place] = []
-    for j, joint in enumerate(rig.joints):
-        channel = rig.names.joint_channel(joint)
-        seen = [trial for trial in trials if channel in trial.measured]
-        if not seen:
-            continue
-        read = [smoothed(trial.time, trial.measured[channel]) for trial in seen]
-        rates = [np.gradient(one, t.time) for one, t in zip(read, seen, strict=True)]
-        at = np.linspace(*_between(read, _POSITIONS), _POINTS)
-        poses = np.tile(rig.model.qpos0, (_POINTS, 1))
-        poses[:, rig.position_addresses[j]] = at
-        arms = np.array([moment_arms(rig, pose) for pose in poses])  # (n, m, j)
-        over = np.abs(arms).max(axis=0) > 0.0
-        alone = [m for m, row in enumerate(over) if row[j] and np.count_nonzero(row) == 1]
-        if alone:
-            lengths = np.array([tendon_lengths(rig, pose)[alone[0]] for pose in poses])
-            found.append(
-                _Place(
-                    joint=joint,
-                    muscle=list(rig.muscles)[alone[0]],
-                    at=at,
-                    rates=_between(rates, _RATES),
-                    length=lengths,
-                    arm=arms[:, alone[0], j],
-                )
-            )
-    return found
-
-
-def _between(
-    signals: Sequence[FloatArray], percentiles: tuple[float, float]
-) -> tuple[float, float]:
-    low, high = np.percentile(np.concatenate(signals), percentiles).tolist()
-    return low, high
-
-
-def _curves(
-    place: _Place, kinds: Sequence[str], forces: Mapping[str, float], errors: SizeErrors
-) -> Iterator[Curve]:
-    """The learned curves of a joint as torques on it.
-
-    They are sums of the control forces. A constant may lie in either curve. Where there are two,
-    the one over speed is 0 at rest.
-    """
-    visited = {POSITION: place.at, RATE: np.linspace(*place.rates, _POINTS)}
-    at_rest = _columns(place, RATE, np.zeros(1)) if len(kinds) == 2 else {}
-    for kind in kinds:
-        columns = _columns(place, kind, visited[kind])
-        if kind == RATE:
-            columns = {n: column - at_rest.get(n, 0.0) for n, column in columns.items()}
-        else:
-            columns |= {n: place.arm / place.middle * torque for n, torque in at_rest.items()}
-        yield Curve(
-            joint=place.joint,
-            over=kind,
-            at=visited[kind],
-            torque=sum((forces[n] * column for n, column in columns.items()), np.zeros(_POINTS)),
-            reach=errors.reach(columns),
-        )
-
-
-def _columns(place: _Place, kind: str, at: FloatArray) -> dict[str, FloatArray]:
-    """Control force -> torque (n,) of one newton of it at positions or speeds (n,)."""
-    ends = {name.rpartition(".")[2]: end for name, end in place.ends((kind,)).items()}
-    over_length = kind == POSITION
-    lengths = np.interp(at, place.at, place.length) if over_length else np.zeros(at.size)
-    speeds = np.zeros(at.size) if over_length else place.middle * at
-    # A force against lengthening pulls the joint to where the tendon is shorter.
-    arm = np.interp(at, place.at, place.arm) if over_length else place.middle
-    found: dict[str, FloatArray] = {}
-    for k in range(1, _COUNT[kind] + 1):
-        one = Learned(**ends, **{f"{_FIELD[kind]}{k}": 1.0})
-        force = [learned_force(one, *x) for x in zip(lengths, speeds, strict=True)]
-        found[f"{place.muscle}:learned.{_FIELD[kind]}{k}"] = -arm * np.array(force)
-    return found

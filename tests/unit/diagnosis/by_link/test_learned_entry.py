@@ -7,8 +7,9 @@ import pytest
 
 import pamsim
 from pamsim.comparison.links import JOINT, MUSCLE, Link
+from pamsim.diagnosis.by_link.joint_curves import Curve
 from pamsim.diagnosis.by_link.learned_entry import description, learned_entries, properties
-from pamsim.diagnosis.by_link.learned_shape import Curve, LearnedShape
+from pamsim.diagnosis.by_link.learned_shape import LearnedShape
 
 AT = np.linspace(-0.6, 0.5, 60)
 NOISE = 2e-3 * np.random.default_rng(2).normal(size=AT.size)

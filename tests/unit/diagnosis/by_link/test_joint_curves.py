@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.diagnosis.by_link.learned_shape import POSITION, RATE, _curves, _places
+from pamsim.diagnosis.by_link.joint_curves import POSITION, RATE, curves_of, places_of
 from pamsim.physics.learned import learned_force
 
 TIME = np.linspace(0.0, 5.0, 200)
@@ -14,7 +14,7 @@ TIME = np.linspace(0.0, 5.0, 200)
 
 def places(rig):
     swung = {rig.names.joint_channel(joint): 0.3 * np.sin(TIME) for joint in rig.joints}
-    return _places(rig, [SimpleNamespace(time=TIME, measured=swung)])
+    return places_of(rig, [SimpleNamespace(time=TIME, measured=swung)])
 
 
 def test_a_joint_is_stood_for_by_a_tendon_that_runs_over_it_alone():
@@ -40,7 +40,7 @@ def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_f
     forces = {f"muscle_1:learned.force_{k}": 3.0 * k**1.5 for k in range(1, 17)}
     drags = {f"muscle_1:learned.drag_{k}": 5.0 - k for k in range(1, 9)}
     group = rig.with_parameters({**shaft.ends(), **forces, **drags}).muscles["muscle_1"].learned
-    curves = _curves(shaft, [POSITION, RATE], {**forces, **drags}, KnownErrors())
+    curves = curves_of(shaft, [POSITION, RATE], {**forces, **drags}, KnownErrors())
     over_position, over_speed = curves
     at_rest = np.interp(0.0, over_speed.at, over_speed.torque)
     assert at_rest == pytest.approx(0.0, abs=1e-3 * np.abs(over_speed.torque).max())
@@ -49,7 +49,7 @@ def test_of_two_curves_the_one_over_speed_is_zero_at_rest_and_their_sum_is_the_f
     moving = [learned_force(group, 0.0, shaft.middle * speed) for speed in over_speed.at]
     still = learned_force(group, 0.0, 0.0)
     assert over_speed.torque == pytest.approx(-shaft.middle * (np.array(moving) - still))
-    (single,) = _curves(shaft, [POSITION], forces, KnownErrors())
+    (single,) = curves_of(shaft, [POSITION], forces, KnownErrors())
     assert np.ptp(over_position.torque - single.torque) == pytest.approx(0.0, abs=1e-12)
     # Between control forces that of one newton is spread over four of them, at an end it is alone.
     assert single.reach[0] == pytest.approx(abs(shaft.arm[0]))
