@@ -6,16 +6,18 @@ from collections.abc import Collection
 
 import numpy as np
 
+from pamsim.comparison.chain_runs import plain
 from pamsim.comparison.links import Link
 from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judged import ALPHA, Judged
+from pamsim.diagnosis.by_link.judged import ALPHA, Instead, Judged
 from pamsim.diagnosis.by_link.link_fit import PRIOR
 from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.result import (
     EffectEntry,
+    InsteadEntry,
     LinkEntry,
     NuisanceEntry,
     RivalEntry,
@@ -141,6 +143,19 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
             )
             for rival in one.rivals
         ),
+        instead=None if rig is None or one.instead is None else _instead(rig, one.instead),
+    )
+
+
+def _instead(rig: Rig, known: Instead) -> InsteadEntry:
+    name = plain(known.parameter)
+    own = stated(rig, name)
+    return InsteadEntry(
+        parameter=name,
+        unit=readable_unit(own),
+        stated=readable(own, known.stated),
+        value=readable(own, known.value),
+        share=known.share,
     )
 
 

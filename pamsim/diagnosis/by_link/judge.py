@@ -10,7 +10,7 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from pamsim.diagnosis.by_link.judged import (
     EXPLAINED,
     NAMED,
     SERIES,
+    Instead,
     Judged,
     Rival,
     beside_unknown,
@@ -126,7 +127,14 @@ def judge(
                 break
             judged.append(_judged(case, model, one, rests, rivals, left, unexplained))
         else:
-            return model, beside_unknown(judged, alpha)
+            found = beside_unknown(judged, alpha)
+            of = {one.effect.name: one for one in rests}
+            return model, tuple(
+                one
+                if one.level(alpha)
+                else replace(one, instead=number_instead(case, model, of[one.effect.name]))
+                for one in found
+            )
 
 
 def claimed(
@@ -231,6 +239,37 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
         if not idle:
             return model, needed
         model = fitter.everywhere(min(idle, key=lambda one: one.found.gain).rest)
+
+
+def number_instead(case: Case, model: LinkModel, one: Needed) -> Instead | None:
+    """The number of the rig that takes up most of an effect, if most of it is taken up.
+
+    A dead volume that is larger fills as a narrower valve does. What the effect takes away is small
+    then only because that number is free: nobody can know which of them it is until it is measured.
+    """
+    fitter = case.fitter
+    moved = {
+        name: abs(one.rest.values[name] - value) / abs(fitter.nuisance[name])
+        for name, value in model.values.items()
+        if name in fitter.nuisance and fitter.simulator.acts_in([name]) <= one.links
+    }
+    if not moved:
+        return None
+    held = {**one.rest.values, **{name: model.values[name] for name in moved}}
+    (residual,) = fitter.simulate([held], [one.links], one.rest)
+    if residual is None:
+        return None
+    rows = fitter.whiten(residual)
+    alone, beside = float(rows @ rows) - model.cost, one.rest.cost - model.cost
+    if beside > 0.5 * alone:
+        return None
+    name = max(moved, key=moved.__getitem__)
+    return Instead(
+        parameter=name,
+        stated=fitter.nuisance[name],
+        value=one.rest.values[name],
+        share=1.0 - max(beside, 0.0) / alone,
+    )
 
 
 def compared(case: Case, fit: LinkModel, model: LinkModel, one: Needed) -> Rival:

@@ -89,6 +89,23 @@ class Rival:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Instead:
+    """A number of the rig that may be off instead of an effect.
+
+    Attributes:
+        parameter: nuisance parameter, in one link.
+        stated: value of the rig [SI].
+        value: without the effect [SI].
+        share: of what the effect takes away beside the rig's numbers as they are with it.
+    """
+
+    parameter: str
+    stated: float
+    value: float
+    share: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Judged:
     """An effect of a model.
 
@@ -115,6 +132,7 @@ class Judged:
             formula of the families that were found may take it away [noise variance].
         at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
         second: whether a larger effect of its family at its place is in the model.
+        instead: number of the rig that takes up most of an effect of which nothing is certain.
     """
 
     effect: Candidate
@@ -132,6 +150,7 @@ class Judged:
     missed: float = 0.0
     at_end: bool = False
     second: bool = False
+    instead: Instead | None = None
 
     @property
     def share(self) -> float:

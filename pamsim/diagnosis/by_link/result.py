@@ -15,7 +15,12 @@ from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
 from pamsim.diagnosis.by_link.search import MATERIAL
-from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, verdict_sentence
+from pamsim.diagnosis.by_link.sentence import (
+    certain_words,
+    effect_sentence,
+    instead_sentence,
+    verdict_sentence,
+)
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.diagnosis.repaired_rig import RIG_FOLDER, Repair, write_repaired_rig
@@ -116,6 +121,30 @@ class RivalEntry:
 
 
 @dataclass(frozen=True, kw_only=True)
+class InsteadEntry:
+    """A number of the rig that may be off instead of an effect, in ``unit``.
+
+    Attributes:
+        parameter: of the rig.
+        unit: of both values.
+        stated: value of the rig.
+        value: without the effect.
+        share: of what the effect would take away that this number does.
+    """
+
+    parameter: str
+    unit: str
+    stated: float
+    value: float
+    share: float
+
+    @json_property
+    def sentence(self) -> str:
+        """How far it would be off, and what to do about it."""
+        return instead_sentence(self)
+
+
+@dataclass(frozen=True, kw_only=True)
 class EffectEntry:
     """An effect that was found.
 
@@ -136,6 +165,7 @@ class EffectEntry:
         sizes: parameter -> value; the one that measures the effect first.
         physical: its size in terms that do not depend on the form, as quantity -> size.
         rivals: the nearest first.
+        instead: number of the rig that may be off instead, of an effect that is not certain.
     """
 
     effect: str
@@ -154,6 +184,7 @@ class EffectEntry:
     sizes: Mapping[str, SizeEntry]
     physical: Mapping[str, PhysicalSize] = field(default_factory=dict[str, PhysicalSize])
     rivals: tuple[RivalEntry, ...]
+    instead: InsteadEntry | None = None
 
     @json_property
     def certain_words(self) -> str:

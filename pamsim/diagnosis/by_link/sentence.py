@@ -12,7 +12,13 @@ from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.by_link.result import EffectEntry, LinkReport, SizeEntry, SuspectEntry
+    from pamsim.diagnosis.by_link.result import (
+        EffectEntry,
+        InsteadEntry,
+        LinkReport,
+        SizeEntry,
+        SuspectEntry,
+    )
 
 
 def verdict_sentence(result: LinkReport) -> str:
@@ -98,7 +104,18 @@ def effect_sentence(one: EffectEntry) -> str:
         case "place":
             return f"{certain}. {nearest}"
         case _:
-            return f"Not certain in its place: {certain_words(one)}. {nearest}"
+            instead = "" if one.instead is None else f" {one.instead.sentence}"
+            return f"Not certain in its place: {certain_words(one)}. {nearest}{instead}"
+
+
+def instead_sentence(own: InsteadEntry) -> str:
+    """A number of the rig that may be off instead of an effect, and what to do about it."""
+    unit = "" if own.unit == "1" else f" {own.unit}"
+    return (
+        f"Or {own.parameter} is {own.value:.3g}{unit} instead of {own.stated:.3g}, which explains"
+        f" {100.0 * own.share:.0f} % of it: measure it, and leave it out of --nuisance once it is"
+        " known."
+    )
 
 
 def _physical(sizes: Mapping[str, PhysicalSize]) -> str:

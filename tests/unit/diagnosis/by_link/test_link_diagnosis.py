@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pamsim.comparison.chain_runs import COARSE, MIDDLE
+from pamsim.comparison.chain_runs import COARSE, MIDDLE, in_link
 from pamsim.diagnosis.by_link import judge
 from pamsim.diagnosis.by_link.held_out import HeldOut
 from pamsim.diagnosis.by_link.promise import forms_of, signatures
@@ -140,6 +140,36 @@ def test_a_name_is_as_deep_as_its_rivals_let_it_be(similar, level):
     _, _, found = diagnosed(ToyChain(EFFECTS, {"valve.delay": DELAY}, same=same), EFFECTS)
     (one,) = found.values()
     assert one.level() == level
+
+
+class Resembling(ToyChain):
+    """The delay changes pressures as a larger dead volume does, and otherwise, too."""
+
+    def __init__(self, otherwise):
+        self._otherwise = otherwise
+        super().__init__(EFFECTS, {"valve.delay": DELAY})
+
+    def _shape(self, name, link):
+        if name != "valve.delay":
+            return super()._shape(name, link)
+        volume = super()._shape("chamber.dead_volume", link)
+        return volume + self._otherwise * super()._shape("another", link)
+
+
+@pytest.mark.parametrize(("otherwise", "explained"), [(0.3, True), (3.0, False)])
+def test_a_number_of_the_rig_that_explains_an_effect_as_well_is_found(otherwise, explained):
+    fitter = fitter_of(Resembling(otherwise))
+    searched, unseen = search(fitter, EFFECTS, steps=STEPS), HeldOut(fitter)
+    case = judge.Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), 0.05, STEPS)
+    model, (one,) = judge.needed_effects(case, searched.model)
+    found = judge.number_instead(case, model, one)
+    assert (found is not None) == explained
+    if found is not None:
+        assert found.parameter == in_link("chamber.dead_volume", AIR)
+        # In units of its own size each moves the same.
+        moved = model.values["valve.delay"] / fitter.scale("valve.delay", model.effects)
+        assert found.value == pytest.approx((1.0 + moved) * found.stated, rel=0.1)
+        assert found.share == pytest.approx(1.0 - 0.3**2 / (1.0 + 0.3**2), abs=0.05)
 
 
 def test_an_error_of_the_formula_leaves_the_family_certain_and_no_more():

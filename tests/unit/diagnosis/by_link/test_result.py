@@ -13,7 +13,7 @@ from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.result import SizeEntry, SuspectEntry
+from pamsim.diagnosis.by_link.result import InsteadEntry, SizeEntry, SuspectEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
@@ -48,6 +48,18 @@ def test_a_sentence_goes_as_deep_as_the_name_holds(level, exact, expected):
     sentence = effect(level, exact=exact).sentence
     assert sentence.startswith(expected)
     assert ("not exact: 6 % left" in sentence) is not exact
+
+
+def test_a_number_of_the_rig_that_may_be_off_instead_is_stated_with_what_to_do():
+    number = InsteadEntry(
+        parameter="chamber.dead_volume", unit="cm^3", stated=10.0, value=18.574, share=0.9991
+    )
+    open_effect = replace(effect(""), instead=number)
+    assert open_effect.sentence.endswith(
+        " Or chamber.dead_volume is 18.6 cm^3 instead of 10, which explains 100 % of it:"
+        " measure it, and leave it out of --nuisance once it is known."
+    )
+    assert "dead_volume" not in replace(effect("family"), instead=number).sentence
 
 
 def test_what_is_left_is_stated_beside_what_was_found():
