@@ -61,6 +61,7 @@ def page_image(figure: Figure, path: Path) -> PageImage:
         InputError: if the place cannot be written.
     """
     width, height = save_png(figure, path)
+    figure.set_layout_engine("none")  # the PNG's holds for all: it takes longer than to draw
     save_vectors(figure, path)
     content = io.BytesIO()
     with Image.open(path) as image:  # with 256 colours a third of the size
