@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -23,6 +23,7 @@ from pamsim.inference.coefficient import Coefficient
 from pamsim.inference.estimate import Estimate, Flag, without_intervals
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 from pamsim.inference.record_checks import finite_samples
+from pamsim.inference.shared_errors import errors_of_groups, shared_by_group
 from pamsim.inference.starts import latin_hypercube
 
 _student_quantile: Any = scipy.special.stdtrit
@@ -32,6 +33,9 @@ _REFINED = 3  # starts that are followed to their end, of those tried
 _DEAD = 1e-10  # effect over the whole allowed range, relative to the data
 _SINGULAR = 1e-7  # smallest over largest singular value of the column-scaled Jacobian
 _AT_BOUND = 1e-6  # of the allowed range
+_SHARED = 0.2
+"""P-value of independent errors below which points of a group are taken to share one. Errors that
+show so faintly make intervals too narrow all the same (scripts/fit_coverage.py)."""
 
 
 class Optimum(NamedTuple):
@@ -51,17 +55,26 @@ class Optimum(NamedTuple):
 class CurveFit:
     """A fitted curve.
 
-    The intervals are linearised at the optimum, with Student's t. They take the residuals as
-    independent; residuals of a law with the wrong shape, or of points that share one misread
-    length, are not, and then the intervals are too narrow.
+    The intervals are linearised at the optimum, with Student's t. They allow for errors that points
+    of a group share, where residuals show some.
+
+    Attributes:
+        coefficients: in the order given, with intervals and flags.
+        predicted: (n,).
+        residual: predicted minus measured, (n,).
+        scores: in-sample.
+        converged: False if the solver ran out of evaluations.
+        evaluations: of the curve.
+        shared: kind of group whose points share an error -> p-value of independent errors.
     """
 
-    coefficients: tuple[Estimate, ...]  # in the order given, with intervals and flags
-    predicted: FloatArray = field(metadata=NOT_IN_JSON)  # shape (n,)
-    residual: FloatArray = field(metadata=NOT_IN_JSON)  # predicted minus measured, shape (n,)
-    scores: Scores  # in-sample
-    converged: bool  # False if the solver ran out of evaluations
-    evaluations: int  # of the curve
+    coefficients: tuple[Estimate, ...]
+    predicted: FloatArray = field(metadata=NOT_IN_JSON)
+    residual: FloatArray = field(metadata=NOT_IN_JSON)
+    scores: Scores
+    converged: bool
+    evaluations: int
+    shared: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
         """State no interval where the search did not converge."""
@@ -154,28 +167,48 @@ def search_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coeff
     return Optimum(values, predicted, converged, count)
 
 
-def fit_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coefficient]) -> CurveFit:
-    """Fit a curve and state what the data determine of each coefficient; see `search_curve`."""
+def fit_curve(
+    curve: Curve,
+    measured: ArrayLike,
+    coefficients: Sequence[Coefficient],
+    *,
+    groups: Mapping[str, FloatArray] | None = None,
+) -> CurveFit:
+    """Fit a curve and state what the data determine of each coefficient.
+
+    Arguments as of `search_curve`, and ``groups``: kind of group whose points may share an error ->
+    (n,), the same number for points of one group.
+    """
     y = finite_samples(measured, "measured")
     optimum = search_curve(curve, y, coefficients)
     free = sum(c.held is None for c in coefficients)
+    residual = optimum.predicted - y
+    tested = {kind: shared_by_group(residual, own) for kind, own in (groups or {}).items()}
+    shared = {kind: p_value for kind, p_value in tested.items() if p_value < _SHARED}
+    together = [own for kind, own in (groups or {}).items() if kind in shared]
     return CurveFit(
-        coefficients=_estimates(curve, y, optimum.values, coefficients),
+        coefficients=_estimates(curve, y, optimum.values, coefficients, together),
         predicted=optimum.predicted,
-        residual=optimum.predicted - y,
+        residual=residual,
         scores=scores(y, optimum.predicted, free),
         converged=optimum.converged,
         evaluations=optimum.evaluations,
+        shared=shared,
     )
 
 
 def _estimates(
-    curve: Curve, measured: FloatArray, values: FloatArray, coefficients: Sequence[Coefficient]
+    curve: Curve,
+    measured: FloatArray,
+    values: FloatArray,
+    coefficients: Sequence[Coefficient],
+    groups: Sequence[FloatArray],
 ) -> tuple[Estimate, ...]:
     """Each coefficient at the optimum (k,) [SI] with its 95 % interval and its flags.
 
     The covariance is s^2 (J^T J)^-1 at the optimum, J by central differences, s^2 the residual
-    variance with n - k degrees of freedom. Coefficients at a bound are taken as given there.
+    variance with n - k degrees of freedom; where points of some groups (n,) share an error, that
+    of independent groups, the largest of several. Coefficients at a bound are taken as given there.
     """
     flags: list[list[Flag]] = [[] for _ in coefficients]
     partners: list[set[str]] = [set() for _ in coefficients]
@@ -199,15 +232,18 @@ def _estimates(
         variance = float(residual @ residual) / freedom
         split = determined(jacobian[:, inner], _SINGULAR)
         covariance, flat = covariance_along(jacobian[:, inner], split.basis), split.members
-        spread = np.sqrt(np.diag(covariance))
-        quantile = float(_student_quantile(freedom, 0.975))
+        errors = [(np.sqrt(variance * np.diag(covariance)), np.full(len(inner), float(freedom)))]
+        if groups:
+            own = jacobian[:, inner]
+            errors = [errors_of_groups(own, residual, one, covariance) for one in groups]
+        widths = np.max([_student_quantile(nu, 0.975) * error for error, nu in errors], axis=0)
         names = [coefficients[i].name for i in inner]
         for a, i in enumerate(inner):
             if flat[a]:
                 flags[i].append(Flag.FLAT_DIRECTION)
                 partners[i] |= {n for n, on in zip(names, flat, strict=True) if on} - {names[a]}
                 continue
-            half[i] = quantile * np.sqrt(variance) * spread[a]
+            half[i] = widths[a]
             correlated = {names[b] for b in trade_offs(covariance, a, flat)}
             if correlated:
                 flags[i].append(Flag.TRADE_OFF)

@@ -13,9 +13,9 @@ from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.units import PA_PER_KPA, FloatArray
-from pamsim.fitting.curve_fit import fit_curve, search_curve
+from pamsim.fitting.curve_fit import CurveFit, fit_curve, search_curve
 from pamsim.fitting.result import FittedLaw, coefficient_entries
-from pamsim.fitting.scores import HeldOut, Rows, grouped, leave_one_group_out, shared_by_group
+from pamsim.fitting.scores import HeldOut, Rows, grouped, leave_one_group_out
 from pamsim.inference.coefficient import Coefficient
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
@@ -61,7 +61,8 @@ def fit_force_law(
         raise InputError(f"model {model!r}: {unsuited}")
     coefficients = law_coefficients(law, braid, held)
     every = np.arange(table.force.size)
-    fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients)
+    groups = {"length": grouped(table.contraction), "pressure": grouped(table.pressure)}
+    fit = fit_curve(law_curve(law, table, braid, every), table.force, coefficients, groups=groups)
     held_out = None if hold_out == "none" else _held_out(table, law, braid, coefficients, hold_out)
     return FittedLaw(
         model=model,
@@ -77,7 +78,7 @@ def fit_force_law(
         },
         fit=fit,
         held_out=held_out,
-        notes=tuple(_notes(law, table, braid, fit.values, fit.residual)),
+        notes=tuple(_notes(law, table, braid, fit)),
         given={
             name: {"value": getattr(braid, name), "unit": spec.unit}
             for name, spec in specs(Braid)
@@ -200,11 +201,9 @@ def section_of(
     return sections
 
 
-def _notes(
-    law: ForceLaw, table: ForceMap, braid: Braid, values: FloatArray, residual: FloatArray
-) -> list[str]:
+def _notes(law: ForceLaw, table: ForceMap, braid: Braid, fit: CurveFit) -> list[str]:
     notes: list[str] = []
-    low, high = law.contraction_range(values.tolist(), braid)
+    low, high = law.contraction_range(fit.values.tolist(), braid)
     outside = int(np.sum((table.contraction < low) | (table.contraction > high)))
     if outside:
         notes.append(
@@ -219,11 +218,11 @@ def _notes(
                 f"{beyond} of {table.force.size} points lie outside the pressures its source"
                 f" states, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
             )
-    if shared_by_group(residual, grouped(table.contraction)) < 0.01:
-        notes.append(
-            "residuals are correlated within each length (a common error of the law or of the"
-            " length reading): the intervals, which take points as independent, are too narrow"
-        )
+    notes += [
+        f"points of one {group} share an error, of the law or of a reading (p = {p_value:.2g} that"
+        " they do not): the intervals allow for it"
+        for group, p_value in fit.shared.items()
+    ]
     return notes
 
 

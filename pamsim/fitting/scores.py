@@ -7,18 +7,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike, NDArray
 
 from pamsim.core.encoding import json_property
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.record_checks import finite_samples
-
-_f_tail: Any = scipy.special.fdtrc
 
 Rows = NDArray[np.intp]
 
@@ -68,29 +64,6 @@ def scores(measured: ArrayLike, predicted: ArrayLike, free: int) -> Scores:
         aic=aic,
         aicc=None if aic is None or correction is None else aic + correction,
     )
-
-
-def shared_by_group(residual: ArrayLike, groups: ArrayLike) -> float:
-    """P-value of residuals (n,) that agree so well within groups, if they were independent.
-
-    Points of one length share its reading error. If that is significant (a small p-value), the fit
-    has less information than its number of points suggests, and intervals that take them as
-    independent are too narrow. ``groups`` (n,) has the same number for points of one group.
-
-    The one-way analysis of variance (Fisher's F); 1 where it does not apply.
-    """
-    r, label = finite_samples(residual, "residual"), finite_samples(groups, "groups")
-    kinds, index = np.unique(label, return_inverse=True)
-    inside = r.size - kinds.size
-    if kinds.size < 2 or inside < 1:
-        return 1.0
-    count = np.bincount(index)
-    mean = np.bincount(index, weights=r) / count
-    between = float(np.sum(count * (mean - np.mean(r)) ** 2)) / (kinds.size - 1)
-    within = float(np.sum((r - mean[index]) ** 2)) / inside
-    if within == 0.0:
-        return 1.0
-    return float(_f_tail(kinds.size - 1, inside, between / within))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,12 +6,11 @@ import tomllib
 
 import numpy as np
 import pytest
-import scipy.stats
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.fitting.fit import fit
-from pamsim.fitting.scores import grouped, leave_one_group_out, scores, shared_by_group
+from pamsim.fitting.scores import grouped, leave_one_group_out, scores
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.report.fit_figure import fit_figure
@@ -134,13 +133,3 @@ def test_set_values_make_a_group_each_and_scattered_ones_make_bins():
     assert np.unique(bins).size == 10
     assert np.all(np.diff(bins[np.argsort(scattered)]) >= 0.0)  # bins of neighbours
     assert np.unique(grouped(np.repeat(np.arange(20.0), 3))).size == 20
-
-
-def test_shared_residuals_are_found_by_the_f_test():
-    label = np.repeat([1.0, 2.0, 3.0], 8)
-    noise = np.random.default_rng(5).normal(size=24)
-    expected = scipy.stats.f_oneway(noise[:8], noise[8:16], noise[16:]).pvalue
-    assert shared_by_group(noise, label) == pytest.approx(expected)
-    assert shared_by_group(noise + 4.0 * label, label) < 1e-4
-    for residual, groups in ((noise, np.zeros(24)), (label, label), ([1.0, 2.0], [1.0, 2.0])):
-        assert shared_by_group(residual, groups) == 1.0
