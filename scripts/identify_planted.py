@@ -40,6 +40,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
+from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.models import ModelSet, fit_models
 from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
@@ -186,6 +187,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
     }
     if best is not None:
         structure = best.fit.structure
+        row["chosen"] = intervals_after_choice(system, best.fit)
         row["found"] = {
             "poles": structure.order + structure.integrators,
             "integrators": structure.integrators,
@@ -241,6 +243,23 @@ def intervals(system: System, record: SignalRecord) -> dict[str, list[float]]:
     }
 
 
+def intervals_after_choice(system: System, fit: IdentifiedModel) -> dict[str, list[float]]:
+    """Name -> planted value and 95 % interval of it, of the structure that was chosen.
+
+    Gains and dead times mean the same whatever the number of poles, if not that of integrators.
+    """
+    if fit.structure.integrators != system.integrators:
+        return {}
+    found: dict[str, list[float]] = {}
+    for i, (above, late) in enumerate(zip(system.above, system.dead_times, strict=True), start=1):
+        number = "" if len(system.above) == 1 else f"[{i}]"
+        for one in fit.estimates:
+            planted = {f"K{number}": float(above[-1]), f"L{number}": late}.get(one.name)
+            if planted is not None and one.interval95 is not None:
+                found[one.name] = [planted, *one.interval95]
+    return found
+
+
 def share(hits: int, count: int) -> dict[str, Any]:
     """A share with its 95 % interval (Clopper and Pearson)."""
     result = scipy.stats.binomtest(int(hits), count).proportion_ci() if count else None
@@ -273,8 +292,15 @@ def scores(rows: list[dict[str, Any]]) -> dict[str, Any]:
             sum(not row["found"]["passes"] for row in recommended), len(recommended)
         ),
         "intervals_that_hold": share(sum(covered), len(covered)),
+        **{f"{kind}_after_choice_that_hold": held(found, kind) for kind in ("K", "L")},
         "median_seconds": float(np.median([row["seconds"] for row in rows])),
     }
+
+
+def held(rows: list[dict[str, Any]], kind: str) -> dict[str, Any]:
+    """Share of intervals of a kind of number that hold, of structures that were chosen."""
+    ends = [each for row in rows for name, each in row["chosen"].items() if name[0] == kind]
+    return share(sum(low <= value <= high for value, low, high in ends), len(ends))
 
 
 def main() -> None:

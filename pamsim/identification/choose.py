@@ -102,6 +102,16 @@ class Choice(Generic[R]):
         best = max(self.held_out[i] for i in open_to)
         return 100.0 - self.held_out[place] > _MATERIAL * (100.0 - best)
 
+    def not_rejected(self, place: int) -> list[R]:
+        """The fits that the data do not reject in favour of the one at a place.
+
+        By a criterion those that are less than 10 above it, by held-out data those not worse there.
+        """
+        if not self.held_out:
+            most = self.scores[place] + NO_SUPPORT
+            return [f for f, score in zip(self.fits, self.scores, strict=True) if score < most]
+        return [fit for i, fit in enumerate(self.fits) if self._as_good(i, place)]
+
     def _as_good(self, place: int, best: int) -> bool:
         if 100.0 - self.held_out[place] > _MATERIAL * (100.0 - self.held_out[best]):
             return False

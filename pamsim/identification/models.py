@@ -23,6 +23,7 @@ from pamsim.identification.residual_tests import (
     residual_nonlinearity,
 )
 from pamsim.identification.structure_scan import RoughFit, scan_structures
+from pamsim.inference.estimate import Estimate
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
@@ -189,6 +190,7 @@ def fit_models(
         raise InputError(next(iter(fitting.skipped.values())))
     if models.order is None:
         _choose(fits, fitting, models)
+        _dead_time_or_poles(fitting)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -229,6 +231,35 @@ def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -
             return
     fitting.choice = by_free_run(fits, records, held_out)
     fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
+
+
+def _dead_time_or_poles(fitting: FittedModels) -> None:
+    """Let intervals of dead times begin at 0 where a structure with poles instead is not rejected.
+
+    A fast pole that noise hides delays the output as a dead time does.
+    """
+    choice, candidate = fitting.choice, fitting.fitted.get(fitting.chosen)
+    if choice is None or candidate is None or not candidate.continuous:
+        return
+    fit = candidate.fit
+    same = replace(fit.structure, real_lags=False)
+    place = next((i for i, one in enumerate(choice.fits) if one.structure == same), None)
+    if place is None or not same.delayed:
+        return
+    if all(one.structure.delayed for one in choice.not_rejected(place)):
+        return
+    estimates = tuple(_from_zero(one) for one in fit.estimates)
+    if estimates != fit.estimates:
+        sentence = f"{fit.sentence}; further poles explain the records as well as the dead time"
+        open_fit = replace(fit, estimates=estimates, sentence=sentence)
+        fitting.fitted[fitting.chosen] = replace(candidate, fit=open_fit)
+
+
+def _from_zero(one: Estimate) -> Estimate:
+    """A dead time whose interval begins at 0, or another estimate as it is."""
+    if not one.name.startswith("L") or one.interval95 is None:
+        return one
+    return replace(one, interval95=(0.0, one.interval95[1]))
 
 
 def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:

@@ -40,6 +40,10 @@ def identified(record, dead_time="none"):
     return fitted, chosen, best
 
 
+def chosen_fit(fitted):
+    return fitted.fitted[fitted.chosen].fit
+
+
 PLANTS = {
     "one lag": LAG,
     "oscillation": ([2.0], [1.0 / 16.0, 0.4 / 4.0, 1.0]),
@@ -165,9 +169,20 @@ def test_a_dead_time_is_chosen_where_it_is_asked_for_and_not_where_it_is_ruled_o
     output = output + 0.02 * np.std(output) * draw.normal(size=output.size)
     record = SignalRecord("late", TS * np.arange(300), given[100:], output[100:])
     for dead_time, expected in (("free", True), ("none", False)):
-        fitted = fit_models([record], [], ModelSet(**FEW, dead_time=dead_time))
-        chosen = next(c.fit.structure for c in fitted.candidates if c.name == fitted.chosen)
-        assert chosen.dead_time is expected
+        chosen = chosen_fit(fit_models([record], [], ModelSet(**FEW, dead_time=dead_time)))
+        assert chosen.structure.dead_time is expected
+        if expected:  # 8 samples are no fast pole's
+            assert chosen["L"].interval95 == pytest.approx((0.4, 0.4), rel=0.01)
+            assert "further poles" not in chosen.sentence
+
+
+def test_a_dead_time_that_stands_for_fast_poles_may_be_none():
+    below = np.convolve(np.convolve([1.0, 1.0], [0.12, 1.0]), np.convolve([0.08, 1.0], [0.08, 1.0]))
+    chosen = chosen_fit(fit_models([trial([1.0], below, 1, noise=0.02)], [], ModelSet(**FEW)))
+    assert chosen.structure.order + chosen.structure.zeros < 4
+    assert chosen["L"].value > 0.02
+    assert chosen["L"].interval95[0] == 0.0
+    assert chosen.sentence.endswith("further poles explain the records as well as the dead time")
 
 
 def test_the_end_of_a_record_that_began_at_rest_is_not_judged_as_if_it_rested_there():
