@@ -289,7 +289,8 @@ def _gains_and_delays(rough: RoughFit) -> dict[str, float]:
 def _intervals(rough: RoughFit, fitting: FittedModels) -> dict[str, Interval]:
     """Intervals of a structure's numbers; none that the data do not determine.
 
-    Of dead times the values alone: beside zeros their intervals may have no end.
+    A gain is if it cannot be 0. Of dead times the values alone count: beside zeros their intervals
+    may have no end.
     """
     try:
         fit = fit_model(fitting.records, rough.structure, starts=[rough.x])
@@ -297,11 +298,10 @@ def _intervals(rough: RoughFit, fitting: FittedModels) -> dict[str, Interval]:
         return {}
     if fit.status is not FitStatus.CONVERGED:
         return {}
-    return {
-        one.name: (one.value, one.value) if one.name[0] == "L" else one.interval95
-        for one in fit.estimates
-        if one.interval95 is not None
-    }
+    found = {one.name: one.interval95 for one in fit.estimates if one.interval95 is not None}
+    gains = {name: ends for name, ends in found.items() if name[0] == "K" and np.prod(ends) > 0.0}
+    delays = {one.name: (one.value, one.value) for one in fit.estimates if one.name[0] == "L"}
+    return gains | delays
 
 
 def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:
