@@ -22,8 +22,8 @@ from pamsim.identification.residual_tests import (
     residual_independence,
     residual_nonlinearity,
 )
+from pamsim.identification.spanned import spanning_structures
 from pamsim.identification.structure_scan import RoughFit, scan_structures
-from pamsim.inference.estimate import Interval
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
@@ -190,7 +190,7 @@ def fit_models(
         raise InputError(next(iter(fitting.skipped.values())))
     if models.order is None:
         _choose(fits, fitting, models)
-        _widened(fitting)
+        _span_not_rejected(fitting)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -233,75 +233,11 @@ def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -
     fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
 
 
-def _widened(fitting: FittedModels) -> None:
-    """Let intervals of gains and dead times span structures that the data do not reject.
-
-    With another number of poles or zeros, or with a drift, a gain or dead time still means the
-    same, and its interval of the chosen structure alone is too narrow: a fast pole that noise hides
-    delays the output as a dead time does. What the data do not determine in a structure does not
-    count.
-    """
-    choice, candidate = fitting.choice, fitting.fitted.get(fitting.chosen)
-    if choice is None or candidate is None:
-        return
-    fit = candidate.fit
-    same = replace(fit.structure, real_lags=False)
-    place = next((i for i, one in enumerate(choice.fits) if one.structure == same), None)
-    if place is None:
-        return
-    sides = {e.name: e.interval95 for e in fit.estimates if e.name[0] in "KL" and e.interval95}
-    spanned = dict(sides)
-    for other in choice.not_rejected(place):
-        if other.structure.integrators != fit.structure.integrators:
-            continue
-        rough = _gains_and_delays(other)
-        if all(low <= rough[name] <= high for name, (low, high) in sides.items()):
-            continue
-        found = _intervals(other, fitting)
-        found |= {name: (0.0, 0.0) for name in sides if name[0] == "L" and rough[name] == 0.0}
-        for name in sides.keys() & found.keys():
-            (low, high), (least, most) = spanned[name], found[name]
-            spanned[name] = min(low, least), max(high, most)
-    if spanned != sides:
-        open_fit = replace(
-            fit,
-            estimates=tuple(
-                replace(e, interval95=spanned.get(e.name, e.interval95)) for e in fit.estimates
-            ),
-            sentence=f"{fit.sentence}; intervals of gains and dead times span other structures that"
-            " the records do not reject",
-        )
-        fitting.fitted[fitting.chosen] = replace(candidate, fit=open_fit)
-
-
-def _gains_and_delays(rough: RoughFit) -> dict[str, float]:
-    """Gains and dead times of a rough fit, by the names of estimates; 0 of none."""
-    structure, coordinates = rough.structure, rough.coordinates
-    delays = structure.delays(coordinates)
-    values: dict[str, float] = {}
-    for i in range(structure.inputs):
-        number = f"[{i + 1}]" if structure.inputs > 1 else ""
-        values[f"K{number}"] = float(coordinates[structure.coefficients(i).start])
-        values[f"L{number}"] = float(delays[i])
-    return values
-
-
-def _intervals(rough: RoughFit, fitting: FittedModels) -> dict[str, Interval]:
-    """Intervals of a structure's numbers; none that the data do not determine.
-
-    A gain is if it cannot be 0. Of dead times the values alone count: beside zeros their intervals
-    may have no end.
-    """
-    try:
-        fit = fit_model(fitting.records, rough.structure, starts=[rough.x])
-    except InputError:
-        return {}
-    if fit.status is not FitStatus.CONVERGED:
-        return {}
-    found = {one.name: one.interval95 for one in fit.estimates if one.interval95 is not None}
-    gains = {name: ends for name, ends in found.items() if name[0] == "K" and np.prod(ends) > 0.0}
-    delays = {one.name: (one.value, one.value) for one in fit.estimates if one.name[0] == "L"}
-    return gains | delays
+def _span_not_rejected(fitting: FittedModels) -> None:
+    candidate = fitting.fitted.get(fitting.chosen)
+    if candidate is not None and fitting.choice is not None:
+        wider = spanning_structures(candidate.fit, fitting.choice, fitting.records)
+        fitting.fitted[fitting.chosen] = replace(candidate, fit=wider)
 
 
 def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:

@@ -261,7 +261,7 @@ def number_instead(case: Case, model: LinkModel, one: Needed) -> Instead | None:
         return None
     rows = fitter.whiten(residual)
     alone, beside = float(rows @ rows) - model.cost, one.rest.cost - model.cost
-    if beside > 0.5 * alone:
+    if alone <= 0.0 or beside > 0.5 * alone:
         return None
     name = max(moved, key=moved.__getitem__)
     return Instead(
