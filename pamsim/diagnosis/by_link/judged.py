@@ -10,12 +10,12 @@ an error of their formulas (`BESIDE_OTHERS`). But then a small effect may be suc
 must be larger than the share that an inexact formula may leave, and than all of one whose own place
 is not certain. An effect so small that what is left is much beside it is not certain either, though
 that be too little to count, or no repeats show whether it is noise (`BESIDE_OTHERS`). Nor is one in
-links that miss no more than noise. Of two effects of a family at one place the smaller may be what
-the formula of the larger misses: its name is not certain. What other formulas of the families that
-were found would take away as well is not counted as left: it speaks for these families. So many
-effects in a link that they are rather the series of an unknown one (`SERIES`) are not certain,
-unless one of them outweighs all others. Nor is an effect that fits only at an end of a parameter's
-range: it stands for another one.
+links that miss no more than noise. Of two effects of a family at one place one may be what the
+formula of the other misses: the name of that is certain which takes away twice as much. What other
+formulas of the families that were found would take away as well is not counted as left: it speaks
+for these families. So many effects in a link that they are rather the series of an unknown one
+(`SERIES`) are not certain, unless one of them outweighs all others. Nor is an effect that fits only
+at an end of a parameter's range: it stands for another one.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class Judged:
         missed: mean square that is left there for certain, on the scale of the gain, whatever
             formula of the families that were found may take it away [noise variance].
         at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
-        second: whether a larger effect of its family at its place is in the model.
+        second: whether it outweighs no other of its family at its place (`BESIDE_OTHERS`).
         instead: number of the rig that takes up most of an effect of which nothing is certain.
     """
 
@@ -194,7 +194,8 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
     """Effects in the order of their gain, none certain beside a larger one that is not.
 
     Where something is left beside a cause whose place is not known, nothing says that the error of
-    its formula is smaller than itself. Of a family the first is the larger one.
+    its formula is smaller than itself. Of a family each may be what the formula of another misses,
+    unless it outweighs them (`BESIDE_OTHERS`).
     """
     found: list[Judged] = []
     for one in sorted(judged, key=lambda one: -one.gain):
@@ -204,7 +205,8 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
             if larger.links & one.links and not larger.exact and not larger.level(alpha)
         ]
         own = _levels(one.effect)[:2]  # place and family
-        second = any(_levels(larger.effect)[:2] == own for larger in found)
+        kin = [o.gain for o in judged if o is not one and _levels(o.effect)[:2] == own]
+        second = one.gain < BESIDE_OTHERS * max(kin, default=0.0)
         found.append(replace(one, error=max([one.error, *unknown]), second=second))
     return tuple(found)
 

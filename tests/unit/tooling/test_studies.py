@@ -38,23 +38,23 @@ def test_blind_cases_are_those_that_the_generator_draws():
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
     scores, text = script("link_study_scores"), page("validation")
-    record, fresh = recorded("results/link_study"), recorded("results/link_study_fresh")
+    before, these = recorded("results/link_study_fresh"), recorded("results/link_study")
     few = {
         f"{name}, 40 cases": recorded(f"results/link_study_{name.replace(' ', '_')}")
         for name in ("two repeats", "one log")
     }
-    columns = {"rules before": record, "these rules": fresh, **few}
+    columns = {"rules before": before, "these rules": these, **few}
     assert "\n".join(scores.table(columns)) in text
     for one in columns.values():
         assert scores.must_show(one["rows"]) == one["must_show"]
     cases = recorded("link_study_cases")["cases"]
     drawn = {case["name"]: case["seed"] for case in cases}
-    assert all(drawn[row["name"]] == row["seed"] for row in fresh["rows"])
-    for one, how in ((record, "the first"), (fresh, "by")):
-        assert f"{how} {len(one['rows'])} of {len(cases)} cases" in words("validation")
+    assert all(drawn[row["name"]] == row["seed"] for row in before["rows"])
+    assert f"by {len(before['rows'])} of {len(cases)} cases" in words("validation")
+    assert f"by the first {len(these['rows'])} of 160 cases" in words("validation")
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases? )?([\d,\s]+)\)", paragraph)))
-    wrong = [r["name"] for one in (record, fresh) for r in one["rows"] if scores.wrong(r)]
+    wrong = [r["name"] for one in (before, these) for r in one["rows"] if scores.wrong(r)]
     assert sorted(named) == sorted(name.partition("_")[0] for name in wrong)
 
 

@@ -74,11 +74,13 @@ def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
 
 
-def test_of_a_family_at_one_place_the_name_of_the_largest_effect_alone_is_certain():
+def test_of_a_family_at_one_place_the_name_of_one_that_outweighs_the_others_is_certain():
     exact = {"named": True, "exact": True}
     small, large = judged(1.0, 0.0, 9.0, **exact), judged(8.0, 0.0, 9.0, **exact)
     first, second = beside_unknown([small, large], 0.05)
     assert (first.gain, first.level(), second.level()) == (8.0, "form", "family")
+    near = beside_unknown([judged(4.0, 0.0, 9.0, **exact), judged(5.0, 0.0, 9.0, **exact)], 0.05)
+    assert [one.level() for one in near] == ["family", "family"]
     elbow = replace(FRICTION, effect=replace(FRICTION.effect, place="elbow"))
     there = replace(small, effect=elbow, links=frozenset([AIR]))
     assert [one.level() for one in beside_unknown([there, large], 0.05)] == ["form", "form"]
