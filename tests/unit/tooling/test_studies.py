@@ -175,6 +175,14 @@ def test_the_counts_of_planted_systems_are_those_of_the_record():
         ("recommended", "recommended"),
         ("recommended models that fail their own residual test", "recommended_failing_their_test"),
         ("95 % intervals that hold the planted number, structure given", "intervals_that_hold"),
+        (
+            "95 % intervals that hold the planted gain, structure chosen",
+            "K_after_choice_that_hold",
+        ),
+        (
+            "95 % intervals that hold the planted dead time, structure chosen",
+            "L_after_choice_that_hold",
+        ),
     ):
         found = [s["scores"][score] for s in (study, two)]
         cells = [f"{one['hits']} of {one['count']}" for one in found]
