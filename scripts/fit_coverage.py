@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 import tqdm
-from records import head, parser, print_and_write
-from scipy.stats import binomtest
+from records import head, parser, print_and_write, share
 
 from pamsim.fitting.curve_fit import CurveFit, fit_curve
 from pamsim.fitting.force_map import fit_force_law, law_coefficients, law_curve, named_law
@@ -68,12 +67,6 @@ def hits(fit: CurveFit) -> list[bool]:
     ]
 
 
-def share(held: list[bool]) -> dict[str, Any]:
-    """A share with its 95 % interval (Clopper and Pearson)."""
-    ends = binomtest(sum(held), len(held)).proportion_ci(method="exact")
-    return {"held": sum(held), "of": len(held), "interval95": [ends.low, ends.high]}
-
-
 def main() -> None:
     """Draw, fit and count."""
     options = parser(__doc__, maps=200).parse_args()
@@ -90,7 +83,12 @@ def main() -> None:
             coefficients = law_coefficients(named_law(MODEL), BRAID, {})
             alone += hits(fit_curve(curve, table.force, coefficients))
         rows.append(
-            {"map": grid, "shared error": error, "fit": share(found), "independent": share(alone)}
+            {
+                "map": grid,
+                "shared error": error,
+                "fit": share(sum(found), len(found)),
+                "independent": share(sum(alone), len(alone)),
+            }
         )
     record = {**head(f"python scripts/fit_coverage.py --maps {options.maps}"), "rows": rows}
     print_and_write(record, options.json)

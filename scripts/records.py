@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import mujoco
+from scipy.stats import binomtest
 
 from pamsim.core.encoding import write_json
 
@@ -47,6 +48,17 @@ def print_and_write(record: Mapping[str, Any], path: Path | None) -> None:
     """Print a record, and write it where this is asked for."""
     print(json.dumps(record, indent=1))
     write(record, path)
+
+
+def share(hits: int, count: int) -> dict[str, Any]:
+    """A share with its exact 95 % interval (Clopper and Pearson, Biometrika 26, 1934)."""
+    ends = binomtest(int(hits), count).proportion_ci() if count else None
+    return {
+        "hits": int(hits),
+        "count": count,
+        "share": float(hits / count) if count else None,
+        "interval95": [ends.low, ends.high] if ends else None,
+    }
 
 
 def with_rows_on_lines(record: Mapping[str, Any]) -> str:

@@ -22,8 +22,8 @@ from pamsim.identification.residual_tests import (
     residual_independence,
     residual_nonlinearity,
 )
-from pamsim.identification.spanned import spanning_structures
 from pamsim.identification.structure_scan import RoughFit, scan_structures
+from pamsim.identification.structure_uncertainty import spanning_structures
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")

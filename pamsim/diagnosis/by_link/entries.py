@@ -12,18 +12,17 @@ from pamsim.comparison.readable_unit import readable, readable_unit
 from pamsim.core.units import COMMON, FloatArray, to_si
 from pamsim.diagnosis.by_link.chain_values import chain_values, link_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judged import ALPHA, Instead, Judged
-from pamsim.diagnosis.by_link.link_fit import PRIOR
-from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
-from pamsim.diagnosis.by_link.result import (
+from pamsim.diagnosis.by_link.effect_entry import (
     EffectEntry,
     InsteadEntry,
-    LinkEntry,
-    NuisanceEntry,
     RivalEntry,
     SizeEntry,
     SuspectEntry,
 )
+from pamsim.diagnosis.by_link.judged import ALPHA, Instead, Judged
+from pamsim.diagnosis.by_link.link_fit import PRIOR
+from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
+from pamsim.diagnosis.by_link.result import LinkEntry, NuisanceEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.physical_size import Fitted, physical_sizes
 from pamsim.diagnosis.pulley_radius import stated

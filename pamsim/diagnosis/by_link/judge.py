@@ -242,10 +242,10 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
 
 
 def number_instead(case: Case, model: LinkModel, one: Needed) -> Instead | None:
-    """The number of the rig that takes up most of an effect, if most of it is taken up.
+    """The nuisance parameter that explains most of an effect when it is free, if one does.
 
     A dead volume that is larger fills as a narrower valve does. What the effect takes away is small
-    then only because that number is free: nobody can know which of them it is until it is measured.
+    then only because that number is free, and only measuring it decides between the two.
     """
     fitter = case.fitter
     moved = {

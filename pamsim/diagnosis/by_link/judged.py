@@ -95,8 +95,8 @@ class Instead:
     Attributes:
         parameter: nuisance parameter, in one link.
         stated: value of the rig [SI].
-        value: without the effect [SI].
-        share: of what the effect takes away beside the rig's numbers as they are with it.
+        value: that it is fitted to without the effect [SI].
+        share: of what the effect takes away, that the number takes away alone.
     """
 
     parameter: str

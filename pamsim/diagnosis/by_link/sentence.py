@@ -12,13 +12,13 @@ from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.effects.effect import FAMILIES
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.by_link.result import (
+    from pamsim.diagnosis.by_link.effect_entry import (
         EffectEntry,
         InsteadEntry,
-        LinkReport,
         SizeEntry,
         SuspectEntry,
     )
+    from pamsim.diagnosis.by_link.result import LinkReport
 
 
 def verdict_sentence(result: LinkReport) -> str:

@@ -201,8 +201,7 @@ def test_the_counts_of_planted_systems_are_those_of_the_record():
 def test_the_pages_state_how_often_intervals_of_force_laws_hold():
     rows = recorded("results/fit_coverage")["rows"]
     percent = {
-        kind: [round(100.0 * row[kind]["held"] / row[kind]["of"]) for row in rows]
-        for kind in ("fit", "independent")
+        kind: [round(100.0 * row[kind]["share"]) for row in rows] for kind in ("fit", "independent")
     }
     least, most = min(percent["fit"]), max(percent["fit"])
     text = words("fit")
@@ -210,7 +209,7 @@ def test_the_pages_state_how_often_intervals_of_force_laws_hold():
     assert f"as few as {min(percent['independent'])} %." in text
     for row in rows:
         ends = [f"{100.0 * end:.1f}" for end in row["fit"]["interval95"]]
-        share = f"{100.0 * row['fit']['held'] / row['fit']['of']:.1f} [{', '.join(ends)}] %"
+        share = f"{100.0 * row['fit']['share']:.1f} [{', '.join(ends)}] %"
         assert f"| {row['map']} | {row['shared error']} | {share} |" in page("validation")
 
 

@@ -3,15 +3,13 @@
 import numpy as np
 
 from pamsim.comparison.compared_signal import Comparison
+from pamsim.diagnosis.by_link.effect_entry import EffectEntry, RivalEntry, SizeEntry
 from pamsim.diagnosis.by_link.result import (
-    EffectEntry,
     LinkEntry,
     LinkReport,
     NextExperiment,
     NuisanceEntry,
-    RivalEntry,
     Run,
-    SizeEntry,
 )
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from pamsim.diagnosis.physical_size import PhysicalSize

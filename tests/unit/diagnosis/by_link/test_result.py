@@ -11,9 +11,9 @@ import pamsim
 from pamsim.comparison.effects_on_rig import candidate, rig_effect
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
+from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SizeEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.result import InsteadEntry, SizeEntry, SuspectEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
