@@ -2,13 +2,13 @@
 
     python scripts/calibrate_study.py [--workers 2] [--json scripts/results/calibrate_study.json]
 
-Five parameters of the MAS-20 arm are planted 5 to 50 % off the rig's own values. Eight trials (four
-repeats of each of two valve sequences, one of them under load, 1.5 s each at 100 Hz) are simulated,
-get noise on angle and pressures, are written to files and calibrated from the rig's own values: 200
-seeds of white and 200 of coloured noise (AR(1), correlation time 0.1 s) of 0.05 deg and 0.4 kPa.
-Then experiments that cannot show what is asked: valves that only fill, from which the conductance
-of exhaust is wanted; and angles at rest without load, from which active and passive forces are both
-wanted, though only their ratio turns the arm.
+Five parameters of the MAS-20 arm are planted 5 to 50 % off the rig's own values. Two valve
+sequences (one under load, 1.5 s at 100 Hz), four repeats of each or one trial, are simulated, get
+noise on angle and pressures, are written to files and calibrated from the rig's own values: for
+each number of repeats 200 seeds of white and 200 of coloured noise (AR(1), correlation time 0.1 s)
+of 0.05 deg and 0.4 kPa. Then experiments that cannot show what is asked: valves that only fill,
+from which the conductance of exhaust is wanted; and angles at rest without load, from which active
+and passive forces are both wanted, though only their ratio turns the arm.
 
 Finished runs are kept in out/calibrate_study: a stopped study goes on where it was.
 """
@@ -35,10 +35,13 @@ from pamsim.recordings.recording import write_recording
 KEPT = Path("out/calibrate_study")
 RUNS, BLIND_RUNS = 200, 20
 REPEATS = 4  # from here on intervals rest on the scatter of trials, not on a model of the noise
+ONE = ", one trial"
+"""Ends the names of settings without repeats."""
 RATE, HOLD = 100.0, 0.3
 TIMESTEP = 1e-3  # twice the rig's own, in both plant and fit: half the time for the same statistics
 ANGLE_NOISE, PRESSURE_NOISE = np.radians(0.05), 400.0
 COLOURS = {"white": 0.0, "coloured 0.1 s": 0.1}
+SETTINGS = (*COLOURS, *(colour + ONE for colour in COLOURS))
 PLANTED = {
     "valve.conductance_fill": 6.1e-10,
     "valve.conductance_exhaust": 4.7e-10,
@@ -80,16 +83,18 @@ def noise(rng: np.random.Generator, shape: tuple[int, ...], correlation: float) 
 
 
 def recorded(
-    rig: pamsim.Rig, sequences: dict[str, Any], colour: str, seed: int, path: Path
+    rig: pamsim.Rig, sequences: dict[str, Any], setting: str, seed: int, path: Path
 ) -> None:
     """Simulate a rig's trials and write noisy repeats of each."""
-    rng = np.random.default_rng([seed, list(COLOURS).index(colour)])
+    rng = np.random.default_rng([seed, SETTINGS.index(setting)])
+    correlation = COLOURS[setting.removesuffix(ONE)]
+    repeats = 1 if setting.endswith(ONE) else REPEATS
     trials: dict[str, pamsim.Recording] = {}
     for name, (load, openings) in sequences.items():
         run = pamsim.simulate(rig, experiment(load, openings)).completed()
-        for repeat in range(1, 1 + REPEATS):
-            angle = noise(rng, run.angle.shape, COLOURS[colour])
-            pressure = noise(rng, run.pressure.shape, COLOURS[colour])
+        for repeat in range(1, 1 + repeats):
+            angle = noise(rng, run.angle.shape, correlation)
+            pressure = noise(rng, run.pressure.shape, correlation)
             trials[f"{name}_{repeat}"] = dataclasses.replace(
                 run.with_angle(run.angle + ANGLE_NOISE * angle),
                 pressure=run.pressure + PRESSURE_NOISE * pressure,
@@ -191,7 +196,7 @@ def blindness(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def study(workers: int) -> dict[str, Any]:
     """Run what is not yet there and summarise all."""
     mark = fingerprint("pamsim.", __file__, *Path("models/mas20_arm").glob("*.toml"))
-    tasks = [("cover", name, seed) for name in COLOURS for seed in range(RUNS)]
+    tasks = [("cover", name, seed) for name in reversed(SETTINGS) for seed in range(RUNS)]
     tasks += [("blind", name, seed) for name in BLIND for seed in range(BLIND_RUNS)]
     rows = kept_rows(run_one, tasks, KEPT, mark, workers)
     return {
@@ -201,7 +206,7 @@ def study(workers: int) -> dict[str, Any]:
         "repeats": REPEATS,
         "noise": {"angle_deg": float(np.degrees(ANGLE_NOISE)), "pressure_pa": PRESSURE_NOISE},
         "coverage": {
-            name: coverage([rows["cover", name, seed] for seed in range(RUNS)]) for name in COLOURS
+            name: coverage([rows["cover", name, seed] for seed in range(RUNS)]) for name in SETTINGS
         },
         "rank_deficient": {
             name: blindness([rows["blind", name, seed] for seed in range(BLIND_RUNS)])

@@ -1,0 +1,152 @@
+"""Whether a command can be interrupted at any moment of its start, imports included.
+
+    python scripts/trust/interrupts.py [--moments 100] [--command NAME ...] [--json FILE]
+
+Each command that writes is a process of its own, as typed, and gets SIGINT or SIGTERM at every 20
+ms of its first 2 s, every other time over the files of an earlier run. Allowed are exit code 130
+and the command's own if it was through, with at most one line on stderr. Until pamsim's handlers
+are set the interpreter answers itself: it dies of the signal, for SIGINT with a traceback of its
+own imports; the last moment at which one did is in the record. A run fails by another code, by more
+lines, by not ending in 10 s, or by its files: each must be that of the whole run, with no hidden
+part beside it. FILE is written after each command; those in it that this call does not run stay.
+Exits 1 if a run fails.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import tqdm
+from writing_commands import COMMANDS, Command, Process, emptied, faults, left_out, prepare
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from records import head, parser, write
+
+INTERRUPTED, INTERPRETER = 130, 1
+"""Exit codes: of an interrupted command, of an interpreter interrupted in its own start."""
+PROGRAM = ", in program"
+"""In a traceback, once pamsim runs."""
+EVERY = 0.02
+"""Between two moments [s]."""
+ENDS = 10.0
+"""Time for an interrupted command to end [s]."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+PAMSIM = [sys.executable, "-m", "pamsim"]
+
+
+def interrupted(
+    args: tuple[str, ...], folder: Path, sent: signal.Signals, after: float
+) -> tuple[int | None, str]:
+    """Exit code, None if it does not end, and stderr of a process that got a signal."""
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(
+            [*PAMSIM, *args],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+        )
+        time.sleep(after)
+        process.send_signal(sent)
+        try:
+            code = process.wait(ENDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            code = None
+        errors.seek(0)
+        return code, errors.read().decode("utf-8", "replace")
+
+
+def faults_of(
+    command: Command,
+    folder: Path,
+    reference: Path,
+    own: int,
+    sent: signal.Signals,
+    moment: int,
+    count: Counter[str],
+) -> list[str]:
+    """What is wrong after a signal; counts how the runs ended."""
+    over = moment % 2 == 1
+    emptied(folder, reference if over else None)
+    args = (*command.args, "--force") if over else command.args
+    code, errors = interrupted(args, folder, sent, EVERY * moment)
+    lines = [line for line in errors.splitlines() if line.strip()]
+    found = list(faults(command, folder, reference, whole=over or code == own))
+    if code in (-sent, INTERPRETER) and PROGRAM not in errors:
+        count["interpreter"] += 1
+        count["interpreter_until_ms"] = max(count["interpreter_until_ms"], _milliseconds(moment))
+        return found
+    if code is None:
+        found.append(f"did not end in {ENDS:g} s")
+    elif code not in (own, INTERRUPTED):
+        found.append(f"exit code {code}")
+    if len(lines) > 1 or "Traceback" in errors:
+        found.append(f"{len(lines)} lines: {lines[-1][:80]!r}")
+    count["through" if code == own else "interrupted"] += 1
+    return found
+
+
+def _milliseconds(moment: int) -> int:
+    return round(1e3 * EVERY * moment)
+
+
+def row_of(name: str, moments: int, root: Path) -> dict[str, object]:
+    """Run a command whole, then interrupt it at every moment."""
+    command = COMMANDS[name]
+    folder, reference = root / "interrupted", root / "reference"
+    own = Process(command.args, emptied(folder)).wait().check().code
+    shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+    count, wrong = Counter(interpreter=0, interrupted=0, through=0, interpreter_until_ms=0), {}
+    every = list(itertools.product(SIGNALS, range(moments)))
+    for sent, moment in tqdm.tqdm(every, desc=name, unit="signal"):
+        for what in faults_of(command, folder, reference, own, sent, moment, count):
+            wrong.setdefault(what, []).append(f"{sent.name} after {_milliseconds(moment)} ms")
+    for what, when in wrong.items():
+        print(f"{name}: {len(when)} x {what} (such as {when[0]})", flush=True)
+    failed = {one for when in wrong.values() for one in when}
+    return {
+        "args": " ".join(command.args),
+        "signals": len(every),
+        **count,
+        "failed": len(failed),
+        "faults": {what: when[:3] for what, when in wrong.items()},
+    }
+
+
+def main() -> None:
+    """Run, print, write."""
+    asked = parser(__doc__, moments=100)
+    asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
+    options = asked.parse_args()
+    os.environ["MPLBACKEND"] = "agg"
+    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
+    out = left_out()
+    called = f"python scripts/trust/interrupts.py --moments {options.moments}"
+    result = {**head(called), "commands": {}, "left_out": out}
+    if options.json is not None and options.json.exists():
+        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
+    with tempfile.TemporaryDirectory() as folder:
+        root = Path(folder).resolve()
+        prepare(root)
+        for name in (name for name in options.command if name not in out):
+            result["commands"][name] = row_of(name, options.moments, root)
+            write(result, options.json)
+    failed = sum(row["failed"] for row in result["commands"].values())
+    print(f"{failed} failed")
+    sys.exit(int(failed > 0))
+
+
+if __name__ == "__main__":
+    main()
