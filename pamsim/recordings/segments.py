@@ -104,7 +104,7 @@ def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
     row: which of two rows a step lies nearer to is all that the log shows.
 
     Raises:
-        InputError: for a rate without meaning, or above the log's own.
+        InputError: for a rate without meaning, above the log's own, or that leaves too few rows.
     """
     hertz = parse_quantity(rate, "Hz", "Hz", where=f"{where}: rate")
     own = (trial.time.size - 1) / float(trial.time[-1])
@@ -113,6 +113,11 @@ def on_even_clock(trial: Trial, rate: str, where: str) -> Trial:
             f"{where}: rate = {rate!r}; the log has {own:.4g} rows per second, write fewer"
         )
     time = np.arange(math.floor(trial.time[-1] * hertz + _CLOCK_ROUNDING) + 1) / hertz
+    if time.size < FEWEST_ROWS:
+        raise InputError(
+            f"{where}: rate = {rate!r} leaves {time.size} rows of a log of {trial.time[-1]:g} s;"
+            f" a trial needs {FEWEST_ROWS} or more"
+        )
 
     def between(values: FloatArray) -> FloatArray:
         return np.interp(time, trial.time, values)

@@ -7,13 +7,12 @@ import pytest
 
 from tests.records import ROOT, SCRIPTS, page, recorded, words
 
-TEXT, PAGE = page("real_data"), words("real_data")
 LOOPS = ("alraouf2025", "alraouf2025_equations")
 
 
 def quoted(*sentences):
     for sentence in sentences:
-        assert " ".join(sentence.split()) in PAGE, sentence
+        assert " ".join(sentence.split()) in words("real_data"), sentence
 
 
 def test_the_equimus_leg():
@@ -159,7 +158,9 @@ def test_the_loops_of_alraouf(record):
             after = f" {best['name']} ({best['form']}) | {gap['after']:.2f} mm"
             after += f" | {best['p_value']:.4f} |"
         quoted(f"| {gap['before']:.2f} mm |{after} `{result['verdict']}` |")
-        assert f"(p = {result['links'][0]['p_value']:.2f}" in PAGE or result["effects"]
+        assert (
+            f"(p = {result['links'][0]['p_value']:.2f}" in words("real_data") or result["effects"]
+        )
         assert list(result["run"]["skipped"]) == ["viscous_friction"]
     quoted(
         f"p = {loops[LOOPS[1]]['links'][0]['p_value']:.3f}",
@@ -199,7 +200,9 @@ def test_outcomes_are_judged_by_what_was_expected(record, mas20):
         ),
     ):
         assert row in expected
-        (line,) = [line for line in TEXT.splitlines() if line.startswith(f"| {data} |")]
+        (line,) = [
+            line for line in page("real_data").splitlines() if line.startswith(f"| {data} |")
+        ]
         assert line.endswith(f"| {outcome} | {'held' if held else 'refuted'} |")
 
 
@@ -255,7 +258,7 @@ def test_what_is_declined_is_what_the_results_leave_open(mas20):
 
 def test_every_picture_is_small_and_has_a_caption():
     """That they exist is tested with all other links."""
-    shown = re.findall(r"!\[[^]]+\]\((images/[\w.]+)\)\n\n\*[^*]+\*\n", TEXT)
-    assert len(shown) == TEXT.count("](images/") == 8
+    shown = re.findall(r"!\[[^]]+\]\((images/[\w.]+)\)\n\n\*[^*]+\*\n", page("real_data"))
+    assert len(shown) == page("real_data").count("](images/") == 8
     for name in shown:
         assert (ROOT / "docs" / name).stat().st_size < 150e3

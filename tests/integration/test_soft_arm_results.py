@@ -4,7 +4,6 @@ import pytest
 
 from tests.records import recorded, words
 
-PAGE = words("real_data")
 SMALL = "first_order_dead_time"
 
 
@@ -32,7 +31,9 @@ def test_the_arm_s_table_is_the_record(arm):
         unit = "psi" if rig else "mm"
         models = (link["models"][link["chosen"]], link["models"][SMALL], rig)
         row = [shown, f"{link['stroke']:.1f} {unit}", f"{link['floor']:.{digits}f}"]
-        assert f"| {' | '.join([*row, *(pair(model, digits) for model in models)])} |" in PAGE
+        assert f"| {' | '.join([*row, *(pair(model, digits) for model in models)])} |" in words(
+            "real_data"
+        )
 
 
 def test_no_transfer_function_is_recommended(arm):
@@ -49,22 +50,22 @@ def test_no_transfer_function_is_recommended(arm):
 
 def test_the_diagnosis_is_the_recorded_one(arm):
     found = arm["diagnosis"]
-    assert f"The verdict is `{found['verdict']}`" in PAGE
+    assert f"The verdict is `{found['verdict']}`" in words("real_data")
     valves, delay = found["effects"]
     for effect, family in ((valves, "valve"), (delay, "command_delay")):
         assert (effect["family"], effect["level"]) == (family, "family")
     ratio = valves["physical"]["relative_change_venting"]
     low, high = ratio["interval95"]
-    assert f"{1 + ratio['value']:.2f} [{1 + low:.2f}, {1 + high:.2f}] times" in PAGE
+    assert f"{1 + ratio['value']:.2f} [{1 + low:.2f}, {1 + high:.2f}] times" in words("real_data")
     lag = delay["physical"]["sum_of_time_constants"]
     low, high = lag["interval95"]
-    assert f"{lag['value']:.2f} [{low:.2f}, {high:.2f}] s" in PAGE
+    assert f"{lag['value']:.2f} [{low:.2f}, {high:.2f}] s" in words("real_data")
     gap = found["gap"]["lifter.pressure"]
     before, after = (gap[key] / gap["floor"] for key in ("before", "after"))
-    assert f"{before:.1f} to {after:.1f} floors" in PAGE
+    assert f"{before:.1f} to {after:.1f} floors" in words("real_data")
 
 
 def test_the_middle_rests_higher_on_the_later_day(arm):
     link = arm["links"]["height of the middle"]
     moved = link["models"][link["chosen"]]["constant_moved"]
-    assert f"the constant of the middle is {moved:.0f} mm higher" in PAGE
+    assert f"the constant of the middle is {moved:.0f} mm higher" in words("real_data")

@@ -10,8 +10,8 @@ import pytest
 
 from tests.records import page, recorded
 
-PAGE, RECORD = page("gpu"), recorded("results/worlds")
-SNIPPETS = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+RECORD = recorded("results/worlds")
+SNIPPETS = re.findall(r"^```python\n(.*?)^```", page("gpu"), re.MULTILINE | re.DOTALL)
 DRIVES = {"set points": "pressure_set", "openings of the valves": "valve"}
 
 
@@ -29,7 +29,7 @@ def test_a_snippet_runs(text, capsys):
 
 def test_the_table_is_that_of_the_record():
     assert len(SNIPPETS) == 2
-    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in PAGE.splitlines()]
+    lines = [re.split(r"\s*\|\s*", line.strip("| ")) for line in page("gpu").splitlines()]
     rows = [cells for cells in lines if len(cells) == 5 and cells[0] in DRIVES]
     assert len(rows) == 4
     for drive, precision, *cells in rows:
@@ -46,11 +46,11 @@ def test_the_table_is_that_of_the_record():
 def test_the_speed_is_that_of_the_record():
     """Of the device that the page names."""
     assert not RECORD["gpu"]
-    assert "No GPU was at hand" in PAGE
+    assert "No GPU was at hand" in page("gpu")
     (ratio,) = (
         row["ratio"]
         for row in RECORD["speed"]
         if (row["worlds"], row["precision"]) == (1024, "float64")
     )
-    (stated,) = re.findall(r"1,024 arms make ([\d.]+) of\s+the steps per second", PAGE)
+    (stated,) = re.findall(r"1,024 arms make ([\d.]+) of\s+the steps per second", page("gpu"))
     assert float(stated) == pytest.approx(ratio, abs=0.005)

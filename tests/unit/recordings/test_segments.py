@@ -118,6 +118,6 @@ def test_what_is_not_in_the_log_is_refused():
         "beyond": ({"segments": [[8, 12]]}, "ends at 10 s"),
         "few rows": ({"segments": [[5, 5.02]]}, "has 2 rows"),
     }
-    for rate in (50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz"):
+    for rate in (50, "50 s", "0 Hz", "-5 Hz", "200 Hz", "nan Hz", "0.05 Hz"):
         bad[f"rate {rate}"] = ({"rate": rate}, "here")
     all_refused(bad, lambda entry: cut(log(), entry))
