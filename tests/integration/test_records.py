@@ -11,6 +11,12 @@ from pamsim.engine.rig import load_rig
 from pamsim.envs.closed_loop import run_episode
 from tests.records import SCRIPTS, page, recorded, script, words
 
+PAGES = (
+    *("calibrate", "check", "demo", "diagnose", "fit", "identify"),
+    *("replicate", "reproduce", "step", "sweep"),
+)
+"""Commands that write a page."""
+
 
 def quoted(name, *sentences):
     for sentence in sentences:
@@ -264,6 +270,17 @@ def test_the_page_counts_wrong_numbers_as_the_records_do():
     quoted("files", f"None of the {len(read)} readers failed")
     assert len(threads["runs"]) == 7
     quoted("callback", f"{counts[0][1]} of {counts[0][0]} runs differ")
+
+
+def test_pages_are_whole_and_accessible_on_a_screen_and_on_a_phone():
+    """Every command that writes a page wrote one, and each was looked at in four ways."""
+    pages = recorded("results/pages_in_browser")["pages"]
+    assert set(pages) == {f"{name}/index.html" for name in PAGES}
+    views = [view for one in pages.values() for view in one["views"]]
+    assert len({(view["width_px"], view["scheme"]) for view in views}) == 4
+    assert not any(view["wider_px"] or view["cut_off"] or view["axe"] for view in views)
+    assert all(one["svg"] == one["png"] >= 1 for one in pages.values())
+    quoted("files", f"light and dark: {len(views)} views")
 
 
 def test_the_page_of_sweeps_is_that_of_its_study():
