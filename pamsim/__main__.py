@@ -1,7 +1,13 @@
 """``python -m pamsim`` and the console script: the command line, in a process of its own."""
 
+import atexit
+import contextlib
+import os
 import signal
 import sys
+from typing import NoReturn
+
+_INTERRUPTED = 130
 
 
 def program() -> None:
@@ -15,9 +21,32 @@ def program() -> None:
         main()
     except KeyboardInterrupt:
         print("pamsim: interrupted", file=sys.stderr)
-        sys.exit(130)
+        _leave()
+    except SystemExit as end:
+        if end.code == _INTERRUPTED:
+            _leave()
+        raise
     finally:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _undisturbed()
+
+
+def _undisturbed() -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+
+
+def _leave() -> NoReturn:
+    """End as interrupted, and finalise nothing.
+
+    An import may have been interrupted: Python would print what its half-made objects raise as they
+    are deleted, abort where a thread still prints, or report the signal instead of the code.
+    """
+    _undisturbed()
+    atexit._run_exitfuncs()  # pyright: ignore[reportPrivateUsage, reportAttributeAccessIssue]
+    with contextlib.suppress(OSError):  # nobody reads
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(_INTERRUPTED)
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ def _rigs(name: str | None, json_file: Path | None) -> None:
         show_list("rigs for --rig", [(card["name"], card["purpose"]) for card in result["rigs"]])
         click.echo(
             "`pamsim list rigs NAME` shows joints, muscles and drives;"
-            " `pamsim list params --rig NAME`"
+            " `pamsim list params --rig NAME` its parameters"
         )
     for card in result["rigs"] if name else ():
         drives = card["drives"]["muscles"] | card["drives"]["joints"]

@@ -109,6 +109,25 @@ class _LazyGroup(NamedGroup):
             formatter.write_dl(list(_COMMANDS.items()))
 
 
+def _usage(error: click.UsageError) -> str:
+    """What is wrong with a command line, in one line: every option missing, or click's words."""
+    text = error.format_message().replace(". (", " (").rstrip(".")
+    text = text[:1].lower() + text[1:]
+    if error.ctx is None:
+        return text
+    if isinstance(error, click.MissingParameter) and isinstance(error.param, click.Option):
+        words = {word.partition("=")[0] for word in sys.argv[1:]}
+        missing = (
+            f"{one.opts[0]} ({(one.help or '').rstrip('.')})"
+            for one in error.ctx.command.params
+            if isinstance(one, click.Option) and one.required and words.isdisjoint(one.opts)
+        )
+        text = f"missing {', '.join(missing)}"
+    # Without the name of the program, which is python -m pamsim in some calls.
+    command = error.ctx.command_path.removeprefix(error.ctx.find_root().command_path).strip()
+    return f"{text}; `pamsim {command} --help` shows all"
+
+
 def _echo_error(text: str) -> None:
     click.echo(f"pamsim: {click.style('error:', fg='red')} {text}", err=True)
 
@@ -177,8 +196,11 @@ def main() -> None:
             # Without a terminal click prints no colours; NO_COLOR asks for none on one.
             color = False if os.environ.get("NO_COLOR") else None
             code = cli.main(standalone_mode=False, color=color)
-        except click.ClickException as error:
+        except click.exceptions.NoArgsIsHelpError as error:
             error.show()
+            code = BAD_INPUT
+        except click.UsageError as error:
+            _echo_error(_usage(error))
             code = BAD_INPUT
         except (click.Abort, KeyboardInterrupt, ImportError) as error:
             # Compiled modules turn an interruption of their import into an ImportError.

@@ -273,9 +273,23 @@ PRESSURES = Quantities("kPa", "Pa")
 SECONDS = Quantity("s", "s")
 
 
+class _Load(Quantity):
+    """A mass that an arm of such muscles can carry."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> float:
+        """Read the text of an option [kg]."""
+        from pamsim.core.errors import InputError
+        from pamsim.core.limits import HEAVIEST_LOAD
+
+        mass = super().convert(value, param, ctx)
+        if mass > HEAVIEST_LOAD:
+            raise InputError(f"--load {mass:,g} kg is no load for an arm; of grams write {mass:g}g")
+        return mass
+
+
 def load(help: str, **more: Any) -> Any:
     """``--load``: a mass [kg]."""
-    return click.option("--load", type=Quantity("kg", "kg"), help=help, **more)
+    return click.option("--load", type=_Load("kg", "kg"), help=help, **more)
 
 
 def refuse(why: str, **options: object) -> None:

@@ -80,7 +80,9 @@ def command(
     if pressure is not None and valve is None:
         kind, value, began = "pressure_set", pressure, start or [max(pressure)] * len(pressure)
     elif valve is None or pressure is not None:
-        raise InputError("give either --pressure or --valve: what the step changes")
+        raise InputError(
+            "give either --pressure or --valve: what the step changes, such as --pressure 487,0"
+        )
     elif start is None:
         raise InputError("--valve needs --start: the pressures the muscles hold before the step")
     else:

@@ -332,7 +332,8 @@ def _of_muscles(
     what = MUSCLE_DRIVES[kinds[0]].quantity if len(kinds) == 1 else "pressure"
     raise InputError(
         f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its measured"
-        f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar"
+        f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar, or state"
+        f" that it was shut: `drive` {missing[0]}=sealed beside the drives of the others"
     )
 
 

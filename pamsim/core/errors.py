@@ -60,7 +60,9 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """
     names = sorted(known)
     word = name.lower()
-    close = [one for one in names if word in re.split(r"[._: ]", one.lower())][:_SUGGESTED]
+    close = [one for one in names if word in re.split(r"[._: ]", one.lower())]
+    # Those that end in the word itself come first: damping is joint.shaft.damping.
+    close = sorted(close, key=lambda one: one.lower().split(".")[-1] != word)[:_SUGGESTED]
     close = close or difflib.get_close_matches(name, names, n=1)
     hint = f"did you mean {' or '.join(map(repr, close))}?" if close else ""
     if hint and len(names) > _LISTED:

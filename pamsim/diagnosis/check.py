@@ -177,7 +177,11 @@ def check(
     sources = [data] if isinstance(data, str | os.PathLike) else list(data)
     measured = read_calibration_data(sources)
     if not measured.trials or measured.tables:
-        raise InputError("check takes recording folders; tables and loops are judged as they are")
+        raise InputError(
+            "check takes folders of recordings, and of tables of angles at rest nothing can be"
+            " checked; a log over time becomes a recording by pamsim import LOG --rig RIG --out"
+            " data"
+        )
     loaded = given_or_recorded(rig, measured.rig or "mas20_arm")
     beside = measured.of_rig(loaded)
     held_out, warnings = held_out_split(beside, hold_out)

@@ -7,7 +7,7 @@ commands ask for no more than the supply has, and each control has a range.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import mujoco
@@ -94,31 +94,37 @@ def above_supply(
 
     Their commands are in the order of the muscles; measured pressures ask nothing of the supply.
     """
+    return tuple(f"{one}, which the simulation has instead" for one in _above(muscles, experiments))
+
+
+def _above(muscles: Mapping[str, Muscle], experiments: Iterable[Experiment]) -> Iterator[str]:
     highest: dict[tuple[str, str], float] = {}
     for experiment in experiments:
         for i, (name, kind) in enumerate(zip(muscles, experiment.drives.muscles, strict=True)):
-            asked = {"start pressure": float(experiment.start_pressure[i])}
-            if kind == "pressure_set":
+            asked: dict[str, float] = {}
+            if kind == "pressure_set":  # it comes first: a start that was not given follows from it
                 asked["set point"] = float(experiment.command_value[:, i].max())
+            asked["start pressure"] = float(experiment.start_pressure[i])
             for what, pressure in asked.items() if kind != "measured" else ():
                 highest[name, what] = max(pressure, highest.get((name, what), 0.0))
-    return tuple(
-        f"{name}: a {what} of {pressure / 1e3:.4g} kPa is above its supply; the simulation has the"
-        f" supply's {supply / 1e3:.4g} kPa instead"
-        for (name, what), pressure in highest.items()
-        if pressure > (1.0 + SENSOR_ERROR) * (supply := muscles[name].valve.supply_pressure)
-    )
+    for (name, what), pressure in highest.items():
+        supply = muscles[name].valve.supply_pressure
+        if pressure > (1.0 + SENSOR_ERROR) * supply:
+            yield (
+                f"{name}: a {what} of {pressure / 1e3:,.6g} kPa is above its supply of"
+                f" {supply / 1e3:,.6g} kPa"
+            )
 
 
 def refuse_above_supply(muscles: Mapping[str, Muscle], experiment: Experiment) -> None:
     """Refuse an experiment that asks more of the supply than it has, see `above_supply`.
 
     Raises:
-        InputError: naming the first muscle, and what the simulation would have instead.
+        InputError: naming the first muscle.
     """
-    for above in above_supply(muscles, [experiment]):
+    for above in _above(muscles, [experiment]):
         raise InputError(
-            f"{above}; lower it, or raise valve.supply_pressure; on the command line a bare number"
+            f"{above}: lower it, or raise valve.supply_pressure; on the command line a bare number"
             " is in kPa, others have their unit: 487000Pa"
         )
 

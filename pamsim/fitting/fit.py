@@ -68,7 +68,7 @@ def fit(
             unknown law, or data that do not determine it.
     """
     if (model is None) == (not compare):
-        raise InputError("give either `model` or `compare`")
+        raise InputError("give `model`, one of `pamsim list models`, or `compare` for all of them")
     if hold_out is not None and hold_out not in HOLD_OUT:
         raise InputError(f"`hold_out` {hold_out!r} is not known; {nearest(hold_out, HOLD_OUT)}")
     if model is not None and model not in FORCE_LAWS and model not in LOOP_MODELS.values():

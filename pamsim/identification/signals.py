@@ -202,7 +202,10 @@ def default_input(tables: Sequence[SignalTable]) -> str:
     named = first or [name for name in have if re.fullmatch(r".+_set_kpa|.+_valve", name)]
     if named and len(named) <= 2:
         return "-".join(named)
-    raise InputError(f"no command in the data: give `input`, of {', '.join(have)}")
+    raise InputError(
+        f"no column is known as the command: give `input`, a column or a difference as in p1-p2,"
+        f" and `output` unless it is angle_deg; columns: {', '.join(have)}"
+    )
 
 
 def default_output(tables: Sequence[SignalTable]) -> str:
@@ -211,7 +214,7 @@ def default_output(tables: Sequence[SignalTable]) -> str:
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
     if "angle_deg" in have or len(joints) == 1:
         return "angle_deg" if "angle_deg" in have else joints[0]
-    raise InputError(f"no angle_deg in every trial: give `output`, of {', '.join(have)}")
+    raise InputError(f"no angle_deg in every trial: give `output`; columns: {', '.join(have)}")
 
 
 def table_of(trial: Trial) -> SignalTable:

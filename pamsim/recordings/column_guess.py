@@ -139,6 +139,12 @@ def guess_columns(
     return tuple(guesses), unused
 
 
+def names_a_clock(column: str) -> bool:
+    """Whether a column is the clock of a log by its name, such as ``t`` or ``Time [s]``."""
+    words, _, _ = _parts(column, "")
+    return bool(words) and words[0] in _WORDS["time"]
+
+
 def unit_in_name(column: str, stated: str) -> str:
     """Unit of a column such as ``p1_kpa`` or ``Power (W)`` as its file writes it, else empty.
 

@@ -255,8 +255,8 @@ class Drive:
         count = len(self.muscles)
         if not self.names and count != len(muscles):
             raise InputError(
-                f"the drive commands {count} muscles, {where} has {len(muscles)};"
-                " give a number for each, in their order"
+                f"{where} has {len(muscles)} muscles ({', '.join(muscles)}), the drive is of"
+                f" {count}: give a number for each, in this order"
             )
         names = self.names or tuple(muscles)
         for name in names:

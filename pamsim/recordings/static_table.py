@@ -18,6 +18,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.limits import HEAVIEST_LOAD
 from pamsim.core.units import FloatArray
 from pamsim.recordings import recording_checks
+from pamsim.recordings.column_guess import names_a_clock
 from pamsim.recordings.printed import distinct_steps
 from pamsim.recordings.table_reader import read_columns
 
@@ -45,8 +46,9 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
     """Read a static table, in SI: a CSV, or ``mas20`` for the packaged one.
 
     Raises:
-        InputError: in one line with file, line and column: a missing or mistyped column, a cell
-            that is no finite number, numbers that must be in another unit than their column says.
+        InputError: in one line with file, line and column: a clock, a missing or mistyped column, a
+            cell that is no finite number, numbers that must be in another unit than their column
+            says.
     """
     if str(source) == PRINTED and not Path(source).exists():
         steps = distinct_steps()
@@ -57,7 +59,14 @@ def read_static_table(source: str | os.PathLike[str]) -> StaticTable:
             load=np.array([step.load for step in steps]),
             angle=np.array([step.angle for step in steps]),
         )
-    columns = read_columns(Path(source)).select(_STATIC_COLUMNS)
+    table = read_columns(Path(source))
+    if clock := next(filter(names_a_clock, table.cells), None):
+        raise InputError(
+            f"{table.path}: column {clock!r} is a clock: this is a log, not a table of angles at"
+            f" rest. Make a recording of it: pamsim import {table.path} --rig RIG --out data; drop"
+            " the column if each row is an angle at rest"
+        )
+    columns = table.select(_STATIC_COLUMNS)
     name, given = columns.path.name, columns.cells
     count = max(map(int, re.findall(r"\bp(\d+)_kpa", " ".join(given))), default=1)
     pressures = [f"p{i}_kpa" for i in range(1, count + 1)]

@@ -131,6 +131,8 @@ def main() -> None:
     asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     options = asked.parse_args()
     os.environ["MPLBACKEND"] = "agg"
+    # A study in the background ignores SIGINT, and so would what it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
     called = f"python scripts/trust/interrupts.py --moments {options.moments}"

@@ -109,8 +109,8 @@ def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded)
         np.genfromtxt(p, delimiter=",", names=True)["p1_set_kpa"].max()
         for p in recorded.glob("triangle*.csv")
     )
-    assert f"muscle_1: a set point of {highest:.4g} kPa is above its supply" in first
-    assert first.endswith("the simulation has the supply's 300 kPa instead")
+    assert f"muscle_1: a set point of {highest:,.6g} kPa is above its supply" in first
+    assert first.endswith("supply of 300 kPa, which the simulation has instead")
     assert second.startswith("muscle_2")
 
 

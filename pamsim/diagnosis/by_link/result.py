@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
+
+from scipy.stats import chi2
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.core.computation import versions
@@ -233,7 +236,7 @@ class LinkReport:
         if not levels:
             if left:
                 return Verdict.UNEXPLAINED
-            return Verdict.UNDECIDED if self.undecided else Verdict.NO_GAP
+            return Verdict.UNDECIDED if self.undecided or self.scatter else Verdict.NO_GAP
         if levels == {""}:
             return Verdict.UNEXPLAINED
         if left and not levels & {"place", ""}:
@@ -260,6 +263,24 @@ class LinkReport:
     def undecided(self) -> dict[str, float]:
         """Link -> what is left and may be noise all the same [variance of the noise]."""
         return {one.link: one.left for one in self.links if one.more_left is None}
+
+    @property
+    def scatter(self) -> dict[str, ChannelGap]:
+        """Readings at rest that are missed by more than the noise that is known of them.
+
+        Without repeats, what no effect predicts may be scatter, or be missing. None of recordings,
+        and none where points were read twice on average: what is left of both is compared.
+        """
+        points = {(one.pressure_kpa, one.load_kg) for one in self.rows}
+        count = len(self.rows) if self.branches is None else self.branches.pressure_kpa.size
+        if not count or 2 * len(points) <= len(self.rows) > 0:
+            return {}
+        most = math.sqrt(float(chi2.isf(self.alpha, count)) / count)
+        return {
+            channel: gap
+            for channel, gap in self.gap.items()
+            if gap.before is not None and (gap.floor is None or gap.before > most * gap.floor)
+        }
 
     def summary(self) -> str:
         """The result in words."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         SuspectEntry,
     )
     from pamsim.diagnosis.by_link.result import LinkReport
+    from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 
 
 def verdict_sentence(result: LinkReport) -> str:
@@ -34,6 +35,8 @@ def verdict_sentence(result: LinkReport) -> str:
         )
     if not sentences and not left:
         if result.at_rest:
+            if result.scatter:
+                return _scatter(result.scatter)
             return (
                 "No gap: no effect predicts readings better that are left out, and what is left of"
                 " near ones is not the same."
@@ -51,6 +54,19 @@ def verdict_sentence(result: LinkReport) -> str:
             " explains."
         )
     return " ".join([*sentences, *map(_suspicion, result.suspected), *_learned(result)])
+
+
+def _scatter(channels: Mapping[str, ChannelGap]) -> str:
+    missed: list[str] = []
+    for channel, gap in channels.items():
+        assert gap.before is not None
+        times = f", {gap.before / gap.floor:.3g} times its resolution" if gap.floor else ""
+        missed.append(f"{channel.replace('_', ' ')} by {gap.before:.3g} {gap.unit} RMS{times}")
+    return (
+        f"Undecided: readings that are left out are missed ({'; '.join(missed)}), and no effect"
+        " tried predicts them better. Without repeats this may be scatter or a missing effect; read"
+        " every point three times or more."
+    )
 
 
 def _suspicion(one: SuspectEntry) -> str:

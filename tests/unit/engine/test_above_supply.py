@@ -15,12 +15,16 @@ from pamsim.engine.preflight import above_supply
 def test_a_set_point_and_a_start_above_the_supply_are_refused(rig):
     below = pamsim.pressure_step((2e5, 2e5), (2e5, 3e5), duration=0.01)
     step = pamsim.pressure_step((2e5, 2e5), (2e5, 9e5), duration=0.01)
-    with pytest.raises(InputError, match=r"muscle_2: a set point of 900 kPa .* 600 kPa instead"):
+    with pytest.raises(
+        InputError, match=r"muscle_2: a set point of 900 kPa .* supply of 600 kPa: lower it"
+    ):
         pamsim.simulate(rig, step)
-    with pytest.raises(InputError, match=r"muscle_2: a set point of 900 kPa .* 600 kPa instead"):
+    with pytest.raises(
+        InputError, match=r"muscle_2: a set point of 900 kPa .* supply of 600 kPa: lower it"
+    ):
         simulate_batch([(rig, below), (rig, step)])
     start = pamsim.pressure_step((2e6, 2e5), (2e5, 2e5), duration=0.01)
-    with pytest.raises(InputError, match=r"muscle_1: a start pressure of 2000 kPa .* raise valve"):
+    with pytest.raises(InputError, match=r"muscle_1: a start pressure of 2,000 kPa .* raise valve"):
         pamsim.simulate(rig, start)
 
 
@@ -28,7 +32,7 @@ def test_the_number_is_what_the_simulation_has(rig):
     step = pamsim.pressure_step((2e5, 2e5), (2e5, 5.5e5), duration=3.0, sample_rate=10.0)
     weak = rig.with_parameters({"valve.supply_pressure": 5e5})
     (text,) = above_supply(weak.muscles, [step])
-    assert text.endswith("the simulation has the supply's 500 kPa instead")
+    assert text.endswith("supply of 500 kPa, which the simulation has instead")
     (run,) = simulate_batch([(weak, step)], above_supply=True)
     assert run.pressure[-1, 1] == pytest.approx(5e5, rel=1e-3)
 

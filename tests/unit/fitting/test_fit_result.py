@@ -62,7 +62,7 @@ def test_the_result_holds_estimates_and_errors_at_held_out_points(table, tmp_pat
     assert len(top.lines) == 10  # points and curve of each contraction
     np.testing.assert_allclose(bottom.lines[1].get_ydata(), 0.0, atol=1e-3)  # held out
     bad = {
-        "no model": ({}, "give either `model` or `compare`"),
+        "no model": ({}, "give `model`, one of `pamsim list models`, or `compare`"),
         "hold_out": ({"model": "six_parameter", "hold_out": "lengths"}, "'lengths' is not known"),
         "held": ({"model": "six_parameter", "held": {"c": 5.0}}, "`held` c = 5 is outside"),
     }

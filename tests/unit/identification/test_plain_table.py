@@ -200,7 +200,11 @@ BAD = {
     "back in time": (BACK, {}, "line 3: time_s = 6 does not come after"),
     "a gap in a column": ("t,u,y\n" + HOLE, {}, "line 7: y is empty; fill the gap"),
     "three columns": ("t,u,y,z\n" + FOUR, {"given": "x"}, "no column 'x'; known: u, y, z"),
-    "which is which": ("t,a,b,c\n" + FOUR, {}, "give `input`, of a, b, c"),
+    "which is which": (
+        "t,a,b,c\n" + FOUR,
+        {},
+        "give `input`, a column or a difference as in p1-p2, and `output`",
+    ),
 }
 
 

@@ -147,6 +147,12 @@ def test_the_packaged_table_has_the_distinct_printed_rows():
 
 
 STATIC_SLIPS = {
+    "a log": (
+        "load_kg",
+        "Time [s]",
+        ("column 'Time [s]' is a clock", "pamsim import", "--rig RIG --out data"),
+    ),
+    "raw log": (GOOD, "t,p1,p2,angle\n0,400,100,30\n", "column 't' is a clock"),
     "unit": ("p2_kpa", "p2_bar", "column 'p2_bar' is not of this format"),
     "no angle": ("angle_deg", "remark", "no column 'angle_deg'"),
     "Pa": ("400,100", "400000,100", ("line 2: p1_kpa = 400000 is 4000 bar", "Pa by 1000")),

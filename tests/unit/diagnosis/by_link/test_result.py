@@ -14,7 +14,9 @@ from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SizeEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.result import RowEntry
 from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
 
@@ -101,6 +103,32 @@ def test_what_no_repeats_decide_is_no_agreement():
     assert alone.undecided
     assert not known.undecided
     assert not replace(alone, excess=0.04).undecided
+
+
+def test_readings_that_nothing_predicts_may_be_scatter_unless_points_were_read_twice():
+    rows = tuple(
+        RowEntry(
+            row=f"row {k}",
+            pressure_kpa=(100.0 * k, 0.0),
+            load_kg=0.0,
+            angle_deg=10.0,
+            before_deg=4.1,
+            after_deg=None,
+        )
+        for k in range(10)
+    )
+
+    def found(before, floor, rows=rows):
+        gap = ChannelGap(unit="deg", floor=floor, before=before, after=None)
+        return replace(VERDICTS["no_gap"], rows=rows, gap={"angle_at_rest": gap})
+
+    missed = found(4.1, 0.04)
+    assert missed.verdict.value == "undecided"
+    assert "(angle at rest by 4.1 deg RMS, 102 times its resolution)" in missed.sentence
+    assert found(0.045, 0.04).verdict.value == "no_gap"
+    assert found(0.06, 0.04).verdict.value == "undecided"
+    assert found(4.1, None).verdict.value == "undecided"
+    assert found(4.1, 0.04, (*rows, *rows)).verdict.value == "no_gap"
 
 
 def test_json_has_the_rivals_that_tie_and_what_is_left():
