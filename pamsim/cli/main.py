@@ -17,6 +17,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Generator
+from types import FrameType
 from typing import Any
 
 import click
@@ -27,6 +28,7 @@ from pamsim.core.errors import PamsimError, nearest
 
 OK, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
+_LATER = 0.05  # until an interruption that had to wait is tried again [s]
 _OBJECTS = 50_000  # that may come to be between two collections, about as many as imports leave
 
 _COMMANDS = {
@@ -155,6 +157,15 @@ def cli() -> None:
     """Pneumatic artificial muscles in MuJoCo: simulate, identify, find what the model misses."""
 
 
+def _in_llvm(frame: FrameType | None) -> bool:
+    """Whether a call into LLVM is under way, whose half-made objects would end the process."""
+    while frame is not None:
+        if frame.f_globals.get("__name__", "").partition(".")[0] == "llvmlite":
+            return True
+        frame = frame.f_back
+    return False
+
+
 @contextlib.contextmanager
 def _interruptible() -> Generator[threading.Event]:
     """SIGINT and SIGTERM raise `KeyboardInterrupt`; the event is set once one has come.
@@ -166,14 +177,20 @@ def _interruptible() -> Generator[threading.Event]:
         yield ended
         return
 
-    def end(*_: object) -> None:
+    def later() -> None:
+        threading.Timer(_LATER, signal.raise_signal, [signal.SIGINT]).start()
+
+    def end(_: int, frame: FrameType | None) -> None:
         ended.set()
-        raise KeyboardInterrupt
+        if _in_llvm(frame):
+            later()
+        else:
+            raise KeyboardInterrupt
 
     def again(unraisable: Any) -> None:
         """Interrupt once more where a callback of the compiler has swallowed it."""
         if unraisable.exc_type is KeyboardInterrupt:
-            threading.Timer(0.05, signal.raise_signal, [signal.SIGINT]).start()
+            later()
         else:
             hook(unraisable)
 

@@ -212,6 +212,13 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
             time.sleep(1.0)
         raise ImportError("initialization failed")
 
+    llvm, returned = {"__name__": "llvmlite.binding"}, []
+    exec("def call(end, returned):\n    end()\n    returned.append(True)", llvm)
+
+    def compiling(*_):
+        llvm["call"](ended, returned)
+        time.sleep(1.0)
+
     terminated = signal.getsignal(signal.SIGTERM)
     before = signal.getsignal(signal.SIGINT), sys.unraisablehook
     try:
@@ -219,6 +226,7 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
             (full, 2, "pamsim: error: /disk/page.html: No space left on device"),
             (ended, 130, "pamsim: interrupted"),
             (swallowed, 130, "pamsim: interrupted"),
+            (compiling, 130, "pamsim: interrupted"),
         ):
             monkeypatch.setattr("pamsim.fitting.models.models", happens)
             found, _, err = run("list", "models")
@@ -226,6 +234,7 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
     finally:
         signal.signal(signal.SIGTERM, terminated)
     assert (signal.getsignal(signal.SIGINT), sys.unraisablehook) == before
+    assert returned  # a call into LLVM is not left in its midst
 
     def missing(*_):
         raise ImportError("no module named x")
