@@ -4,15 +4,13 @@
 
 Commands and options are drawn from the command line's own tree, values of any kind: right ones,
 names of other things, numbers at the edges, files of another format. What still runs after
-``--seconds`` is interrupted as by Ctrl-C, at that moment wherever it is. A run fails by another
-exception, by an exit code other than 0, 1, 2 and 130, by no line or several lines of error with
+``--seconds`` is interrupted as by Ctrl-C, at that moment wherever it is. A run fails by a
+traceback, by an exit code other than 0, 1, 2 and 130, by no line or several lines of error with
 code 2, or if it does not end in 10 s more. Exits 1 if a run fails.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import multiprocessing
 import os
@@ -20,9 +18,7 @@ import shutil
 import signal
 import sys
 import tempfile
-import traceback
 import warnings
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 import click
@@ -31,7 +27,8 @@ import numpy as np
 from tqdm import tqdm
 
 import pamsim
-from pamsim.cli.main import BAD_INPUT, INTERRUPTED, cli, main
+from pamsim.__main__ import program
+from pamsim.cli.main import BAD_INPUT, INTERRUPTED, cli
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
 
@@ -39,8 +36,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import grammars
 from records import head, parser, write
 
-ENDLESS = 10.0
+ENDS = 10.0
 """Time for an interrupted command to end [s]: it may have to finish a fit's simulation."""
+ENDLESS = 77
+"""Exit code of one that does not."""
 ELSEWHERE = frozenset({"view", "train"})
 """Commands that open a window, or need an extra. ``--verbose``, which asks for tracebacks, is left
 out, too."""
@@ -115,38 +114,31 @@ def line(rng: np.random.Generator, files: list[str]) -> list[str]:
     return [*words, *(["--no-open"] if path[-1] == "demo" else [])]
 
 
-class _EndlessError(BaseException):
-    pass
-
-
-def fault(words: list[str], seconds: float) -> str:
-    """What is wrong with how a command line ends; empty if nothing is."""
+def one_run(seed: int, number: int, seconds: float, told: Path) -> None:
+    """Run a command line as a shell does, in a process of its own: words and stderr are kept."""
 
     def interrupt(*_: object) -> None:
-        signal.signal(signal.SIGALRM, endless)
-        signal.setitimer(signal.ITIMER_REAL, ENDLESS)
+        signal.signal(signal.SIGALRM, lambda *_: os._exit(ENDLESS))
+        signal.setitimer(signal.ITIMER_REAL, ENDS)
         signal.raise_signal(signal.SIGINT)
 
-    def endless(*_: object) -> None:
-        raise _EndlessError
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
+        (told / "words").write_text(" ".join(words), encoding="utf-8")
+        sys.argv = ["pamsim", *words]
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os.dup2(os.open(told / "errors", os.O_WRONLY | os.O_CREAT), 2)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGALRM, interrupt)
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+        program()
 
-    error, code = io.StringIO(), None
-    sys.argv = ["pamsim", *words]
-    signal.signal(signal.SIGALRM, interrupt)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(error):
-            main()
-    except SystemExit as ended:
-        code = ended.code
-    except _EndlessError:
-        return f"does not end in {ENDLESS:g} s after it was interrupted"
-    except BaseException as other:
-        frame = traceback.extract_tb(other.__traceback__)[-1]
-        return f"{type(other).__name__}: {str(other)[:80]!r} at {Path(frame.filename).name}"
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-    text = error.getvalue()
+
+def fault(code: int | None, text: str) -> str:
+    """What is wrong with how a command line ended; empty if nothing is."""
+    if code == ENDLESS:
+        return f"does not end in {ENDS:g} s after it was interrupted"
     if "Traceback" in text:
         return f"a traceback: {text.splitlines()[-1][:80]}"
     if code not in (0, 1, BAD_INPUT, INTERRUPTED):
@@ -156,15 +148,6 @@ def fault(words: list[str], seconds: float) -> str:
     if code == BAD_INPUT and len(shown) != 1:
         return f"{len(shown)} lines of error: {errors[:2]}"
     return ""
-
-
-def one_run(seed: int, number: int, seconds: float, found: Connection) -> None:
-    """Send fault and words of a run, in a process of its own."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
-        found.send((fault(words, seconds), " ".join(words)))
-        os.chdir("/")
 
 
 def run() -> None:
@@ -180,16 +163,17 @@ def run() -> None:
     fork = multiprocessing.get_context("fork")
     faults: list[tuple[int, str, str]] = []
     for number in tqdm(range(options.runs), unit="run"):
-        ours, theirs = fork.Pipe(duplex=False)
-        process = fork.Process(target=one_run, args=(options.seed, number, options.seconds, theirs))
-        process.start()
-        theirs.close()
-        try:
-            what, words = ours.recv()
-        except EOFError:
-            what, words = "the process ended", ""
-        process.join()
-        if what:
+        with tempfile.TemporaryDirectory() as folder:
+            told = Path(folder)
+            given = (options.seed, number, options.seconds, told)
+            process = fork.Process(target=one_run, args=given)
+            process.start()
+            process.join()
+            words, errors = (
+                path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+                for path in (told / "words", told / "errors")
+            )
+        if what := fault(process.exitcode, errors):
             faults.append((number, what, words))
             print(json.dumps(faults[-1]), flush=True)
     result = head("python scripts/trust/command_lines.py --runs N --seed S")
