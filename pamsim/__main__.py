@@ -8,6 +8,7 @@ import sys
 from typing import NoReturn
 
 _INTERRUPTED = 130
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def program() -> None:
@@ -15,23 +16,34 @@ def program() -> None:
 
     Nothing interrupts the interpreter in its own end.
     """
+    interrupted = False
+
+    def end(*_: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+        raise KeyboardInterrupt
+
+    for number in _SIGNALS:
+        signal.signal(number, end)
     try:
         from pamsim.cli.main import main
 
         main()
-    except KeyboardInterrupt:
-        print("pamsim: interrupted", file=sys.stderr)
-        _leave()
-    except SystemExit as end:
-        if end.code == _INTERRUPTED:
+    except SystemExit as ended:
+        if ended.code == _INTERRUPTED:
             _leave()
         raise
+    except BaseException:
+        if not interrupted:
+            raise
+        print("pamsim: interrupted", file=sys.stderr)
+        _leave()
     finally:
         _undisturbed()
 
 
 def _undisturbed() -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 

@@ -219,9 +219,9 @@ def main() -> None:
         except click.UsageError as error:
             _echo_error(_usage(error))
             code = BAD_INPUT
-        except (click.Abort, KeyboardInterrupt, ImportError) as error:
-            # Compiled modules turn an interruption of their import into an ImportError.
-            if isinstance(error, ImportError) and not ended.is_set():
+        except (Exception, KeyboardInterrupt) as error:
+            # An interrupted import raises whatever it likes, such as an ImportError.
+            if not isinstance(error, click.Abort | KeyboardInterrupt) and not ended.is_set():
                 raise
             click.echo("pamsim: interrupted", err=True)
             code = INTERRUPTED

@@ -44,7 +44,7 @@ class Chain(ParameterGroup, group="chain"):
     backlash: float = quantity("[0, 2e-2] m", "g, lost travel of the sprocket", 0.0)
     seating_damping: float = quantity(
         "[1, 1e9] N*s/m",
-        "b, difference of pulls per speed at which the chain slides within the backlash",
+        "b, difference of the two pulls over the speed of the chain within the backlash",
         1e3,
     )
     tooth_compliance: float = quantity(
