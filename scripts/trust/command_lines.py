@@ -114,7 +114,7 @@ def line(rng: np.random.Generator, files: list[str]) -> list[str]:
     return [*words, *(["--no-open"] if path[-1] == "demo" else [])]
 
 
-def one_run(seed: int, number: int, seconds: float, told: Path) -> None:
+def one_run(seed: int, number: int, seconds: float, kept: Path) -> None:
     """Run a command line as a shell does, in a process of its own: words and stderr are kept."""
 
     def interrupt(*_: object) -> None:
@@ -125,10 +125,10 @@ def one_run(seed: int, number: int, seconds: float, told: Path) -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
-        (told / "words").write_text(" ".join(words), encoding="utf-8")
+        (kept / "words").write_text(" ".join(words), encoding="utf-8")
         sys.argv = ["pamsim", *words]
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(os.open(told / "errors", os.O_WRONLY | os.O_CREAT), 2)
+        os.dup2(os.open(kept / "errors", os.O_WRONLY | os.O_CREAT), 2)
         signal.signal(signal.SIGINT, signal.default_int_handler)
         signal.signal(signal.SIGALRM, interrupt)
         signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -164,14 +164,14 @@ def run() -> None:
     faults: list[tuple[int, str, str]] = []
     for number in tqdm(range(options.runs), unit="run"):
         with tempfile.TemporaryDirectory() as folder:
-            told = Path(folder)
-            given = (options.seed, number, options.seconds, told)
+            kept = Path(folder)
+            given = (options.seed, number, options.seconds, kept)
             process = fork.Process(target=one_run, args=given)
             process.start()
             process.join()
             words, errors = (
                 path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
-                for path in (told / "words", told / "errors")
+                for path in (kept / "words", kept / "errors")
             )
         if what := fault(process.exitcode, errors):
             faults.append((number, what, words))

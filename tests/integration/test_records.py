@@ -234,16 +234,16 @@ def test_environments_are_as_fast_as_is_promised():
 def test_the_page_counts_wrong_numbers_as_the_records_do():
     text = page("validation").partition("## Wrong numbers")[2]
     rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
-    threads, functions, steps, readers, lines, kills, disk, slips, mutations = (
+    threads, functions, steps, readers, lines, signals, kills, disk, slips, mutations = (
         recorded(f"results/{name}")
         for name in (
             *("threads", "stepping_functions", "random_steps", "readers", "command_lines"),
-            *("kills", "disk_full", "unit_slips", "mutation_check"),
+            *("interrupts", "kills", "disk_full", "unit_slips", "mutation_check"),
         )
     )
     read = [one["spoilt"] for one in readers["readers"].values()]
     drawn = [one["drawn"] for one in readers["readers"].values()]
-    killed, filled = kills["commands"].values(), disk["commands"].values()
+    ended, killed, filled = (one["commands"].values() for one in (signals, kills, disk))
     counts = [
         (sum(threads["runs"].values()), sum(threads["failed"].values())),
         (sum(map(len, functions["functions"].values())), len(functions["bad"])),
@@ -251,7 +251,12 @@ def test_the_page_counts_wrong_numbers_as_the_records_do():
         (sum(one["runs"] for one in read), sum(one["runs_failed"] for one in read)),
         (sum(one["subprocesses"] for one in read), sum(one["subprocesses_failed"] for one in read)),
         (sum(one["runs"] for one in drawn), sum(one["runs_failed"] for one in drawn)),
+        (
+            sum(one["subprocesses"] for one in drawn),
+            sum(one["subprocesses_failed"] for one in drawn),
+        ),
         (lines["runs"], len(lines["failed"])),
+        (sum(one["signals"] for one in ended), sum(one["failed"] for one in ended)),
         (sum(one["kills"] for one in killed), sum(one["failed"] for one in killed)),
         (sum(one["points"] for one in filled), sum(one["failed"] for one in filled)),
     ]

@@ -1,6 +1,7 @@
 """Studies draw their cases and count as stated, and pages state what their records hold."""
 
 import re
+import tomllib
 from dataclasses import replace
 from itertools import combinations
 
@@ -10,7 +11,7 @@ from scipy.signal import dlsim
 
 import pamsim
 from pamsim.identification.records import SignalRecord
-from tests.records import page, recorded, script, words
+from tests.records import SCRIPTS, page, recorded, script, words
 from tests.unit.identification.planted import fit_continuous
 
 blind, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]
@@ -208,9 +209,26 @@ def test_the_pages_state_how_often_intervals_of_force_laws_hold():
     assert f"[{least} to {most} % hold](validation.md" in text
     assert f"as few as {min(percent['independent'])} %." in text
     for row in rows:
-        ends = [f"{100.0 * end:.1f}" for end in row["fit"]["interval95"]]
-        share = f"{100.0 * row['fit']['share']:.1f} [{', '.join(ends)}] %"
-        assert f"| {row['map']} | {row['shared error']} | {share} |" in page("validation")
+        cells = [row["map"], row["shared error"]]
+        for one in (row["fit"], row["independent"]):
+            ends = [f"{100.0 * end:.1f}" for end in one["interval95"]]
+            cells.append(f"{100.0 * one['share']:.1f} [{', '.join(ends)}] %")
+        assert f"| {' | '.join(cells)} |" in page("validation")
+
+
+def test_numbers_that_no_test_holds_to_a_page_state_their_source():
+    stated = tomllib.loads((SCRIPTS / "doc_numbers.toml").read_text(encoding="utf-8"))
+    pages = script("doc_numbers").PAGES
+    for name, entries in stated.items():
+        lines = pages[name].read_text(encoding="utf-8").splitlines()
+        for one in entries:
+            for text in one["text"]:
+                assert any(text in line for line in lines), (name, text)
+            for path in re.findall(r"\b(?:pamsim|scripts|tests)(?:/\w+)+(?:\.\w+)?", one["source"]):
+                assert (SCRIPTS.parent / path).exists(), path
+    recorded_pages = recorded("results/doc_numbers")["pages"]
+    assert set(recorded_pages) == set(pages)
+    assert not any("" in sources for sources in recorded_pages.values())
 
 
 slips, SLIPS = script("trust/unit_slips"), recorded("results/unit_slips")
