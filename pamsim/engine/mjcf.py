@@ -19,6 +19,7 @@ from pamsim.core.limits import MJCF_BYTES, MJCF_NUMBERS, MJCF_PARTS, MJCF_PIXELS
 from pamsim.core.units import FloatArray
 
 _GENERATING = ("composite", "flexcomp")
+_WORDS = ("name", "class", "childclass", "file")  # attributes that are no numbers
 _COUNTED = ("njmax", "nconmax", "nuserdata", "nkey", "dim", "actdim", "nsample")
 _PLANES = (("width", "height"), ("nrow", "ncol"))
 
@@ -67,15 +68,19 @@ def require_size(mjcf: Path) -> None:
     """Refuse an MJCF that asks, with the files that it includes, for more than the limits allow.
 
     A recording may bring a rig from anywhere, and a short MJCF can ask for millions of bodies, with
-    which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo.
+    which MuJoCo is busy for hours. What is not XML, or no number, is left to MuJoCo, but for nan,
+    which it reads with a warning.
 
     Raises:
         OSError: if it cannot be read.
-        InputError: if it asks for more.
+        InputError: if it asks for more, or has a number that is nan.
     """
     parts, waiting = 0.0, [(element, 1.0, (mjcf,)) for element in _root(mjcf)]
     while waiting:
         element, times, files = waiting.pop()
+        for key, value in element.items():
+            if key not in _WORDS and "nan" in value.lower().replace("-", "").split():
+                raise InputError(f"{files[-1]}: <{element.tag}> {key}={value!r} is no number")
         asked = [
             (f"{key}={value!r}", value, MJCF_NUMBERS)
             for key, value in element.items()

@@ -86,6 +86,7 @@ def test_a_broken_rig_is_one_clear_line_and_exit_2(broken_rig, run):
     for old, new, expected in (
         ('unit = "cm^3"', 'unit = "cm^2"', "muscle.chamber.dead_volume: unit 'cm^2' does not"),
         ('integrator="Euler"', 'integrator="RK4"', "RK4"),
+        ('integrator="Euler"', 'wind="0 NaN 0"', "<option> wind='0 NaN 0' is no number"),
         ("polytropic_index = { value = 1.2", "polytropic_index = { value = 2.2", "outside [1, 1.4"),
         ('tendon = "chain_1"', 'tendon = "chian_1"', "did you mean 'chain_1'"),
         ("<mujoco", "<mujuco", "mas20_arm.xml"),
