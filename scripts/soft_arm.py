@@ -197,7 +197,7 @@ def identified(folder: Path, link: Link) -> dict[str, Any]:
         }
         structure = one.fit.structure
         if one.fit.status != "at_bound" and not (structure.integrators or structure.drift):
-            # Others have no place of rest that could be carried from one day to the other.
+            # Others have no output at rest that could be carried from one day to the other.
             moved = later.constants(one.fit) - fitted.constants(one.fit).mean()
             models[one.name]["constant_moved"] = float(moved.mean())
             models[one.name]["rms"] = rms(left + moved[:, np.newaxis, np.newaxis])

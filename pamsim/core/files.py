@@ -52,7 +52,7 @@ def read_document(
     except (ValueError, RecursionError) as error:  # also of UTF-8, or of a number's many digits
         raise InputError(f"{path}: not valid {language}: {error}") from None
     if not isinstance(content, dict):
-        raise InputError(f"{path}: names and their values are wanted, not {content!r}")
+        raise InputError(f"{path}: expected names with values, not {content!r}")
     document = cast("dict[str, Any]", content)
     stated = document.get("schema")
     if schemas and stated not in schemas:

@@ -94,7 +94,8 @@ def run_episode(
     if controller.command != rigs.kind.command:
         raise InputError(
             f"the controller commands {controller.command}, this environment takes"
-            f" {rigs.kind.command}: put it under a Cascade, or use another action"
+            f" {rigs.kind.command}: wrap the controller in a Cascade, or make the environment with"
+            " another action"
         )
     rig, air = rigs.rig, rigs.gauges.air
     observation, _ = env.reset(seed=seed, options=options)

@@ -204,12 +204,12 @@ class IdentifiedModel(Optimum):
         trials would, on average.
 
         Raises:
-            InputError: for a model without such a place of rest: it integrates or drifts.
+            InputError: for a model without an output at rest: it integrates or drifts.
         """
         if self.level is None:
             raise InputError(
-                f"a model of {self.structure.sentence} has no place of rest to predict from; use"
-                " simulate, or fit one without integrators and drift"
+                f"a model of {self.structure.sentence} has no output at rest to predict from; use"
+                " simulate, or fit one without integrators or drift"
             )
         gains = self.structure.static_gains(self.coordinates)
         return self.simulate(record, self.level + float(record.inputs[0] @ gains))

@@ -122,7 +122,7 @@ class Identification:
 
         Raises:
             InputError: for data that cannot be read, without these columns, or a model that
-                integrates or drifts, so that it has no place of rest.
+                integrates or drifts, so that it has no output at rest.
         """
         tables = load_data(data, time=time, dt=dt, hold=hold).tables
         for one in (*self.inputs, self.output):

@@ -32,7 +32,7 @@ def test_the_equimus_leg():
         row("calibrated: areas, springs, dampers", rigs["as_the_authors"]["rms"]),
         row("calibrated: the same and valves", rigs["with_valves"]["rms"]),
         row(
-            "the last, commands below 5 kPa taken as none",
+            "the last, commands below 5 kPa set to 0",
             rigs["with_valves"]["small_commands_as_none"],
         ),
         both(opened["as_the_notebook_simulates"]),

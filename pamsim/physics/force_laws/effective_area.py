@@ -29,7 +29,7 @@ class Stroke(ParameterGroup, group="stroke"):
         "s0, stroke at which the wall's spring is free; of a piston without spring its full stroke",
     )
     damping: float = quantity(
-        "[0, 1e5] N*s/m", "c, force against the speed of the stroke; limits the time step", 0.0
+        "[0, 1e5] N*s/m", "c, viscous damping of the stroke; limits the time step", 0.0
     )
 
 

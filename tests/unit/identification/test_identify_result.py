@@ -123,6 +123,6 @@ def test_another_day_is_predicted_from_its_inputs_alone(result):
     fit, record = result.shown.fit, result.used[0].record
     shifted = replace(record, inputs=record.inputs + 1e5)
     assert fit.predict(shifted) - fit.predict(record) == pytest.approx(fit.gain * 1e5)
-    refuses("no place of rest", replace(fit, level=None).predict, record)
+    refuses("no output at rest", replace(fit, level=None).predict, record)
     other = replace(day, measured={"pressure_1": day.command[:, 0]})
     refuses("no column 'angle_deg'", result.predict, TrialSet(rig="x", trials=(other,)))
