@@ -375,7 +375,7 @@ def test_page_compares_the_static_models(models, result, tmp_path, monkeypatch):
         "<b>1.23 deg</b> RMS if the form of the model is chosen without them",
         "reaches 1.00 deg: choosing among 5 forms on 21 rows costs 0.23 deg",
         "“one form” for 20 rows, “other” for 1 row.",
-        "predicts them with 1.36 deg, the best torque law with 2.22 deg",
+        "predicts them with 1.36 deg RMS error, the best torque law with 2.22 deg",
         "<td>0.88</td><td>1.11</td><td>–</td>",
         "<td>0.80</td><td>1.00</td><td>2.00</td>",
         "One model that was not accepted predicts the rows held out better",
