@@ -1,6 +1,7 @@
 """How often the 95 % intervals of `pamsim calibrate` hold the planted rig, end to end.
 
-    python scripts/calibrate_study.py [--workers 2] [--json scripts/results/calibrate_study.json]
+    python scripts/calibrate_study.py [--workers 2] [--stopped]
+        [--json scripts/results/calibrate_study.json]
 
 Five parameters of the MAS-20 arm are planted 5 to 50 % off the rig's own values. Two valve
 sequences (one under load, 1.5 s at 100 Hz), four repeats of each or one trial, are simulated, get
@@ -10,12 +11,14 @@ of 0.05 deg and 0.4 kPa. Then experiments that cannot show what is asked: valves
 from which the conductance of exhaust is wanted; and angles at rest without load, from which active
 and passive forces are both wanted, though only their ratio turns the arm.
 
-Finished runs are kept in out/calibrate_study: a stopped study goes on where it was.
+Finished runs are kept in out/calibrate_study: a stopped study goes on where it was. With
+``--stopped`` nothing is run; settings of which not all is finished stay as they are in FILE.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import json
 import tempfile
 import time
 from pathlib import Path
@@ -193,34 +196,41 @@ def blindness(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def study(workers: int) -> dict[str, Any]:
-    """Run what is not yet there and summarise all."""
+def study(workers: int, before: dict[str, Any], *, stopped: bool) -> dict[str, Any]:
+    """Run what is not yet there unless it is stopped, and summarise all, or what is finished."""
     mark = fingerprint("pamsim.", __file__, *Path("models/mas20_arm").glob("*.toml"))
     tasks = [("cover", name, seed) for name in reversed(SETTINGS) for seed in range(RUNS)]
     tasks += [("blind", name, seed) for name in BLIND for seed in range(BLIND_RUNS)]
-    rows = kept_rows(run_one, tasks, KEPT, mark, workers)
+    rows = kept_rows(run_one, tasks, KEPT, mark, workers, stopped=stopped)
+    covered, blind = (dict(before.get(key, {})) for key in ("coverage", "rank_deficient"))
+    for kind, names, count, summary, table in (
+        ("cover", SETTINGS, RUNS, coverage, covered),
+        ("blind", BLIND, BLIND_RUNS, blindness, blind),
+    ):
+        for name in names:
+            keys = [(kind, name, seed) for seed in range(count)]
+            if rows.keys() >= set(keys):
+                table[name] = summary([rows[key] for key in keys])
     return {
         "command": "python scripts/calibrate_study.py",
         "versions": versions(),
         "timestep_s": TIMESTEP,
         "repeats": REPEATS,
         "noise": {"angle_deg": float(np.degrees(ANGLE_NOISE)), "pressure_pa": PRESSURE_NOISE},
-        "coverage": {
-            name: coverage([rows["cover", name, seed] for seed in range(RUNS)]) for name in SETTINGS
-        },
-        "rank_deficient": {
-            name: blindness([rows["blind", name, seed] for seed in range(BLIND_RUNS)])
-            for name in BLIND
-        },
+        "coverage": covered,
+        "rank_deficient": blind,
     }
 
 
 def main() -> None:
     """Run the study."""
     target = Path("scripts/results/calibrate_study.json")
-    options = parser(__doc__, target, workers=2).parse_args()
+    asked = parser(__doc__, target, workers=2)
+    asked.add_argument("--stopped", action="store_true", help="run nothing")
+    options = asked.parse_args()
     began = time.perf_counter()
-    write(study(options.workers), options.json)
+    before = json.loads(options.json.read_text("utf-8")) if options.json.exists() else {}
+    write(study(options.workers, before, stopped=options.stopped), options.json)
     print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")
 
 

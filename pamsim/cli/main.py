@@ -29,6 +29,7 @@ from pamsim.core.errors import PamsimError, nearest
 OK, BAD_INPUT, INTERRUPTED = 0, 2, 130
 
 _LATER = 0.05  # until an interruption that had to wait is tried again [s]
+_AGAIN = 3.0  # until one that a library may have swallowed is, longer than folders take to be freed
 _OBJECTS = 50_000  # that may come to be between two collections, about as many as imports leave
 
 _COMMANDS = {
@@ -177,28 +178,34 @@ def _interruptible() -> Generator[threading.Event]:
         yield ended
         return
 
-    def later() -> None:
-        threading.Timer(_LATER, signal.raise_signal, [signal.SIGINT]).start()
+    def later(seconds: float) -> None:
+        if hasattr(signal, "setitimer"):  # not on Windows
+            signal.setitimer(signal.ITIMER_REAL, seconds)
 
     def end(_: int, frame: FrameType | None) -> None:
         ended.set()
-        if _in_llvm(frame):
-            later()
-        else:
+        waits = _in_llvm(frame)
+        later(_LATER if waits else _AGAIN)
+        if not waits:
             raise KeyboardInterrupt
 
     def again(unraisable: Any) -> None:
         """Interrupt once more where a callback of the compiler has swallowed it."""
         if unraisable.exc_type is KeyboardInterrupt:
-            later()
+            later(_LATER)
         else:
             hook(unraisable)
 
     hook, sys.unraisablehook = sys.unraisablehook, again
-    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {
+        getattr(signal, name): signal.signal(getattr(signal, name), end)
+        for name in ("SIGINT", "SIGTERM", "SIGALRM")
+        if hasattr(signal, name)
+    }
     try:
         yield ended
     finally:
+        later(0.0)  # never
         sys.unraisablehook = hook
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -18,7 +18,9 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 import warnings
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import click
@@ -38,8 +40,6 @@ from records import head, parser, write
 
 ENDS = 10.0
 """Time for an interrupted command to end [s]: it may have to finish a fit's simulation."""
-ENDLESS = 77
-"""Exit code of one that does not."""
 ELSEWHERE = frozenset({"view", "train"})
 """Commands that open a window, or need an extra. ``--verbose``, which asks for tracebacks, is left
 out, too."""
@@ -114,14 +114,8 @@ def line(rng: np.random.Generator, files: list[str]) -> list[str]:
     return [*words, *(["--no-open"] if path[-1] == "demo" else [])]
 
 
-def one_run(seed: int, number: int, seconds: float, kept: Path) -> None:
+def one_run(seed: int, number: int, kept: Path) -> None:
     """Run a command line as a shell does, in a process of its own: words and stderr are kept."""
-
-    def interrupt(*_: object) -> None:
-        signal.signal(signal.SIGALRM, lambda *_: os._exit(ENDLESS))
-        signal.setitimer(signal.ITIMER_REAL, ENDS)
-        signal.raise_signal(signal.SIGINT)
-
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
@@ -130,14 +124,28 @@ def one_run(seed: int, number: int, seconds: float, kept: Path) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         os.dup2(os.open(kept / "errors", os.O_WRONLY | os.O_CREAT), 2)
         signal.signal(signal.SIGINT, signal.default_int_handler)
-        signal.signal(signal.SIGALRM, interrupt)
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+        (kept / "began").touch()
         program()
+
+
+def ended(process: BaseProcess, kept: Path, seconds: float) -> int | None:
+    """Exit code of a process, interrupted after its time; None if it does not end then."""
+    while process.is_alive() and not (kept / "began").exists():
+        time.sleep(0.01)
+    process.join(seconds)
+    if process.is_alive() and process.pid:
+        os.kill(process.pid, signal.SIGINT)
+        process.join(ENDS)
+    if process.is_alive():
+        process.kill()
+        process.join()
+        return None
+    return process.exitcode
 
 
 def fault(code: int | None, text: str) -> str:
     """What is wrong with how a command line ended; empty if nothing is."""
-    if code == ENDLESS:
+    if code is None:
         return f"does not end in {ENDS:g} s after it was interrupted"
     if "Traceback" in text:
         return f"a traceback: {text.splitlines()[-1][:80]}"
@@ -165,15 +173,14 @@ def run() -> None:
     for number in tqdm(range(options.runs), unit="run"):
         with tempfile.TemporaryDirectory() as folder:
             kept = Path(folder)
-            given = (options.seed, number, options.seconds, kept)
-            process = fork.Process(target=one_run, args=given)
+            process = fork.Process(target=one_run, args=(options.seed, number, kept))
             process.start()
-            process.join()
+            code = ended(process, kept, options.seconds)
             words, errors = (
                 path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
                 for path in (kept / "words", kept / "errors")
             )
-        if what := fault(process.exitcode, errors):
+        if what := fault(code, errors):
             faults.append((number, what, words))
             print(json.dumps(faults[-1]), flush=True)
     result = head("python scripts/trust/command_lines.py --runs N --seed S")
