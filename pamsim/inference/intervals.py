@@ -48,6 +48,8 @@ repeats of each cover 91 to 98 %, and 76 to 87 % if the noise is taken from with
 _ROUNDS = 4  # the colour's correction depends on the colour
 _SETTLED = 0.02  # relative change of variance
 _MANY = 1e6  # degrees of freedom beyond which Student's t is normal
+_STEP = 1e-4  # of a reflection coefficient, for derivatives
+_TINY = 1e-300  # keeps the logarithm of a variance that is 0 finite
 
 
 @dataclass(frozen=True)
@@ -67,8 +69,8 @@ class ParameterCovariance:
     method: str
 
 
-_Part = tuple[FloatArray, float]
-"""A contribution to the covariance, shape (p, p), and its degrees of freedom."""
+_Part = tuple[FloatArray, FloatArray | float]
+"""A contribution to the covariance, shape (p, p), and the degrees of freedom of each variance."""
 
 
 def parameter_covariance(
@@ -166,7 +168,7 @@ def _coloured_parts(
     return [
         (
             noise_in_estimate(records, slow_gains(noise, records)),
-            float(np.clip(effective_samples(noise, records) - share, 1.0, _MANY)),
+            degrees_of_freedom(noise, records, share),
         )
         for noise, records, share in zip(noises, groups, shares, strict=True)
     ]
@@ -180,8 +182,8 @@ def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
     """
     matrix = np.sum([part for part, _ in parts], axis=0)
     variances = np.stack([np.diag(part) for part, _ in parts])
-    degrees = np.array([freedom for _, freedom in parts], dtype=np.float64)
-    spread = np.sum(variances**2 / degrees[:, np.newaxis], axis=0)
+    degrees = np.stack([np.broadcast_to(freedom, len(matrix)) for _, freedom in parts])
+    spread = np.sum(variances**2 / degrees, axis=0)
     some = spread > 0.0
     effective = np.sum(variances, axis=0) ** 2 / np.where(some, spread, 1.0)
     degrees = np.minimum(np.where(some, effective, _MANY), _MANY)
@@ -234,11 +236,46 @@ def noise_in_estimate(records: Sequence[FittedRows], slow: Sequence[FloatArray])
     return np.sum([r.gain.T @ og for r, og in zip(records, slow, strict=True)], axis=0)
 
 
-def effective_samples(noise: ArNoise, records: Sequence[FittedRows]) -> float:
-    """How many white samples would give a variance estimate as sure as these records do."""
-    lags = noise.autocovariance(max(r.residual.size for r in records))
-    total = sum(r.residual.size for r in records)
-    return total / (1.0 + 2.0 * float(np.sum((lags[1:] / lags[0]) ** 2))) if lags[0] else total
+def degrees_of_freedom(
+    noise: ArNoise, records: Sequence[FittedRows], share: float
+) -> FloatArray | float:
+    """Degrees of freedom of the estimate's variances, as of white samples that are as sure.
+
+    How much slow noise moves an estimate hangs on the coefficients of the noise, which few
+    correlation times determine badly (delta method; Fisher information of an AR model, Box and
+    Jenkins 1970).
+
+    Args:
+        noise: of the records.
+        records: of one channel and sample interval.
+        share: of the fit's parameters that they determine.
+    """
+    samples = max(sum(r.residual.size for r in records) - share, 1.0)
+    if noise.order == 0 or noise.variance == 0.0:
+        return min(samples, _MANY)
+    count = max(r.gain.shape[0] for r in records)
+    length = 1 << (2 * count - 1).bit_length()
+    power = np.sum([np.abs(np.fft.rfft(r.gain, length, axis=0)) ** 2 for r in records], axis=0)
+    weights = 2.0 * np.fft.irfft(power, length, axis=0)[:count]
+    weights[0] *= 0.5
+
+    def shape(reflections: FloatArray) -> FloatArray:
+        """Coefficients of the noise, and the logarithms of the estimate's variances."""
+        one = ArNoise(tuple(reflections.tolist()), noise.variance)
+        variances = one.autocovariance(count) @ weights
+        return np.concatenate([one.coefficients, np.log(np.maximum(variances, _TINY))])
+
+    at = np.array(noise.reflections)
+    steps = np.minimum(_STEP, 0.5 * (1.0 - np.abs(at)))
+    moved = [
+        (shape(at + step * way) - shape(at - step * way)) / (2.0 * step)
+        for step, way in zip(steps, np.eye(noise.order), strict=True)
+    ]
+    slopes = np.array(moved)  # of all with each reflection
+    along = np.linalg.solve(slopes[:, : noise.order], slopes[:, noise.order :])
+    information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
+    unsure = np.sum(along * np.linalg.solve(information, along), axis=0)
+    return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
 
 
 def fit_colour(

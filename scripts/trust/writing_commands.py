@@ -49,7 +49,7 @@ IN = "../inputs"
 """Of the commands, which run in a folder beside it."""
 
 INPUTS: tuple[tuple[str, ...], ...] = (
-    ("hide", "coulomb_friction", "--size", "0.5", "--protocols", "triangle", "--repeats", "3",
+    ("hide", "coulomb_friction", "--size", "0.5", "--protocols", "triangle", "--repeats", "6",
      "--duration", "800ms", "--out", "recording"),
     ("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out", "step"),
 )  # fmt: skip
