@@ -10,9 +10,9 @@ B the covariance of the scores J^T W^2 r (Huber, Berkeley Symposium 1967; White,
 * rows without order in time: white noise;
 * priors: their own information.
 
-Where 95 % are promised, scripts/calibration_coverage.py finds 15 to 62 % for intervals that take
-drifting noise as white. These cover 92 to 96 % with four trials and more; with two trials of 4 s in
-which a weak slow drift hides, 83 %: too few samples to see the drift by.
+How much slow noise moves an estimate hangs on the coefficients of its model, which a few
+correlation times determine badly: the variances have as few degrees of freedom
+(`degrees_of_freedom`). How often the intervals hold: scripts/calibrate_study.py.
 
 A fit with p parameters follows the slow part of the noise: an AR model of what is left is too white
 and intervals built on it too narrow. For noise e of covariance O and an estimate that responds by

@@ -8,7 +8,13 @@ from scipy.signal import lfilter
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.intervals import FittedRows, fit_colour, parameter_covariance, slow_gains
+from pamsim.inference.intervals import (
+    FittedRows,
+    degrees_of_freedom,
+    fit_colour,
+    parameter_covariance,
+    slow_gains,
+)
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
 from pamsim.inference.simulator_fit import Linearisation
 from tests.unit.inference.closed_form_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
@@ -64,6 +70,22 @@ def estimated(places, rows, noise):
     weight = np.full(noise.size, 1.0 / np.std(residual))
     linear = Linearisation(places=places, residual=residual, jacobian=rows, weight=weight)
     return estimate, parameter_covariance(linear, np.eye(3), np.zeros((3, 3)))
+
+
+def test_slow_noise_leaves_few_degrees_of_freedom():
+    """A mean under AR(1) noise: d ln f(0) / d phi = 2 / (1 - phi), var(phi) = (1 - phi^2) / n."""
+    count, phi = 20_000, 0.9
+    mean = FittedRows(np.zeros(count), np.ones((count, 1)), np.full((count, 1), 1.0 / count))
+    by_hand = 2.0 * count / (2.0 + 4.0 * (1.0 + phi) / (1.0 - phi))
+    (found,) = degrees_of_freedom(ArNoise((-phi,), 2.0), [mean], 0.0)
+    assert found == pytest.approx(by_hand, rel=0.01)
+    assert degrees_of_freedom(ArNoise((), 2.0), [mean], 1.0) == count - 1
+    # What changes from sample to sample hardly hangs on the slow part.
+    quick = FittedRows(
+        mean.residual, mean.jacobian, mean.gain * (-1.0) ** np.arange(count)[:, None]
+    )
+    (sure,) = degrees_of_freedom(ArNoise((-phi,), 2.0), [quick], 0.0)
+    assert sure > 20.0 * found
 
 
 def slow_drift(rng, count):
