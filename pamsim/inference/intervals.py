@@ -271,8 +271,8 @@ def degrees_of_freedom(
         (shape(at + step * way) - shape(at - step * way)) / (2.0 * step)
         for step, way in zip(steps, np.eye(noise.order), strict=True)
     ]
-    slopes = np.array(moved)  # of all with each reflection
-    along = np.linalg.solve(slopes[:, : noise.order], slopes[:, noise.order :])
+    sensitivity = np.array(moved)  # of all to each reflection
+    along = np.linalg.solve(sensitivity[:, : noise.order], sensitivity[:, noise.order :])
     information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
     unsure = np.sum(along * np.linalg.solve(information, along), axis=0)
     return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
