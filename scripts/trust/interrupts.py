@@ -6,10 +6,10 @@ Each command that writes is a process of its own, as typed, and gets SIGINT or S
 ms of its first 2 s, every other time over the files of an earlier run. Allowed are exit code 130
 and the command's own if it was through, with at most one line on stderr. Until pamsim's handlers
 are set the interpreter answers itself: it dies of the signal, for SIGINT with a traceback of its
-own imports; the last moment at which one did is in the record. A run fails by another code, by more
-lines, by not ending in 10 s, or by its files: each must be that of the whole run, with no hidden
-part beside it. FILE is written after each command; those in it that this call does not run stay.
-Exits 1 if a run fails.
+own imports, or goes on; the last moment at which it did is in the record. A run fails by another
+code, by more lines, by not ending in 10 s, or by its files: each must be that of the whole run,
+with no hidden part beside it. FILE is written after each command; those in it that this call does
+not run stay. Exits 1 if a run fails.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ INTERRUPTED, INTERPRETER = 130, 1
 """Exit codes: of an interrupted command, of an interpreter interrupted in its own start."""
 PROGRAM = ", in program"
 """In a traceback, once pamsim runs."""
+SITE = "Remainder of file ignored"
+"""On stderr, if Python's own start has swallowed the signal and goes on."""
 EVERY = 0.02
 """Between two moments [s]."""
 ENDS = 10.0
@@ -83,11 +85,12 @@ def faults_of(
     args = (*command.args, "--force") if over else command.args
     code, errors = interrupted(args, folder, sent, EVERY * moment)
     lines = [line for line in errors.splitlines() if line.strip()]
-    found = list(faults(command, folder, reference, whole=over or code == own))
-    if code in (-sent, INTERPRETER) and PROGRAM not in errors:
+    swallowed = SITE in errors
+    if swallowed or (code in (-sent, INTERPRETER) and PROGRAM not in errors):
         count["interpreter"] += 1
         count["interpreter_until_ms"] = max(count["interpreter_until_ms"], _milliseconds(moment))
-        return found
+        return []
+    found = list(faults(command, folder, reference, whole=over or code == own))
     if code is None:
         found.append(f"did not end in {ENDS:g} s")
     elif code not in (own, INTERRUPTED):
