@@ -2,12 +2,13 @@
 
     python scripts/doc_numbers.py [--pages validation real_data] [--json FILE]
 
-The quick tests that read pages run once, to see which page each reads. Then every number in the prose and
-the tables of a page is changed in its last digit, in a fork of this process that reads the changed
-text, and the tests of that page run until one fails. The record names, for each number, that test,
-or the source that ``doc_numbers.toml`` states for its line: a long test, the record of a study, a
-constant, a definition. Left out are code blocks, which tests execute, formulas, links, ordinals,
-years of citations and numbers that are names, such as Table 2. Exits 1 if a number has no source.
+The quick tests that read pages run once, to see which page each reads. Then every number in the
+prose and the tables of a page is changed in its last digit, in a fork of this process that reads
+the changed text, and the tests of that page run until one fails. The record names, for each number,
+that test, or the source that ``doc_numbers.toml`` states for its line: a long test, the record of a
+study, a constant, a definition. Left out are code blocks, which tests execute, formulas, links,
+ordinals, years of citations and numbers that are names, such as Table 2. Exits 1 if a number has no
+source.
 """
 
 from __future__ import annotations
