@@ -29,8 +29,10 @@ PAGES = {path.stem: path for path in (ROOT / "README.md", *sorted((ROOT / "docs"
 LONGEST = 6.0
 """Of a test that is run again and again [s]."""
 TESTS = ("unit", "integration", "physics")
-READ = re.compile(r"tests\.records|page_blocks|\"docs\"")
+READ = re.compile(r"tests\.records import [^\n]*\b(page|words)\b|page_blocks|\"docs\"")
 """In a file of tests that read pages."""
+LONG = "not (snippet or walk or page_runs or random_steps or demo)"
+"""Leaves out tests that run what pages show: `LONGEST` would leave them out, minutes later."""
 STATED = Path(__file__).with_suffix(".toml")
 
 _NAMES = (
@@ -154,7 +156,7 @@ def main() -> None:
     quiet = [
         word for name in ("terminal", "cacheprovider", "xdist") for word in ("-p", f"no:{name}")
     ]
-    plain = ["-o", "addopts=", "--import-mode=importlib", "-m", "not slow"]
+    plain = ["-o", "addopts=", "--import-mode=importlib", "-m", "not slow", "-k", LONG]
     files = (file for room in TESTS for file in sorted((ROOT / "tests" / room).rglob("test_*.py")))
     reading = [str(file) for file in files if READ.search(file.read_text(encoding="utf-8"))]
     pytest.main([*quiet, *plain, *reading], plugins=[found])

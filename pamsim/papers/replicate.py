@@ -12,7 +12,7 @@ from typing import Any
 
 from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import fields_to_dict, to_dict, write_json
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, PamsimError, nearest
 from pamsim.papers.claim import Claim, Note, Verdict, claim_ids, evaluate
 from pamsim.recordings.printed import printed_document
 
@@ -111,7 +111,8 @@ def replicate(
         report(index, len(wanted), PAPERS[paper])
         try:
             found += paper_claims(paper)
-        except Exception as error:  # whatever it is, the other papers still count
+        # The other papers still count. What else is raised may be an interrupted import.
+        except (PamsimError, ValueError, ArithmeticError) as error:
             failures.append({"paper": paper, "error": f"{type(error).__name__}: {error}"})
     report(len(wanted), len(wanted), "done")
     return Replication(

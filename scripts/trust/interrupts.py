@@ -34,8 +34,10 @@ from records import head, parser, write
 
 INTERRUPTED, INTERPRETER = 130, 1
 """Exit codes: of an interrupted command, of an interpreter interrupted in its own start."""
-PROGRAM = ", in program"
-"""In a traceback, once pamsim runs."""
+PROGRAM = "cli/main.py"
+"""In a traceback, once pamsim's handlers are set."""
+RESUMED = "nothing is lost: go on with"
+"""In the line that a command with a checkpoint prints before."""
 SITE = "Remainder of file ignored"
 """On stderr, if Python's own start has swallowed the signal and goes on."""
 EVERY = 0.02
@@ -84,13 +86,15 @@ def faults_of(
     emptied(folder, reference if over else None)
     args = (*command.args, "--force") if over else command.args
     code, errors = interrupted(args, folder, sent, EVERY * moment)
-    lines = [line for line in errors.splitlines() if line.strip()]
+    lines = [line for line in errors.splitlines() if line.strip() and RESUMED not in line]
     swallowed = SITE in errors
     if swallowed or (code in (-sent, INTERPRETER) and PROGRAM not in errors):
         count["interpreter"] += 1
         count["interpreter_until_ms"] = max(count["interpreter_until_ms"], _milliseconds(moment))
         return []
-    found = list(faults(command, folder, reference, whole=over or code == own))
+    # With --force a checkpoint begins again at once.
+    kept = over and not command.checkpoint
+    found = list(faults(command, folder, reference, whole=kept or code == own))
     if code is None:
         found.append(f"did not end in {ENDS:g} s")
     elif code not in (own, INTERRUPTED):
