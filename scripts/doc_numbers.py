@@ -36,9 +36,8 @@ LONG = "not (snippet or walk or page_runs or random_steps or demo)"
 STATED = Path(__file__).with_suffix(".toml")
 
 _NAMES = (
-    "[Tt]ables? [Ff]igures? [Ss]ections? [Rr]ows? [Cc]ases? [Cc]odes? [Ee]xit [Mm]uscles?"
-    " [Cc]ycles? [Ee]quations? ISO EN DLMF Python MuJoCo Gymnasium MyoSuite commit seed reconnected"
-    " rerun left right"
+    "tables? figures? sections? rows? cases? codes? exit muscles? cycles? equations? ISO EN DLMF"
+    " Python MuJoCo Gymnasium MyoSuite commit seed reconnected rerun left right"
 )
 _LEFT_OUT = re.compile(
     "|".join(
@@ -47,7 +46,7 @@ _LEFT_OUT = re.compile(
             r"\$\$.*?\$\$|`[^`\n]*`|\$[^$\n]*\$|\]\([^)\n]*\)|<[^>\n]*>",
             r"^\s*\d+\. |\(\d{1,2}\)",
             r"\b(?:MAS|DMSP|X-ring|O-ring|January)[- ]?\d[\d-]*|\b10-\d\b|\b1/f\b|\b95 %",
-            rf"\b(?:{'|'.join(_NAMES.split())})\]? \d[\w.]*(?:(?:,| and| to) \d+)*",
+            rf"\b(?i:{'|'.join(_NAMES.split())})\]? \d[\w.]*(?:(?:,| and| to) \d+)*",
             r"(?<![\d.,])(?:1[789]\d\d|20[0-4]\d)(?!\d|[.,]\d)",
         )
     ),
