@@ -220,11 +220,11 @@ def main() -> None:
             # Without a terminal click prints no colours; NO_COLOR asks for none on one.
             color = False if os.environ.get("NO_COLOR") else None
             code = cli.main(standalone_mode=False, color=color)
-        except click.exceptions.NoArgsIsHelpError as error:
-            error.show()
-            code = BAD_INPUT
         except click.UsageError as error:
-            _echo_error(_usage(error))
+            if type(error).__name__ == "NoArgsIsHelpError":  # which click 8.1 has not
+                error.show()
+            else:
+                _echo_error(_usage(error))
             code = BAD_INPUT
         except (Exception, KeyboardInterrupt) as error:
             # An interrupted import raises whatever it likes, such as an ImportError.
