@@ -287,7 +287,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, run):
     loop = written(tmp_path / "one.csv", "time_s,force_n,displacement_mm", rows)
     for args, expected in (
         (["missing.csv", "--model", "six_parameter"], "No such file"),
-        ([DMSP_20], "either --model or --compare"),
+        ([DMSP_20], "or --compare for all of them"),
         ([*ONE_LAW, "--compare"], "either --model"),
         ([DMSP_20, "--model", "six_parametre"], "did you mean 'six_parameter'"),
         ([DMSP_20, "--model", "arctangent"], "is a force map: model 'arctangent' does not"),
