@@ -288,7 +288,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, run):
     for args, expected in (
         (["missing.csv", "--model", "six_parameter"], "No such file"),
         ([DMSP_20], "or --compare for all of them"),
-        ([*ONE_LAW, "--compare"], "either --model"),
+        ([*ONE_LAW, "--compare"], "or --compare for all of them"),
         ([DMSP_20, "--model", "six_parametre"], "did you mean 'six_parameter'"),
         ([DMSP_20, "--model", "arctangent"], "is a force map: model 'arctangent' does not"),
         ([DMSP_20, "--compare", "--hold-out", "lengths"], "did you mean 'length'"),
