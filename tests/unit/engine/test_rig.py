@@ -194,7 +194,7 @@ def test_a_rig_that_cannot_be_meant_is_refused(tmp_path):
     for number, (file, old, new, why) in enumerate(
         (
             (arm, step, 'timestep="0"', "timestep = 0; write one such as"),
-            (arm, step, 'timestep="nan"', "timestep = nan; write one such"),
+            (arm, step, 'timestep="nan"', "<option> timestep='nan' is no number"),
             (arm, "<option ", '<option actuatorgroupdisable="0" ', "muscles do not act"),
             (arm, "<flag ", '<flag actuation="disable" ', "muscles do not act"),
             (
