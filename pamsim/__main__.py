@@ -7,7 +7,7 @@ import signal
 import sys
 from typing import NoReturn
 
-_INTERRUPTED = 130
+_INTERRUPTED = 130  # as in pamsim.cli.main, whose import may be what is interrupted
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 

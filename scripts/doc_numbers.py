@@ -13,12 +13,14 @@ source.
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import sys
 import time
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from records import head, parser, write
@@ -67,9 +69,15 @@ def changed(text: str, start: int, end: int) -> str:
     return f"{text[:last]}{(int(text[last]) + 3) % 10}{text[last + 1 :]}"
 
 
+@functools.cache
+def sources() -> dict[str, list[dict[str, Any]]]:
+    """Page -> texts of its lines, and the source of their numbers."""
+    return tomllib.loads(STATED.read_text(encoding="utf-8"))
+
+
 def stated(page: str, line: str) -> str:
     """The source that is stated for the numbers of a line; empty if none is."""
-    for one in tomllib.loads(STATED.read_text(encoding="utf-8")).get(page, ()):
+    for one in sources().get(page, ()):
         if any(text in line for text in one["text"]):
             return one["source"]
     return ""

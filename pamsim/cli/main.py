@@ -179,8 +179,10 @@ def _interruptible() -> Generator[threading.Event]:
         return
 
     def later(seconds: float) -> None:
-        if hasattr(signal, "setitimer"):  # not on Windows
+        if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, seconds)
+        elif seconds == _LATER:  # Windows
+            threading.Timer(seconds, signal.raise_signal, [signal.SIGINT]).start()
 
     def end(_: int, frame: FrameType | None) -> None:
         ended.set()
@@ -197,11 +199,8 @@ def _interruptible() -> Generator[threading.Event]:
             hook(unraisable)
 
     hook, sys.unraisablehook = sys.unraisablehook, again
-    before = {
-        getattr(signal, name): signal.signal(getattr(signal, name), end)
-        for name in ("SIGINT", "SIGTERM", "SIGALRM")
-        if hasattr(signal, name)
-    }
+    known = (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGALRM"))
+    before = {number: signal.signal(number, end) for number in known if number}
     try:
         yield ended
     finally:

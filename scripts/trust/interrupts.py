@@ -87,8 +87,7 @@ def faults_of(
     args = (*command.args, "--force") if over else command.args
     code, errors = interrupted(args, folder, sent, EVERY * moment)
     lines = [line for line in errors.splitlines() if line.strip() and RESUMED not in line]
-    swallowed = SITE in errors
-    if swallowed or (code in (-sent, INTERPRETER) and PROGRAM not in errors):
+    if SITE in errors or (code in (-sent, INTERPRETER) and PROGRAM not in errors):
         count["interpreter"] += 1
         count["interpreter_until_ms"] = max(count["interpreter_until_ms"], _milliseconds(moment))
         return []
