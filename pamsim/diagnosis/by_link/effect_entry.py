@@ -96,6 +96,8 @@ class EffectEntry:
         physical: its size in terms that do not depend on the form, as quantity -> size.
         rivals: the nearest first.
         instead: number of the rig that may be off instead, of an effect that is not certain.
+        upstream: effect before the sensors that may be the cause of this and of another sensor's
+            error; empty for none.
     """
 
     effect: str
@@ -115,11 +117,20 @@ class EffectEntry:
     physical: Mapping[str, PhysicalSize] = field(default_factory=dict[str, PhysicalSize])
     rivals: tuple[RivalEntry, ...]
     instead: InsteadEntry | None = None
+    upstream: str = ""
 
     @json_property
     def certain_words(self) -> str:
         """What is certain of it, in a few words."""
         return certain_words(self)
+
+    @property
+    def upstream_sentence(self) -> str:
+        """What may be the cause of it and of another sensor's error."""
+        return (
+            f"One cause before the sensors, such as {self.upstream}, may explain it and the other"
+            " sensor's error."
+        )
 
     @json_property
     def sentence(self) -> str:

@@ -143,6 +143,7 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
             for rival in one.rivals
         ),
         instead=None if rig is None or one.instead is None else _instead(rig, one.instead),
+        upstream=one.upstream,
     )
 
 

@@ -11,7 +11,8 @@ must be larger than the share that an inexact formula may leave, and than all of
 is not certain. An effect so small that what is left is much beside it is not certain either, though
 that be too little to count, or no repeats show whether it is noise (`BESIDE_OTHERS`). Nor is one in
 links that miss no more than noise. Of two effects of a family at one place one may be what the
-formula of the other misses: the name of that is certain which takes away twice as much. What other
+formula of the other misses: the name of that is certain which takes away twice as much. Two inexact
+errors of sensors may be one cause before both, as a delay is: no place is certain. What other
 formulas of the families that were found would take away as well is not counted as left: it speaks
 for these families. So many effects in a link that they are rather the series of an unknown one
 (`SERIES`) are not certain, unless one of them outweighs all others. Nor is an effect that fits only
@@ -26,6 +27,7 @@ from dataclasses import dataclass, replace
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.criteria import TIE
 
 LEVELS = ("place", "family", "name", "form")
@@ -132,6 +134,8 @@ class Judged:
             formula of the families that were found may take it away [noise variance].
         at_end: whether a parameter lies at an end of its range, see `Candidate.at_end`.
         second: whether it outweighs no other of its family at its place (`BESIDE_OTHERS`).
+        upstream: an effect before the sensors for which it and the error of another sensor are both
+            mistaken, where one of their formulas is inexact.
         instead: number of the rig that takes up most of an effect of which nothing is certain.
     """
 
@@ -150,6 +154,7 @@ class Judged:
     missed: float = 0.0
     at_end: bool = False
     second: bool = False
+    upstream: str = ""
     instead: Instead | None = None
 
     @property
@@ -161,7 +166,8 @@ class Judged:
         """Which levels of the name hold."""
         own = _levels(self.effect)
         tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
-        there = self.p_value <= alpha and min(self.gain, self.before) > 0.0 and not self.at_end
+        there = self.p_value <= alpha and min(self.gain, self.before) > 0.0
+        there = there and not self.at_end and not self.upstream
         shown = {
             "name": self.named and not self.second,
             "form": self.exact and not self.second,
@@ -195,7 +201,8 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
 
     Where something is left beside a cause whose place is not known, nothing says that the error of
     its formula is smaller than itself. Of a family each may be what the formula of another misses,
-    unless it outweighs them (`BESIDE_OTHERS`).
+    unless it outweighs them (`BESIDE_OTHERS`). Inexact errors of two sensors may be one cause
+    before both.
     """
     found: list[Judged] = []
     for one in sorted(judged, key=lambda one: -one.gain):
@@ -207,8 +214,20 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
         own = _levels(one.effect)[:2]  # place and family
         kin = [o.gain for o in judged if o is not one and _levels(o.effect)[:2] == own]
         second = one.gain < BESIDE_OTHERS * max(kin, default=0.0)
-        found.append(replace(one, error=max([one.error, *unknown]), second=second))
+        before_both = next(filter(None, (_before_both(one, other) for other in judged)), "")
+        known = replace(one, second=second, upstream=before_both)
+        found.append(replace(known, error=max([one.error, *unknown])))
     return tuple(found)
+
+
+def _before_both(one: Judged, other: Judged) -> str:
+    """What errors of two sensors are both mistaken for, unless both formulas are exact."""
+    own, its = one.effect.effect, other.effect.effect
+    sensors = own.link == its.link == "sensor" and own.family != its.family
+    if not sensors or (one.exact and other.exact):
+        return ""
+    shared = EFFECTS.keys() & set(own.look_alikes) & set(its.look_alikes)
+    return min((name for name in shared if EFFECTS[name].link != "sensor"), default="")
 
 
 def _levels(effect: Candidate) -> tuple[str, ...]:

@@ -121,6 +121,8 @@ def effect_sentence(one: EffectEntry) -> str:
             return f"{certain}. {nearest}"
         case _:
             instead = "" if one.instead is None else f" {one.instead.sentence}"
+            if one.upstream:
+                instead += f" {one.upstream_sentence}"
             return f"Not certain in its place: {certain_words(one)}. {nearest}{instead}"
 
 

@@ -86,6 +86,25 @@ def test_of_a_family_at_one_place_the_name_of_one_that_outweighs_the_others_is_c
     assert [one.level() for one in beside_unknown([there, large], 0.05)] == ["form", "form"]
 
 
+def test_inexact_errors_of_two_sensors_may_be_one_cause_before_both():
+    names = ("angle_lag", "pressure_lag", "angle_scale")
+    angle, pressure, scale = (tried(name)[0] for name in names)
+
+    def levels(*effects, exact):
+        each = [
+            replace(judged(9.0, 0.0, 9.0), effect=effect, exact=exact and i == 0)
+            for i, effect in enumerate(effects)
+        ]
+        return [(one.level(), one.upstream) for one in beside_unknown(each, 0.05)]
+
+    assert levels(angle, pressure, exact=False) == 2 * [("", "line_lag")]
+    assert levels(angle, pressure, exact=True) == 2 * [("", "line_lag")]  # one of the two is not
+    assert levels(scale, pressure, exact=False) == 2 * [("family", "")]
+    lag = replace(judged(9.0, 0.0, 9.0), effect=angle, exact=True)
+    both = beside_unknown([lag, replace(lag, effect=pressure)], 0.05)
+    assert [one.upstream for one in both] == ["", ""]
+
+
 def test_without_repeats_what_is_left_beyond_the_noise_is_not_counted_and_not_excluded():
     left = Remainder(excess=0.3, p_value=1.0, known=False)
     assert (left.certain(0.05), left.uncounted(0.05)) == (0.0, 0.3)

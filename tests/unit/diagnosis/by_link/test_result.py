@@ -64,6 +64,11 @@ def test_a_number_of_the_rig_that_may_be_off_instead_is_stated_with_what_to_do()
     assert "dead_volume" not in replace(effect("family"), instead=number).sentence
 
 
+def test_one_cause_of_two_sensors_errors_is_stated():
+    found = replace(effect(""), upstream="line_lag").sentence
+    assert found.endswith("such as line_lag, may explain it and the other sensor's error.")
+
+
 def test_what_is_left_is_stated_beside_what_was_found():
     sentence = VERDICTS["named_with_remainder"].sentence
     assert sentence.endswith(
