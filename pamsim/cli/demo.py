@@ -30,8 +30,8 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     """Hide EFFECT in recordings of the MAS-20 arm, find it, and open the page about it.
 
     The recordings are synthetic: 20 trials of 2 s with noise, of an arm that has the effect. The
-    diagnosis gets them with the arm's model without it, and tries it together with all
-    effects that it is mistaken for. Exit 0 if it is named, 1 if not. `pamsim list effects` lists
+    diagnosis gets them with the arm's model without EFFECT, and tries EFFECT and all effects
+    that it is mistaken for. Exit 0 if EFFECT is named, 1 if not. `pamsim list effects` lists
     what can be hidden.
     """
     import pamsim

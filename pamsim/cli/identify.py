@@ -54,9 +54,7 @@ class _Orders(click.ParamType):
 @click.option(
     "--dt", type=options.SECONDS, help="Time between the rows of a table without a clock: 2s."
 )
-@click.option(
-    "--hold", help="Of a table's columns from row to row: zoh or foh; guessed if omitted."
-)
+@click.option("--hold", help="Hold between the rows of a table: zoh or foh; guessed if omitted.")
 @click.option("--order", type=int, help="Poles of the model, 0 to 6; chosen if omitted.")
 @click.option("--zeros", type=int, default=0, help="Zeros of that model.")
 @click.option("--integrators", type=int, default=0, help="Its poles at 0.")

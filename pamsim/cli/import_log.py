@@ -74,7 +74,7 @@ def _spans(
 )
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
 @click.option(
-    "--rate", default="", help="Of the rows, if there is no clock, or of an even clock: 200Hz."
+    "--rate", default="", help="Row rate without a clock; with one, rate to resample to: 200Hz."
 )
 @click.option("--period", default="", help="Cut a log that repeats into trials: 9.93s.")
 @click.option(

@@ -131,7 +131,7 @@ def likely_mistakes(
     more = f" and {len(wrong) - 3} more" if 3 < len(wrong) < len(trials) else ""
     return (
         f"{', or '.join(texts)}; the simulation then misses {_percent(best.after)} instead of"
-        f" {_percent(best.before)} of what these signals move, in {where}{more}",
+        f" {_percent(best.before)} of these signals' variation, in {where}{more}",
     )
 
 

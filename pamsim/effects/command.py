@@ -20,8 +20,7 @@ EFFECTS = (
         equation="u_valve(t) = u(t - delay - closing_delay) where |u| gets smaller",
         parameters=(size("valve.closing_delay", 0.01, 0.0, 0.1),),
         look_alikes=("valve_delay", "valve_slew", "valve_flow"),
-        separating="pulses of several lengths: each adds as much air as one that is longer by the"
-        " same time",
+        separating="pulses of several lengths: late closing lengthens each by the same time",
         upstream_of_pressure=True, rare=True,
     ),
     Effect(

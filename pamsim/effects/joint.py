@@ -95,8 +95,8 @@ EFFECTS = (
         equation="f' = m T/d (v - |v| f / (m T)), along each tendon under its tension T",
         parameters=(size("friction.tension_share", 0.02, 0.0, 0.15), _PRESLIDING),
         look_alikes=("coulomb_friction", "muscle_hysteresis"),
-        separating="equal loops at two common pressures: friction that grows with the pull widens"
-        " them, and the arm held still by hand shows none in the forces",
+        separating="equal loops at two common pressures: pressure widens them, but with the arm"
+        " held still by hand the forces show no friction",
         probes=(0.1, 0.5, 2.0), path_dependent=True, rare=True,
     ),
     Effect(

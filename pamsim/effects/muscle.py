@@ -70,7 +70,7 @@ EFFECTS = (
     Effect(
         link="muscle", family="muscle_hysteresis", name="muscle_hysteresis", form="asymmetric",
         missing="rate-independent hysteresis of the muscle, growing with pressure, that is wider to"
-        " one side and yields in between",
+        " one side, with a dead zone",
         equation="F = F_static - h p (w - c kappa), w = sum share_k s(e_k), e_k = (kappa -"
         " play(kappa; Delta_k)) / Delta_k, s(e) = (1 + a sign(e)) max(|e| - r, 0) / (1 - r), beside"
         " the rig's own",
@@ -223,7 +223,7 @@ EFFECTS = (
             change(f"{SECOND_MUSCLE}:force.d", 1e-4, -6e-3, 6e-3, unit="N/Pa", another_size=True),
         ),
         look_alikes=("angle_bias", "load_torque"),
-        separating="raise both pressures together at several angles: the torque that they leave"
-        " depends on the angle as the muscles' strokes differ",
+        separating="raise both pressures together at several angles: if the strokes differ, the"
+        " remaining torque depends on the angle",
     ),
 )  # fmt: skip

@@ -86,7 +86,7 @@ EFFECTS = (
     ),
     Effect(
         link="air", family="valve", name="valve_dead_zone", form="asymmetric",
-        missing="a dead zone of the valves, another one to fill than to exhaust",
+        missing="a dead zone of the valves that differs from fill to exhaust",
         equation="u_open = sign(u) max(|u| - u_i, 0) / (1 - u_i), u_i = (1 + a) u_0 to fill, (1 -"
         " a) u_0 to exhaust",
         parameters=(
@@ -215,8 +215,8 @@ EFFECTS = (
         equation="P' = n (R T mdot - P V') / V - h (P - m R T / V)",
         parameters=(size("chamber.heat_rate", 1.0, 0.0, 50.0), _INDEX),
         look_alikes=("valve_flow", "air_leak", "viscoelastic_creep"),
-        separating="shut the valves after a fast fill: the pressure falls and then stays, where a"
-        " leak goes on",
+        separating="shut the valves after a fast fill: the pressure falls and then stays; a leak"
+        " goes on",
         # First at a time of 0.25 s, usual for air in a muscle.
         probes=(4.0, 0.4),
     ),

@@ -24,8 +24,8 @@ class Braid(ParameterGroup, group="braid"):
     )
     extensibility: float = quantity(
         "[0, 1e-6] 1/Pa",
-        "growth of the free length per gauge pressure, as the fibres stretch; where the braid"
-        " locks does not move",
+        "growth of the free length per gauge pressure, as the fibres stretch; the locking"
+        " length is fixed",
         0.0,
     )
     friction: float = quantity(

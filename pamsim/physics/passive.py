@@ -54,7 +54,7 @@ class PassiveSpring(ParameterGroup, group="passive"):
     )
     parallel: float = quantity("[-1e6, 1e6] N", "K, stiffness of a spring in parallel", 0.0)
     hardening: float = quantity(
-        "[0, 200]", "1/x_h, reciprocal stretch at which that is twice as strong; 0 never", 0.0
+        "[0, 200]", "1/x_h, reciprocal stretch at which K is twice as strong; 0 never", 0.0
     )
 
 

@@ -28,7 +28,7 @@ class MeasurementChain(ParameterGroup, group="sensor"):
     converter_bits: float = quantity("[0, 32]", "bits of the converter; 0 if unknown", 0.0)
     converter_span: float = quantity("[0, 100] V", "width of the converter's input range", 0.0)
     transducer_gain: float = quantity("[0, 1e7] Pa/V", "pressure per volt of the transducer", 0.0)
-    angle_bias: float = quantity("[-3.2, 3.2] rad", "reported less true angle at zero", 0.0)
+    angle_bias: float = quantity("[-3.2, 3.2] rad", "reported minus true angle at zero", 0.0)
     angle_scale: float = quantity("[0.1, 10]", "reported per true change of angle", 1.0)
     angle_bend: float = quantity(
         "[-10, 10] 1/rad", "half of the change of that scale per true angle", 0.0
@@ -45,7 +45,7 @@ class MeasurementChain(ParameterGroup, group="sensor"):
         "share of a recording, up to its end, in which the reported angles stand still",
         0.0,
     )
-    pressure_bias: float = quantity("[-1e6, 1e6] Pa", "reported less true pressure at zero", 0.0)
+    pressure_bias: float = quantity("[-1e6, 1e6] Pa", "reported minus true pressure at zero", 0.0)
     pressure_scale: float = quantity("[0.1, 10]", "reported per true change of pressure", 1.0)
     pressure_bend: float = quantity(
         "[-1e-5, 1e-5] 1/Pa", "half of the change of that scale per true pressure", 0.0

@@ -56,7 +56,7 @@ def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
     if tied is not None:
         return NextExperiment(advice=tied[0].effect.effect.separating)
     if any(found.unexplained[link].counts(ALPHA) for link in found.links):
-        return NextExperiment(advice="more readings in between: near ones miss the same together")
+        return NextExperiment(advice="more readings in between: near readings have a common error")
     return None
 
 

@@ -29,17 +29,17 @@ def verdict_sentence(result: LinkReport) -> str:
     if result.undecided:
         where = " and ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
         sentences.append(
-            f"{'' if sentences else 'No effect tried is certain. '}More is left than the estimated"
-            f" noise, in its variance: {where}. Without repeats it may be slow noise or a missing"
-            " effect; record every input three times or more."
+            f"{'' if sentences else 'No effect tried is certain. '}The misfit exceeds the noise"
+            f" estimate; excess over its variance: {where}. Without repeats it may be slow noise"
+            " or a missing effect; record every input three times or more."
         )
     if not sentences and not left:
         if result.at_rest:
             if result.scatter:
                 return _scatter(result.scatter)
             return (
-                "No gap: no effect predicts readings better that are left out, and what is left of"
-                " near ones is not the same."
+                "No gap: no effect predicts held-out readings better, and near readings have no"
+                " common error."
             )
         return (
             "No gap: on trials that no fit has seen every link is as near to the measurements as"
@@ -63,7 +63,7 @@ def _scatter(channels: Mapping[str, ChannelGap]) -> str:
         times = f", {gap.before / gap.floor:.3g} times its resolution" if gap.floor else ""
         missed.append(f"{channel.replace('_', ' ')} by {gap.before:.3g} {gap.unit} RMS{times}")
     return (
-        f"Undecided: readings that are left out are missed ({'; '.join(missed)}), and no effect"
+        f"Undecided: the model misses held-out readings ({'; '.join(missed)}), and no effect"
         " tried predicts them better. Without repeats this may be scatter or a missing effect; read"
         " every point three times or more."
     )
@@ -131,8 +131,8 @@ def instead_sentence(own: InsteadEntry) -> str:
     unit = "" if own.unit == "1" else f" {own.unit}"
     return (
         f"Or {own.parameter} is {own.value:.3g}{unit} instead of {own.stated:.3g}, which explains"
-        f" {100.0 * own.share:.0f} % of it: measure it, and leave it out of --nuisance once it is"
-        " known."
+        f" {100.0 * own.share:.0f} % of this effect: measure this number, then leave it out of"
+        " --nuisance."
     )
 
 

@@ -58,8 +58,8 @@ def test_a_number_of_the_rig_that_may_be_off_instead_is_stated_with_what_to_do()
     )
     open_effect = replace(effect(""), instead=number)
     assert open_effect.sentence.endswith(
-        " Or chamber.dead_volume is 18.6 cm^3 instead of 10, which explains 100 % of it:"
-        " measure it, and leave it out of --nuisance once it is known."
+        " Or chamber.dead_volume is 18.6 cm^3 instead of 10, which explains 100 % of this"
+        " effect: measure this number, then leave it out of --nuisance."
     )
     assert "dead_volume" not in replace(effect("family"), instead=number).sentence
 
@@ -80,7 +80,7 @@ def test_what_is_left_is_stated_beside_what_was_found():
 def test_what_no_repeats_decide_is_no_agreement():
     alone, beside = report(more_left=None), report(effect("family"), more_left=None)
     assert "No gap" not in alone.sentence
-    assert "No effect tried is certain. More is left than the estimated noise" in alone.sentence
+    assert "No effect tried is certain. The misfit exceeds the noise estimate" in alone.sentence
     assert "muscle and joint (0.4). Without repeats" in beside.sentence
     size = SizeEntry(
         value=0.28,
