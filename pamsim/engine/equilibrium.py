@@ -19,7 +19,8 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.mjcf import measure_tendons, scalar_joints, sparse_moments
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.chain import chain_length, chain_ratio
+from pamsim.physics.chain import chain_length, chain_ratio, steady_extension
+from pamsim.physics.learned import learned_force, learns
 from pamsim.physics.record import Parameters, view
 from pamsim.physics.static_muscle import limited, static_force
 from pamsim.physics.tension import taut
@@ -31,6 +32,7 @@ _root: Any = scipy.optimize.brentq
 _STRIDE = 0.1  # longest step of the search for a balance [rad]
 _FARTHEST = 3.0  # angle beyond which no balance is searched [rad]
 _NEAR = 1e-9  # rad
+_SLACK = 1e-9  # torque that counts as none [N m]: it turns no arm
 _TURN = 1e-5  # rad or m, for derivatives
 _MOST_STEPS = 200
 _DOUBLINGS = 5
@@ -42,7 +44,7 @@ def rest_angles(
 ) -> FloatArray:
     """Angles at which an arm comes to rest.
 
-    The arm goes where the torque drives it, to the first balance.
+    The arm goes where the torque drives it, to the first balance, or to the joint's stop.
 
     Args:
         rig: of one joint.
@@ -64,29 +66,37 @@ def rest_angles(
     angle = np.full(len(pressure), np.nan)
     begin = np.zeros(len(pressure)) if near is None else near
     stride = _STRIDE if near is None else _STRIDE / 10.0
+    (low,), (high,) = _stops(rig.model)
     data = mujoco.MjData(rig.model)  # serves all loads: their models are of one size
     for mass in np.unique(load):
         torques = still_torques(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
-            angle[i] = _first_balance(torques, pressure[i].tolist(), float(begin[i]), stride)
+            held, near = pressure[i].tolist(), min(max(float(begin[i]), low), high)
+            angle[i] = _first_balance(torques, held, near, stride, (low, high))
     return angle
 
 
-def _first_balance(torques: Torques, held: list[float], near: float, stride: float) -> float:
+def _first_balance(
+    torques: Torques, held: list[float], near: float, stride: float, stops: tuple[float, float]
+) -> float:
     """First angle from one on at which the torque of an arm vanishes [rad]; NaN if none does."""
 
     def torque(angle: float) -> float:
         return torques((angle,), held)[0]
 
     driven = torque(near)
-    way = float(np.sign(driven))
-    if way == 0.0:
+    if abs(driven) < _SLACK:
         return near
+    way = float(np.sign(driven))
+    stop = stops[way > 0.0]
     while abs(near) < _FARTHEST and np.isfinite(driven):
-        far = near + way * stride
+        far = near + way * min(stride, abs(stop - near))
         driven = torque(far)
-        if way * driven <= 0.0:
-            return float(_root(torque, near, far, xtol=_NEAR))
+        if way * driven < _SLACK:
+            # Where muscles go slack the torque is 0 from there on.
+            return float(_root(lambda at: torque(at) - way * _SLACK, near, far, xtol=_NEAR))
+        if far == stop:
+            return stop
         near, stride = far, min(2.0 * stride, _STRIDE)
     return float("nan")
 
@@ -116,8 +126,7 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
     def balance(where: FloatArray) -> FloatArray:
         return np.array(torques(where, held))
 
-    ends = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, (-np.inf, np.inf))
-    low, high = ends.T
+    low, high = _stops(model)
     at = np.clip(near, low, high)
     for _ in range(_MOST_STEPS):
         torque = balance(at)
@@ -136,6 +145,12 @@ def rest_positions(rig: Rig, pressure: FloatArray, near: FloatArray) -> FloatArr
             return new
         at = new
     return np.full(len(at), np.nan)
+
+
+def _stops(model: mujoco.MjModel) -> FloatArray:
+    """Least and greatest position of each joint that turns or slides (2, nv) [rad or m]."""
+    ends = np.where(model.jnt_limited[:, None] != 0, model.jnt_range, (-np.inf, np.inf))
+    return ends.T
 
 
 def _slope(
@@ -176,6 +191,8 @@ def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
             at_tendon = float(length[tendon])
             pull = _tension(m, chain_length(m.chain, at_tendon), held)
             pull *= chain_ratio(m.chain, at_tendon)
+            if learns(m.learned):
+                pull += learned_force(m.learned, at_tendon, 0.0)
             total = [torque - arm * pull for torque, arm in zip(total, arms[tendon], strict=True)]
         return total
 
@@ -185,12 +202,12 @@ def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
 def _tension(m: Parameters, length: float, pressure: float) -> float:
     """Tension of a muscle behind its chain [N] at a length of its tendon behind the teeth [m]."""
     most = limited(m, static_force(m, length, pressure))
-    give = m.chain.compliance
-    if give == 0.0 or not most > 0.0:
+    if m.chain.compliance == 0.0 or not most > 0.0:
         return most
 
     def miss(pull: float) -> float:
-        return taut(static_force(m, length - give * pull, pressure)) - pull
+        extension = steady_extension(m.chain, pull)
+        return taut(static_force(m, length - extension, pressure)) - pull
 
     for _ in range(_DOUBLINGS):
         if miss(most) <= 0.0:

@@ -73,12 +73,17 @@ def chain_ratio(chain: Chain, tendon_length: float) -> float:
     return 1.0 + chain.ripple * wave * math.cos(wave * tendon_length + chain.ripple_phase)
 
 
-def extension_rate(chain: Chain, extension: float, tension: float) -> float:
-    """Rate of the chain's extension [m/s] at an extension [m] and a tension T [N]."""
+def steady_extension(chain: Chain, tension: float) -> float:
+    """Extension of the chain [m] that a tension T [N] leads to."""
     felt = tension
     if chain.hardening > 0.0:
         felt = math.log(1.0 + chain.hardening * tension) / chain.hardening
-    return (chain.compliance * felt - extension) / chain.relaxation_time
+    return chain.compliance * felt
+
+
+def extension_rate(chain: Chain, extension: float, tension: float) -> float:
+    """Rate of the chain's extension [m/s] at an extension [m] and a tension T [N]."""
+    return (steady_extension(chain, tension) - extension) / chain.relaxation_time
 
 
 def shift_rate(

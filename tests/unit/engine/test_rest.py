@@ -6,12 +6,14 @@ import pytest
 
 import pamsim
 from pamsim.core.errors import InputError
-from pamsim.engine.equilibrium import rest_angles
+from pamsim.engine.equilibrium import rest_angles, rest_positions
+from pamsim.engine.new_rig import new_rig
 from pamsim.engine.state import settle, settle_quickly
 from pamsim.engine.stepping import live
 
 PRESSURE = np.array([[300e3, 100e3], [120e3, 200e3], [400e3, 380e3]])
 LOAD = np.array([0.0, 2.14, 1.2])
+LEARNED = {f"muscle_1:learned.force_{i}": 30.0 for i in range(1, 17)}
 
 
 @pytest.fixture(scope="module")
@@ -25,6 +27,8 @@ def test_the_balance_is_where_the_simulated_arm_ends(rig):
         {"body.rig.tilt": 0.2},
         {"chain.compliance": 2e-6, "threshold.pressure": 2e4},
         {"braid.extensibility": 1e-7, "tendon.chain_1.coef": 0.011},
+        {"chain.compliance": 2e-5, "chain.hardening": 2e-3},
+        {"muscle_1:learned.low": -0.05, "muscle_1:learned.high": 0.05, **LEARNED},
     ):
         changed = rig.with_parameters(values)
         changed.model.opt.timestep = 1e-3
@@ -54,8 +58,23 @@ def test_equal_muscles_rest_in_the_middle_and_mirror_each_other(rig):
     assert found[1] > 0.1
 
 
+def test_an_arm_rests_where_its_muscles_go_slack_or_at_its_stop(rig, tmp_path):
+    new_rig("arm", "joint", out=tmp_path / "arm")
+    slack = pamsim.load_rig(tmp_path / "arm")
+    pressure, none = np.array([[4e5, 0.0], [0.0, 4e5]]), np.zeros(2)
+    found = rest_angles(slack, pressure, none)
+    exact = [rest_positions(slack, row, np.zeros(1))[0] for row in pressure]
+    assert found == pytest.approx(np.array(exact), abs=1e-6)
+    assert abs(found[0]) < slack.model.jnt_range[0, 1]
+    near = rig.with_parameters({"body.rig.tilt": 0.0})
+    near.model.jnt_range[0] = -0.1, 0.2
+    assert rest_angles(near, pressure, none) == pytest.approx([0.2, -0.1])
+
+
 def test_a_row_without_a_balance_is_not_a_number_and_two_joints_are_refused(rig):
     weak = rig.with_parameters({"passive.stiffness": 0.0, "force.a": 0.0, "force.d": 0.0})
+    assert rest_angles(weak, np.array([[3e5, 1e5]]), np.zeros(1)) == weak.model.jnt_range[0, 1]
+    weak.model.jnt_limited[:] = 0
     assert np.isnan(rest_angles(weak, np.array([[3e5, 1e5]]), np.zeros(1))).all()
     with pytest.raises(InputError, match="2 degrees of freedom"):
         rest_angles(pamsim.load_rig("two_joint_arm"), PRESSURE, LOAD)
