@@ -13,10 +13,12 @@ import importlib.metadata
 import inspect
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import FunctionType
 from typing import Any, Generic, Protocol, TypeVar, cast
 
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.reached_code import constants_of, functions_reached, held, source_of
 
 USER_DEFINED = 2.0**20
 """Codes from here on belong to laws that are not part of the package."""
@@ -140,25 +142,17 @@ def user_code(law: Card) -> float:
 
 
 def _source(function: Callable[..., Any]) -> str:
-    """Text of the whole file, as what the function calls there counts as well, and its numbers."""
+    """Text of the function and of its whole file, as what it calls counts as well; its numbers."""
     holder = getattr(function, "__self__", function)
-    code = getattr(function, "__code__", None)
+    plain = getattr(function, "__func__", function)
+    code = plain if isinstance(plain, FunctionType) else inspect.getattr_static(plain, "__call__")
+    reached = functions_reached([code]) if isinstance(code, FunctionType) else []
     try:
-        text = inspect.getsource(inspect.getmodule(function) or function)
+        file = inspect.getsource(inspect.getmodule(function) or function)
     except (OSError, TypeError):  # typed at a prompt
-        text = repr((code or type(function).__call__.__code__).co_code)
-    cells = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
-    return text + "".join(map(_held, (*cells, *getattr(holder, "__dict__", {}).values())))
-
-
-_NUMBERS: tuple[type, ...] = (int, float, str, tuple, list, dict)
-
-
-def _held(value: Any) -> str:
-    """Numbers that a law holds, such as those of a closure or of a network."""
-    if hasattr(value, "tobytes"):
-        return value.tobytes().hex()
-    return repr(value) if isinstance(value, _NUMBERS) else ""
+        file = ""
+    own = getattr(holder, "__dict__", {}).values()
+    return "".join([file, *map(source_of, reached), *map(constants_of, reached), *map(held, own)])
 
 
 @functools.cache

@@ -71,8 +71,8 @@ def rest_angles(
     for mass in np.unique(load):
         torques = still_torques(rig, float(mass), data)
         for i in np.flatnonzero(load == mass):
-            held, near = pressure[i].tolist(), min(max(float(begin[i]), low), high)
-            angle[i] = _first_balance(torques, held, near, stride, (low, high))
+            at = min(max(float(begin[i]), low), high)
+            angle[i] = _first_balance(torques, pressure[i].tolist(), at, stride, (low, high))
     return angle
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from types import FunctionType
 from typing import Any
 
+from pamsim.core.reached_code import constants_of, functions_reached, source_of
 from pamsim.physics.chosen_law import CHOICES
 
 _CHOICES = frozenset(CHOICES)
@@ -35,38 +36,14 @@ def reached_functions(
         roots: functions, included.
         leave: functions that compiled code has in another form; `CHOICES` are left out as well.
     """
-    functions: dict[FunctionType, None] = {}
-    left = _CHOICES.union(leave)
-
-    def visit(function: FunctionType) -> None:
-        if function in functions or function in left:
-            return
-        enclosed = (cell.cell_contents for cell in function.__closure__ or ())
-        named = map(function.__globals__.get, function.__code__.co_names)
-        for callee in (*named, *enclosed):
-            if isinstance(callee, FunctionType) and callee is not function:
-                visit(callee)
-        functions[function] = None
-
-    for root in roots:
-        visit(root)  # pyright: ignore[reportArgumentType]
-    return list(functions)
+    return functions_reached(roots, leave=_CHOICES.union(leave))
 
 
 def fingerprint(functions: Iterable[FunctionType]) -> str:
     """Digest of the functions' source and of the constants they take from outside."""
     digest = hashlib.sha256()
     for function in functions:
-        digest.update(inspect.getsource(function).encode())
-        code = function.__code__
-        enclosed = (cell.cell_contents for cell in function.__closure__ or ())
-        constants = {
-            **{name: function.__globals__.get(name) for name in code.co_names},
-            **dict(zip(code.co_freevars, enclosed, strict=True)),
-        }
-        for name, value in constants.items():
-            if isinstance(value, int | float | tuple | str):
-                digest.update(f"{name}={value!r}".encode())
+        digest.update(f"{source_of(function)}{constants_of(function)}".encode())
     return digest.hexdigest()
 
 

@@ -231,7 +231,9 @@ def read_effects(folder: Path) -> OwnPhysics:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not UTF-8 text: {error}") from None
-    own = _own_physics(path.resolve(), text)
+    files = [(file.name, file.stat()) for file in folder.iterdir() if file.is_file()]
+    beside = tuple(sorted((name, own.st_mtime_ns, own.st_size) for name, own in files))
+    own = _own_physics(path.resolve(), text, beside)
     # Every time: the newest of a name is what the catalogs list, also of two rigs in turn.
     for law in own.laws:
         FORCE_LAWS.add(law, str(path))
@@ -241,7 +243,8 @@ def read_effects(folder: Path) -> OwnPhysics:
 
 
 @functools.cache
-def _own_physics(path: Path, text: str) -> OwnPhysics:
+def _own_physics(path: Path, text: str, _beside: tuple[tuple[str, int, int], ...]) -> OwnPhysics:
+    # It runs again when a file beside it changes, from which it may read, such as weights.
     # A module, so that its classes know where they come from; no cached bytecode beside the rig.
     module = types.ModuleType(f"pamsim_rig_{zlib.crc32(str(path).encode()):08x}")
     module.__file__ = str(path)

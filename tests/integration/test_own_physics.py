@@ -33,6 +33,8 @@ LIFT = pamsim.pressure_step((2e5,), (3e5,), duration=0.2, load=5.0, sample_rate=
 LIFT = dataclasses.replace(LIFT, settle=0.1)  # Python is slow
 ONE_MODEL = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
 
+BACKENDS = ("compiled", "python")
+
 pytestmark = pytest.mark.usefixtures("catalogs_as_before")
 
 
@@ -281,6 +283,24 @@ def test_another_law_never_takes_the_place_of_a_saved_one(rig, edited):
     model.actuator_user[0, law] += 2.0
     mujoco.mj_forward(model, data)
     assert np.isnan(data.actuator_force[0])
+
+
+def test_numbers_that_a_law_reads_from_a_file_beside_it_are_those_of_the_file_as_it_is(edited):
+    folder = edited(
+        lambda text: text.replace("-8.0", "WEIGHTS[0]").replace(
+            "import pamsim\n",
+            "import numpy\nimport pamsim\n"
+            "WEIGHTS = numpy.loadtxt(__file__.replace('effects.py', 'weights.txt'), ndmin=1)\n",
+            1,
+        )
+    )
+    ends = {}
+    for weight in ("-8.0", "-9.0"):
+        (folder / "weights.txt").write_text(f"{weight}\n")
+        rig = pamsim.load_rig(folder).with_parameters({"force.seam": 200.0})
+        ends[weight] = [pamsim.simulate(rig, LIFT, backend=b).positions for b in BACKENDS]
+        np.testing.assert_allclose(*ends[weight], rtol=0.0, atol=1e-12)
+    assert np.abs(ends["-8.0"][0] - ends["-9.0"][0]).max() > 1e-5
 
 
 def test_a_written_rig_keeps_its_laws_and_its_effects_are_tried_on_it_alone(rig, tmp_path):

@@ -122,6 +122,29 @@ def test_the_key_changes_with_a_number_that_a_law_takes_from_its_module_or_close
     assert fingerprint([steep(1.0)]) != fingerprint([steep(2.0)])
 
 
+@pytest.mark.parametrize("last", [1.0, 1.0 + 1e-12])
+def test_the_key_changes_with_any_number_of_an_array_that_a_law_takes(last):
+    def key(weights):
+        return fingerprint([with_globals(weighted, WEIGHTS=weights)])
+
+    zeros = np.zeros(2000)
+    ends = np.append(zeros, [last])
+    assert key(zeros) == key(zeros.copy())
+    assert key(ends) != key(np.append(zeros, [0.0]))
+    assert key((1.0, [ends])) != key((1.0, [np.append(zeros, [1.0 + 2e-12])]))
+
+
+def test_the_key_of_a_law_typed_at_a_prompt_changes_with_its_numbers():
+    def typed(text):
+        space = {}
+        exec(text, space)
+        return space["law"]
+
+    first, second = (typed(f"def law(x):\n    return {k} * x\n") for k in (1.0, 0.5))
+    assert fingerprint([first]) != fingerprint([second])
+    assert fingerprint([first]) == fingerprint([typed("def law(x):\n    return 1.0 * x\n")])
+
+
 def test_the_key_changes_with_what_a_called_law_takes():
     def key():
         return fingerprint(reached_functions(called))
