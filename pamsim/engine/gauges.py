@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from pamsim.core.units import FloatArray
 from pamsim.engine.muscle_step import COUNT, memory_at, muscle_at, states_at
 from pamsim.engine.stepping import muscle_ids
-from pamsim.physics.chamber_pressure import chamber_pressure
 from pamsim.physics.kernel import tension
-from pamsim.physics.muscle_valves import pressure_at_valve
+from pamsim.physics.muscle_valves import sensed_pressure
 
 
 class Gauges:
@@ -102,8 +101,7 @@ def read(
             if what == 1:
                 out[k, muscle] = tension(m, s, z, length[k, column], speed[k, column])
             else:
-                pressure = chamber_pressure(m, s, z, length[k, column])
-                out[k, muscle] = pressure_at_valve(m, s, pressure) - m.chamber.atmosphere
+                out[k, muscle] = sensed_pressure(m, s, z, length[k, column])
 
 
 @functools.cache

@@ -57,6 +57,7 @@ _FORCES = ("damping", "frictionloss", "friction_speed", "stiffness")
 _REFERENCE = (1e-3, 1.0)  # the engine raises the time constant to two of its steps
 _IMPEDANCE = (0.9999, 0.9999, 1e-3, 0.5, 2.0)
 _SMOOTH = 0.0  # first number of the reference of friction that does not stick: it has no spring
+_ROUNDING = 1e-12  # of the components of an orientation
 _PASSES = 50  # at most: where friction of one joint loads the next, each pass brings both nearer
 _IMPROVEMENT = 1e-12  # of a pass, below which it is the last
 
@@ -91,8 +92,8 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
 def native_names(model: mujoco.MjModel) -> Iterator[str]:
     """Yield the name of every native parameter of a compiled model.
 
-    Radii that differ from joint to joint are named for each. Static bodies have a tilt, moving ones
-    a mass.
+    Radii that differ from joint to joint are named for each. Static bodies have a tilt, if they are
+    turned about the x axis alone, moving ones a mass.
     """
     for kind in _FIELDS:
         element, field = kind.split(".")
@@ -104,7 +105,8 @@ def native_names(model: mujoco.MjModel) -> Iterator[str]:
                 endings = [""] if same else [f"_{joint}" for joint in over]
             elif element == "body":
                 moves = bool(model.body_weldid[index])
-                has_mass, has_tilt = moves and model.body_mass[index] > 0.0, index and not moves
+                has_mass = moves and model.body_mass[index] > 0.0
+                has_tilt = index and not moves and not _turned_otherwise(model, index)
                 endings = [""] * bool(has_mass if field == "mass" else has_tilt)
             yield from (f"{element}.{own}.{field}{ending}" for ending in endings if own)
 
@@ -154,11 +156,12 @@ def set_natives(
 
 
 def copy_natives(source: mujoco.MjModel, target: mujoco.MjModel) -> None:
-    """Give a model the native parameters and the time step of another of the same MJCF."""
+    """Give a model the native parameters and options of another of the same MJCF."""
     arrays = {array for array, *_ in _FIELDS.values()}
     for name in arrays | {"body_inertia", "dof_solref", "dof_solimp"}:
         getattr(target, name)[:] = getattr(source, name)
-    target.opt.timestep = source.opt.timestep
+    for name in ("timestep", "noslip_iterations", "noslip_tolerance"):
+        setattr(target.opt, name, getattr(source.opt, name))
     mujoco.mj_setConst(target, mujoco.MjData(target))
 
 
@@ -192,6 +195,11 @@ def _find(model: mujoco.MjModel, name: str, where: str = "") -> tuple[str, Field
         if not model.nuser_jnt:
             raise InputError(f"{name}: only models of rigs have it; load one with pamsim.load_rig")
         return array, spec, (index, -1)
+    if array == "body_quat" and _turned_otherwise(model, index):
+        raise InputError(
+            f"{name}: the MJCF turns this body about another axis than x, so that no tilt describes"
+            " its orientation; put it into a body that is not turned, and tilt that one"
+        )
     if array != "wrap_prm":
         return array, spec, index
     over = radii(model, index)
@@ -204,6 +212,10 @@ def _find(model: mujoco.MjModel, name: str, where: str = "") -> tuple[str, Field
         fields = " and ".join(f"coef_{joint}" for joint in over)
         raise InputError(f"{name}: the pulleys of this tendon differ; write {fields}")
     return array, spec, places
+
+
+def _turned_otherwise(model: mujoco.MjModel, body: int) -> bool:
+    return bool(np.abs(model.body_quat[body, 2:]).max() > _ROUNDING)
 
 
 def radii(model: mujoco.MjModel, tendon: int) -> dict[str, int]:

@@ -68,7 +68,7 @@ def rig_parameter(rig: Rig, name: str) -> RigParameter:
         numbers = getattr(rig.muscles[muscle], group)
         value, spec = float(getattr(numbers, part)), dict(specs(type(numbers)))[part]
         shared, own = rig.file.muscle.get(group, {}), rig.file.overrides[muscle].get(group, {})
-        entry = (own if parsed.muscle else {}).get(part) or shared.get(part)
+        entry = own.get(part) or shared.get(part)
         stated = entry if isinstance(entry, Sourced) else None
     source = stated.source if stated else source
     return RigParameter(name=name, value=value, spec=spec, source=source, stated=stated)
@@ -91,5 +91,6 @@ def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
         yield from [replace(found[0], name=name)] if same else found
     names = [f"{MeasurementChain.group}.{part}" for part, _ in specs(MeasurementChain)]
     rods = tuple(f"tendon.{rod}." for rod in rig.file.rods)  # not in the MJCF
-    names += [name for name in native_names(rig.model) if not name.startswith(rods)]
+    native = (name for name in native_names(rig.model) if not name.startswith(rods))
+    names += [name for name in native if name != rig.load_mass]
     yield from (rig_parameter(rig, name) for name in names)

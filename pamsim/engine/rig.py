@@ -23,9 +23,9 @@ from pamsim.engine.preflight import MuscleLimits, muscle_limits, state_control_r
 from pamsim.engine.stepping import set_integrator
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.physics.muscle import Muscle, build_muscle, idle_groups
-from pamsim.physics.record import slot, with_row
+from pamsim.physics.record import slot, state_size, with_row
 from pamsim.physics.valves import COMMANDS
-from pamsim.recordings.rig_file import RigFile, read_rig, refuse_code
+from pamsim.recordings.rig_file import EFFECTS, RigFile, read_rig, refuse_code
 from pamsim.recordings.sensors import MeasurementChain
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 
@@ -93,6 +93,11 @@ class Rig:
         return self.file.load_body is not None
 
     @property
+    def load_mass(self) -> str:
+        """Native name of the mass that the load of an experiment sets; empty if it takes none."""
+        return f"body.{self.file.load_body}.mass" if self.takes_load else ""
+
+    @property
     def supply_pressure(self) -> float:
         """Gauge pressure of the supply, the lowest if the muscles' differ [Pa]."""
         return min(muscle.valve.supply_pressure for muscle in self.muscles.values())
@@ -134,7 +139,7 @@ class Rig:
         body = self.file.load_body
         if load and body is None:
             raise InputError(f"rig {self.name!r} has no load body: it cannot carry {load:g} kg")
-        masses = {} if body is None else {f"body.{body}.mass": load}
+        masses = {self.load_mass: load} if self.takes_load else {}
         where = f"rig.load_body = {body!r} of {self.name!r}"
         mjcf_fields.set_natives(model, masses, self.compiled, data=data, where=where)
         return model
@@ -174,6 +179,8 @@ class Rig:
             return dataclasses.replace(self, sensor=sensor)
         model = copy.copy(self.model)
         natives = {name.text: values[name.text] for name in names if name.owner == "native"}
+        if self.load_mass in natives:
+            raise InputError(f"{self.load_mass}: this body is the load; state `load` instead")
         mjcf_fields.set_natives(model, natives, self.compiled, data=data)
         rows = dict(zip(self.muscles, model.actuator_user, strict=True))
         for name in (one for one in names if one.owner == "muscle"):
@@ -181,6 +188,11 @@ class Rig:
                 rows[muscle][slot(name.parameter, self.muscles[muscle])] = values[name.text]
         state_control_ranges(model)
         muscles = {name: with_row(muscle, rows[name]) for name, muscle in self.muscles.items()}
+        if [state_size(muscle) for muscle in muscles.values()] != model.actuator_actnum.tolist():
+            # Another number of elements needs another memory.
+            fresh = _compiled(self.file, muscles)
+            mjcf_fields.copy_natives(model, fresh.model)
+            return dataclasses.replace(fresh, sensor=sensor)
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
 
     def with_operator(self, law: str) -> Rig:
@@ -343,7 +355,7 @@ def _merged(file: RigFile, name: str) -> dict[str, dict[str, Any]]:
 
 
 def rig_digest(rig: Rig) -> str:
-    """Digest of a rig's compiled model, muscles included, its joints and its sensors.
+    """Digest of a rig's compiled model, muscles included, its joints, its sensors and its files.
 
     It identifies a rig by what it is, not by its name, for work that is resumed.
     """
@@ -351,4 +363,7 @@ def rig_digest(rig: Rig) -> str:
     mujoco.mj_saveModel(rig.model, None, content)
     digest = hashlib.sha256(content.tobytes())
     digest.update(repr((list(rig.joints.items()), rig.sensor)).encode())
+    for name in ("params.toml", EFFECTS):
+        path = rig.file.folder / name
+        digest.update(path.read_bytes() if path.is_file() else b"")
     return digest.hexdigest()

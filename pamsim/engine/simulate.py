@@ -273,8 +273,11 @@ def record(
     plan, memory = run.plan(commands), engine_memory(model, data)
     trace, final_state = empty_trace(model, run.samples, len(on.dofs)), save_state(model, data)
     pressure, tension = np.empty((2, run.samples, len(muscles)))
-    # Friction, teeth and what was learned make the force on a tendon another than its muscle's.
-    braked = any(m.friction.acts or learns(m.learned) or m.chain.ripple for m in muscles.values())
+    # Friction, teeth and what was learned make the force on a tendon another than its muscle's; a
+    # hook may add them.
+    braked = each_step is not None or any(
+        m.friction.acts or learns(m.learned) or m.chain.ripple for m in muscles.values()
+    )
     gauges = Gauges(model, backend=backend)
 
     def gauge(begin: int, end: int) -> None:

@@ -77,6 +77,8 @@ def _shared(run: Run, plan: Plan) -> dict[str, Any]:
     """What is the same in all jobs, which go in step; refuses one that cannot run on a GPU."""
     if run.experiment.drives.joints:
         raise InputError("joints that are driven from outside do not run on a GPU; use simulate")
+    if run.experiment.approach:
+        raise InputError("an approach at rest does not run on a GPU; use simulate")
     if np.ptp(plan.timestep) > 1e-9 * run.model.opt.timestep:
         raise InputError(
             "a valve.delay that is no whole number of time steps does not run on a GPU; choose one"
@@ -88,7 +90,7 @@ def _shared(run: Run, plan: Plan) -> dict[str, Any]:
         "time step": run.model.opt.timestep,
         "duration or sample rate": run.samples,
         "sampling period": run.steps,
-        "drive or valve.delay": plan.steps.tolist(),
+        "drive, valve.delay or time of a command": plan.steps.tolist(),
     }
 
 

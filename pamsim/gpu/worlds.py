@@ -169,6 +169,11 @@ class Worlds:
                     f"world {number} has another {name} than the first: radii, places and rest"
                     " lengths are the same in all worlds; simulate such rigs one after another"
                 )
+        if model.opt.noslip_iterations != self._base.opt.noslip_iterations:
+            raise InputError(
+                f"world {number} has dry friction of another kind than the first: a friction_speed"
+                " in all worlds or in none; simulate such rigs in two calls"
+            )
         _check_laws(model.actuator_user, self._precision)
         if _falls(model) and not _falls(self._base):
             raise InputError(

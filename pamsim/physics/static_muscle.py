@@ -84,7 +84,8 @@ def static_volume(m: Parameters, tendon_length: float, pressure: float) -> float
     """Volume of the air [m^3] in tubing and muscle at a gauge pressure [Pa], without hysteresis.
 
     It changes with length as the force does with pressure, dV/dl = -dF/dp, from the braid's volume
-    at nominal length on: the air does the work that the muscle gives.
+    at nominal length on: the air does the work that the muscle gives. A threshold of the pressure
+    (`Threshold`) does not change it, so that the two differ below one, and near one with a width.
     """
     kappa = contraction(m, tendon_length)
     return volume_at_nominal_length(m) + volume_and_slope(m, kappa, pressure)[0]

@@ -33,7 +33,7 @@ class Factor:
 
     Attributes:
         name: of a rig parameter, such as ``chamber.dead_volume``; of an effect, whose size is then
-            in typical sizes; ``load``, ``start_pressure_1``, ``final_pressure_1``; or ``rig``.
+            in typical sizes; ``load``, ``start_pressure_1``, ``final_1``; or ``rig``.
         unit: of the values; empty for the usual one.
         values: listed; empty where there is a distribution.
         distribution: frozen, of scipy.stats; None where values are listed.
@@ -180,6 +180,11 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
         )
     if runs < 1:
         raise InputError(f"runs is {runs}; a design {design.value!r} needs 1 or more")
+    if design is Design.SENSITIVITY and len(factors) < 2:
+        raise InputError(
+            f"only {names[0]} varies: a sensitivity design divides a variance among two factors or"
+            " more; use design 'random'"
+        )
     shares = _shares(design, len(factors), runs, seed)
     if shares.shape[0] > SWEEP_RUNS:
         raise InputError(f"{shares.shape[0]:,} runs; a sweep has {SWEEP_RUNS:,} at most")

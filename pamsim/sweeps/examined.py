@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
@@ -185,6 +185,13 @@ def examine(
     )
 
 
+def _ends(where: str, ends: Any) -> tuple[float, float]:
+    if not isinstance(ends, list | tuple) or len(cast("Sequence[Any]", ends)) != 2:
+        raise InputError(f"{where} is {ends!r}; it must be the two ends of a range: [low, high]")
+    low, high = cast("Sequence[Any]", ends)
+    return number(where, low), number(where, high)
+
+
 def _checked(where: str, value: Any, kind: type) -> Any:
     """An option of a study as its function takes it."""
     if kind is float:
@@ -195,7 +202,7 @@ def _checked(where: str, value: Any, kind: type) -> Any:
         words = {list: "a list of names", bool: "true or false", str: "text", dict: "a table"}
         raise InputError(f"{where} is {value!r}; it must be {words.get(kind, 'a whole number')}")
     if kind is dict:
-        return {name: tuple(ends) for name, ends in value.items()}
+        return {name: _ends(f"{where}.{name}", ends) for name, ends in value.items()}
     if kind is list and not all(isinstance(one, str) for one in value):
         raise InputError(f"{where} is {value!r}; it must be a list of names")
     return value

@@ -16,6 +16,7 @@ from pamsim.effects.effect import AT, Effect
 from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig, load_rig
+from pamsim.recordings.step_metrics import step_figure_units
 from pamsim.sweeps.design import Value
 
 Row: TypeAlias = Mapping[str, float | str]
@@ -127,11 +128,11 @@ def _starts_from_own(effect: Effect) -> bool:
 
 
 def loaded(names: Iterable[str]) -> dict[str, Rig]:
-    """Name or folder -> rig; an `InputError` if they differ in joints or muscles."""
+    """Name or folder -> rig; an `InputError` if they have other joints, muscles or names."""
     rigs = {name: load_rig(name) for name in dict.fromkeys(names)}
     first = next(iter(rigs.values()))
     for name, rig in rigs.items():
-        if list(rig.joints) != list(first.joints) or len(rig.muscles) != len(first.muscles):
+        if step_figure_units(rig.names) != step_figure_units(first.names):
             raise InputError(
                 f"vary.rig: {name} has other joints or muscles than {first.name}; sweep it by"
                 " itself"

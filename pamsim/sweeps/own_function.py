@@ -8,7 +8,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, PamsimError
@@ -92,10 +92,12 @@ def function_study(
             raise InputError(f"runs: {one.name} is a number in some and text in others")
     is_text = {one.name: isinstance(one.values[0], str) for one in factors}
     given = units or {}
-    called = f"{function.__module__}.{function.__qualname__}"
+    named: Any = function if hasattr(function, "__qualname__") else type(function)
+    called = f"{named.__module__}.{named.__qualname__}"
     stated = {"design": Design.ROWS.value, "job": called, "columns": dict(columns)}
     content = [stated, [dict(run) for run in runs], depends, versions("scipy")]
-    digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode())
+    content = json.dumps(content, sort_keys=True, default=float)  # such as numpy's numbers
+    digest = hashlib.sha256(content.encode())
     digest.update(_source(function))
     return Study(
         stated=stated,

@@ -157,7 +157,7 @@ def _sized(name: str, one: SizeEntry | PhysicalSize) -> str:
     label = name.rpartition(".")[2].replace("_", " ")
     ends = one.interval95
     known = ends is not None and all(map(math.isfinite, ends))
-    digits = significant_digits(one.value, ends)
+    digits = significant_digits(one.value, ends if known else None)
     text = f"{label} {one.value:.{digits}g}"
     if ends is not None and known:
         text += f" [{', '.join(f'{end:.{digits}g}' for end in ends)}]"

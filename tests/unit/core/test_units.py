@@ -57,7 +57,14 @@ def test_unknown_units_and_wrong_quantities_are_refused_with_their_place():
     for unit in SLIPS:
         with refused("a.toml: supply_pressure", repr(unit), "'Pa'"):
             to_si(1.0, unit, "Pa", where="a.toml: supply_pressure")
-    for unit, si_unit in (("N", "Pa"), ("mm", "m^3"), ("1", "m"), ("bar", "1"), ("deg", "m")):
+    for unit, si_unit in (
+        ("N", "Pa"),
+        ("mm", "m^3"),
+        ("1", "m"),
+        ("bar", "1"),
+        ("deg", "m"),
+        ("Hz", "rad/s"),
+    ):
         with refused("a.toml: key", repr(unit), repr(si_unit), "does not measure"):
             to_si(1.0, unit, si_unit, where="a.toml: key")
 

@@ -15,6 +15,7 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.engine.mjcf_fields import native_names, native_value, set_natives
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.simulate import whole_steps
+from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
 from pamsim.physics.record import slot, unpack
 from pamsim.recordings.rig_file import shipped_rigs
 
@@ -97,6 +98,39 @@ def test_sensors_are_parameters_like_any_other(rig):
         rig_parameter(rig, "sensor.angle_bais")
 
 
+def test_an_operator_with_more_elements_is_that_of_a_rig_made_with_them(rig, monkeypatch):
+    parallel = {"hysteresis.force": 10.0, "creep.stiffness": 3e3, "creep.relaxation_time": 0.2}
+    slipping = rig.with_parameters({"hysteresis.maxwell_slip.full_slip": 0.01, **parallel})
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 1e5), duration=0.2)
+    for count in (3.0, 20.0):
+        usual = {**MaxwellSlip.usual, "elements": count}
+        monkeypatch.setattr(MaxwellSlip, "usual", usual)
+        made = rig.with_parameters({"hysteresis.maxwell_slip.full_slip": 0.01, **parallel})
+        changed = slipping.with_parameters({"hysteresis.elements": count})
+        one, other = (pamsim.simulate(each, step).completed() for each in (made, changed))
+        assert np.array_equal(one.angle, other.angle)
+        assert np.array_equal(made.model.dof_damping, changed.model.dof_damping)
+
+
+def test_dry_friction_sticks_again_without_a_friction_speed_whatever_operator_follows(rig):
+    smooth = rig.with_parameters({"joint.shaft.friction_speed": 0.1, "joint.shaft.frictionloss": 1})
+    assert smooth.model.opt.noslip_iterations == 0
+    again = smooth.with_parameters({"joint.shaft.friction_speed": 0.0})
+    other = again.with_parameters({"hysteresis.maxwell_slip.full_slip": 0.01})
+    assert other.model.opt.noslip_iterations == again.model.opt.noslip_iterations > 0
+
+
+def test_a_body_that_is_turned_about_another_axis_has_no_tilt(tmp_path):
+    folder = shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "rig")
+    mjcf = folder / "mas20_arm.xml"
+    text = mjcf.read_text(encoding="utf-8")
+    mjcf.write_text(text.replace('<body name="rig"', '<body name="rig" euler="0 0.7 0"', 1))
+    with pytest.raises(
+        InputError, match=r"body\.rig\.tilt: the MJCF turns this body about another"
+    ):
+        pamsim.load_rig(folder)
+
+
 def test_bad_parameters_are_refused_by_name(rig):
     for name, value, error, words in (
         ("passive.stifness", 1.0, InputError, "did you mean 'passive.stiffness'"),
@@ -106,6 +140,7 @@ def test_bad_parameters_are_refused_by_name(rig):
         ("sensor.angle_bais", 0.1, InputError, "did you mean 'angle_bias'"),
         ("sensor.angle_scale", 0.0, ParameterError, "sensor.angle_scale = 0 is outside"),
         ("joint.shaft.damping", math.nan, ParameterError, "finite number"),
+        ("body.load.mass", 1.0, InputError, "this body is the load; state `load`"),
     ):
         with pytest.raises(error, match=words):
             rig.with_parameters({name: value})
@@ -152,13 +187,11 @@ def test_mass_scales_the_inertia_of_its_body_and_back_from_none(rig):
     set_natives(model, {"body.arm.mass": 2.0 * model.body_mass[arm]}, rig.compiled)
     np.testing.assert_allclose(model.body_inertia[arm], 2.0 * before)
     load = rig.model.body("load").id
-    empty = rig.with_parameters({"body.load.mass": 0.0})
-    again = empty.with_parameters({"body.load.mass": 2.0})
-    for model, kg in ((empty.model_for(load=1.0), 1.0), (again.model, 2.0)):
+    for kg in (0.0, 1.0, 2.0):
+        set_natives(model, {"body.load.mass": kg}, rig.compiled)
         expected = kg * rig.compiled.body_inertia[load] / rig.compiled.body_mass[load]
         np.testing.assert_allclose(model.body_inertia[load], expected, rtol=1e-12)
         assert np.isfinite(model.dof_M0).all()
-    assert not empty.model.body_inertia[load].any()
 
 
 def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
@@ -166,7 +199,7 @@ def test_a_body_whose_mjcf_gives_no_mass_takes_none(rig):
     bare.body_mass[bare.body("load").id] = 0.0
     massless = dataclasses.replace(rig, compiled=bare)
     with pytest.raises(InputError, match="gives this body no mass"):
-        massless.with_parameters({"body.load.mass": 1.0})
+        set_natives(massless.model_for(), {"body.load.mass": 1.0}, bare)
     with pytest.raises(InputError, match=r"rig\.load_body = 'load' .* gives this body no mass"):
         massless.model_for(load=1.0)
     massless.model_for()

@@ -57,6 +57,7 @@ def test_a_number_that_differs_from_muscle_to_muscle_is_listed_for_each():
     names = [one.name for one in rig_parameters(rig)]
     assert {"muscle_1:force.scale", "muscle_2:force.scale"} <= set(names)
     assert "force.scale" not in names
+    assert "body.load.mass" not in names  # an experiment states it
     assert "force.a" in names
 
 

@@ -1,5 +1,6 @@
 """Worlds of a rig against the engine on the CPU."""
 
+import dataclasses
 import math
 import subprocess
 import sys
@@ -155,7 +156,13 @@ def test_what_does_not_run_is_refused(monkeypatch):
     sagging = RIG.with_parameters({"valve.supply_resistance": 1e7})
     geared = RIG.with_parameters({"tendon.chain_1.coef": 0.014})
     late = RIG.with_parameters({"valve.delay": 0.00123})
+    smooth = RIG.with_parameters(
+        {"joint.shaft.frictionloss": 0.4, "joint.shaft.friction_speed": 0.5}
+    )
+    approaching = dataclasses.replace(step(), approach=0.05)
     for jobs, options, message in (
+        ([(RIG, step()), (smooth, step())], {}, "world 1 has dry friction of another kind"),
+        ([(RIG, approaching)], {}, "an approach at rest"),
         ([(RIG, step())], {"precision": "float16"}, "no precision 'float16'"),
         ([(RIG, step()), (RIG, step(duration=0.7))], {}, "job 1 has another duration"),
         ([(RIG, step(end=9e6))], {}, "above its supply"),

@@ -77,7 +77,8 @@ def test_a_design_that_does_not_fit_its_factors_is_refused():
         (Design.ROWS, {"a": {"values": [1]}, "b": {"values": [1, 2]}}, 0, "here: a 1, b 2"),
         (Design.SOBOL, {"a": {"values": [1]}}, 8, "vary.a lists values; design 'sobol' draws"),
         (Design.RANDOM, {"a": NORMAL}, 0, "runs is 0"),
-        (Design.SENSITIVITY, {"a": NORMAL}, 100, "a power of 2"),
+        (Design.SENSITIVITY, {"a": NORMAL, "b": NORMAL}, 100, "a power of 2"),
+        (Design.SENSITIVITY, {"a": NORMAL}, 64, "only a varies"),
     ):
         with refused(message):
             runs_of(design, [factor(name, table) for name, table in tables.items()], runs, 0)

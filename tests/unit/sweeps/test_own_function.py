@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 
+import numpy as np
 import pytest
 
 import pamsim
@@ -46,6 +48,13 @@ def test_a_row_is_what_the_function_returns_also_in_processes(tmp_path):
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         there = sweep(study(units={"gain": "kPa/deg"}), out=tmp_path / "there", executor=pool)
     assert there.table.read_bytes() == here.table.read_bytes()
+
+
+def test_numbers_of_numpy_and_anything_that_can_be_called_will_do(tmp_path):
+    runs = [{"gain": gain, "name": "p"} for gain in np.arange(1, 4)]
+    called = functools.partial(closed_loop)
+    found = sweep(pamsim.function_study(called, runs, columns=COLUMNS), out=tmp_path).columns()
+    assert found["error"] == pytest.approx([1.0, 1.0 / 2.0, 1.0 / 3.0])
 
 
 def test_what_is_finished_is_kept_where_the_function_fails(tmp_path):

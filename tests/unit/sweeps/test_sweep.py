@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 
@@ -14,6 +15,7 @@ import pamsim
 from pamsim.core.errors import EngineError
 from pamsim.engine import batch
 from pamsim.engine.batch import simulate_batch
+from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.step_metrics import step_figures
 from pamsim.report.sweep_figure import sweep_figure, write_sweep
 from pamsim.sweeps import simulated
@@ -142,6 +144,15 @@ def test_an_interrupted_sweep_goes_on_and_repeats_nothing(finished, tmp_path, mo
         sweep(STUDY, out=tmp_path / "nothing", resume=True)
 
 
+def test_a_study_is_another_if_the_rig_s_files_are(tmp_path):
+    folder = shutil.copytree(shipped_rigs() / "mas20_arm", tmp_path / "arm")
+    params, marks = folder / "params.toml", []
+    for line in ("", "# an interval, or a size of an effect, may have changed"):
+        params.write_text(f"{params.read_text(encoding='utf-8')}{line}\n", encoding="utf-8")
+        marks.append(read_study({**STUDY, "rig": str(folder)}).fingerprint)
+    assert marks[0] != marks[1]
+
+
 def test_a_run_that_is_refused_has_a_row_and_stops_no_other(tmp_path):
     vary = {"load": {"values": [0, -1, 1]}, "final_2": {"values": [100, 100, 1e5]}}
     result = sweep({**STUDY, "design": "rows", "vary": vary}, out=tmp_path / "steps")
@@ -246,6 +257,7 @@ def test_a_study_that_cannot_be_run_is_one_line(tmp_path):
         (STUDY, {"vary": twice}, "other joints or muscles"),
         (CALIBRATE, {"job": "diagnosis"}, "no job 'diagnosis'"),
         (CALIBRATE, {"experiment": {"final": [1]}}, "experiment.final: no such option"),
+        (CALIBRATE, {"experiment": {"bounds": {"force.a": 5}}}, "force.a is 5; it must be the two"),
         (CALIBRATE, {"experiment": {"repeats": 1.5}}, "experiment.repeats is 1.5"),
         (CALIBRATE, {"experiment": {"protocols": "steps"}}, "experiment.protocols is 'steps'"),
         (CALIBRATE, {"vary": {"seed": {"values": [1]}}}, "experiment.free is missing"),
