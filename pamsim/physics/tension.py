@@ -18,9 +18,10 @@ _HALF = 0.1  # contraction beyond the onset at which half of the loss is reached
 class Threshold(ParameterGroup, group="threshold"):
     """Pressure below which the tube does not yet press on the braid (Matiskova 2021, section 1).
 
-    Above it, without a width, force and volume do the same work. A cycle that goes below costs up to the threshold
-    times the change of volume: 3 % of the work at 4.87 bar with a threshold of 0.15 bar. A tube
-    that touches the braid here and there before loses the pressure gradually, over a width.
+    Above it, without a width, force and volume do the same work. A cycle that goes below costs up
+    to the threshold times the change of volume: 3 % of the work at 4.87 bar with a threshold of
+    0.15 bar. A tube that touches the braid here and there before loses the pressure gradually, over
+    a width.
     """
 
     pressure: float = quantity("[0, 3e5] Pa", "gauge pressure lost to the tube in the end", 0.0)
