@@ -192,10 +192,13 @@ def _interruptible() -> Generator[threading.Event]:
             raise KeyboardInterrupt
 
     def again(unraisable: Any) -> None:
-        """Interrupt once more where a callback of the compiler has swallowed it."""
+        """Interrupt once more where a callback of the compiler has swallowed it.
+
+        What fails to be freed after an interruption, such as a half-made image, is not reported.
+        """
         if unraisable.exc_type is KeyboardInterrupt:
             later(_LATER)
-        else:
+        elif not ended.is_set():
             hook(unraisable)
 
     hook, sys.unraisablehook = sys.unraisablehook, again

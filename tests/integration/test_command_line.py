@@ -213,6 +213,17 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
             time.sleep(1.0)
         raise ImportError("initialization failed")
 
+    class Image:
+        def __del__(self):
+            raise OSError("the library was interrupted")
+
+    def half_made(*_):
+        with contextlib.suppress(KeyboardInterrupt):
+            ended()
+        image = Image()
+        del image
+        raise KeyboardInterrupt
+
     llvm, returned = {"__name__": "llvmlite.binding"}, []
     exec("def call(end, returned):\n    end()\n    returned.append(True)", llvm)
 
@@ -228,6 +239,7 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
             (ended, 130, "pamsim: interrupted"),
             (swallowed, 130, "pamsim: interrupted"),
             (compiling, 130, "pamsim: interrupted"),
+            (half_made, 130, "pamsim: interrupted"),
         ):
             monkeypatch.setattr("pamsim.fitting.models.models", happens)
             found, _, err = run("list", "models")
