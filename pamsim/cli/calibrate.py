@@ -8,7 +8,15 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, exit_code, present, progress_bar, save_json, show_page
+from pamsim.cli.command import (
+    Command,
+    exit_code,
+    present,
+    progress_bar,
+    resumable,
+    save_json,
+    show_page,
+)
 
 
 def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, tuple[str, str]]:
@@ -69,13 +77,8 @@ def command(
     out: Path | None = choices["out"]
     if channels:
         choices["channels"] = channels
-    with progress_bar("simulation") as progress:
-        try:
-            calibration = calibrate(data, progress=progress, **choices)
-        except KeyboardInterrupt:
-            if out is not None:
-                click.echo("nothing is lost: go on with the same command and --resume", err=True)
-            raise
+    with progress_bar("simulation") as progress, resumable(kept=out is not None):
+        calibration = calibrate(data, progress=progress, **choices)
     result = present(calibration, json_file)
     if out is not None:
         from pamsim.report.calibrate_page import write_calibration

@@ -62,6 +62,17 @@ class Command(click.Command):
         return code
 
 
+@contextlib.contextmanager
+def resumable(*, kept: bool = True) -> Iterator[None]:
+    """Print how an interrupted run goes on, if what is finished is kept."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if kept:
+            click.echo("nothing is lost: go on with the same command and --resume", err=True)
+        raise
+
+
 def exit_code(fine: bool) -> int:
     """Exit code of a command: 1 for a check that failed or an answer that is incomplete."""
     return 0 if fine else 1

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer, progress_bar, save_json, show_page
+from pamsim.cli.command import Command, answer, progress_bar, resumable, save_json, show_page
 
 
 @click.command(name="sweep", cls=Command)
@@ -37,12 +37,8 @@ def command(
     from pamsim.report.sweep_figure import write_sweep
     from pamsim.sweeps.sweep import sweep
 
-    with _executor(processes, scheduler) as executor, progress_bar() as progress:
-        try:
-            result = sweep(study, out=out, executor=executor, progress=progress, **choices)
-        except KeyboardInterrupt:
-            click.echo("runs are kept: continue with the same command and --resume", err=True)
-            raise
+    with _executor(processes, scheduler) as executor, progress_bar() as progress, resumable():
+        result = sweep(study, out=out, executor=executor, progress=progress, **choices)
     written = [result.table, *result.save(out)]
     page = write_sweep(result, out)
     save_json(json_file, result.to_dict())
