@@ -202,7 +202,9 @@ def _method(
         if group[0].block.sample_interval is not None
     ]
     if orders:
-        parts.append(f"autoregressive noise ({', '.join(orders)})")
+        slow = any(noise.order > 0 for noise in noises)
+        held = ", of short trials with such noise about nine in ten hold" if slow else ""
+        parts.append(f"autoregressive noise ({', '.join(orders)}{held})")
     if any(group[0].block.sample_interval is None for group in single):
         parts.append("white noise of rows without order in time")
     return "sandwich covariance, Student's t; " + "; ".join(parts)
