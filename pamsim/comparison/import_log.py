@@ -9,6 +9,7 @@ import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -37,6 +38,9 @@ Spans: TypeAlias = Sequence[tuple[float, float]]
 """Begin and end of parts of a log [s]."""
 
 PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+
+# A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
+_toml_value = partial(json.dumps, ensure_ascii=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,7 +133,8 @@ def import_log(
         schedule: of each log, a table of what was commanded when, if that was not logged: times,
             and a column for each muscle; each row holds until the next.
         columns: what is known of some, ``knee.angle=-phi:deg`` or ``knee.torque=F*0.0069m:N``:
-            quantity, sign, name and, if known, a factor and the unit; the others are guessed.
+            quantity, sign, name and, if known, a factor and the unit; the others are guessed. What
+            is known of a clock applies to all tables with a column of its name.
         drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
             left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats; the file's name without a number at its
@@ -151,15 +156,18 @@ def import_log(
     """
     files, others, schedules = _paths(logs), _paths(beside), _paths(schedule)
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
+    stated = [_stated(text, loaded) for text in columns]
     if others or schedules or shared or offset:
         with tempfile.TemporaryDirectory() as scratch:
             names, place = loaded.names, Path(scratch)
             if others or not schedules:
                 joined, found_out = join_all(
-                    files, others, place, names=names, shared=shared, offset=offset
+                    files, others, place, names=names, stated=stated, shared=shared, offset=offset
                 )
             else:
-                joined, found_out = schedule_all(files, schedules, place, names, offset)
+                joined, found_out = schedule_all(
+                    files, schedules, place, names=names, stated=stated, offset=offset
+                )
             try:
                 found = import_log(
                     joined, rig=loaded, out=out, schedule=schedules if others else (),
@@ -170,7 +178,6 @@ def import_log(
                 raise InputError(str(error).replace(f"{scratch}{os.sep}", "")) from None
         return replace(found, notes=(*found_out, *found.notes))
     table = read_columns(files[0], numbers_only=True)
-    stated = [_stated(text, loaded) for text in columns]
     guesses, unused = guess_columns(
         table, loaded.names, supply=loaded.supply_pressure, stated=stated
     )
@@ -238,7 +245,7 @@ def import_log(
         drive=kind,
         trials=tuple(trial.name for trial in trials),
         seconds=float(sum(trial.time[-1] for trial in trials)),
-        notes=_notes(trials, kind, bool(cut or segments)),
+        notes=(*table.notes, *_notes(trials, kind, bool(cut or segments))),
     )
 
 
@@ -349,19 +356,20 @@ def _index(
     rig: str, rate: str, guesses: Sequence[Guess], entries: Sequence[Mapping[str, Any]]
 ) -> str:
     """Text of ``recording.toml``, with the rate of rows that have no clock."""
-    lines = [f"schema = {json.dumps(WITH_COLUMNS)}", f"rig = {json.dumps(rig)}", "", "[columns]"]
-    lines += [f"time = {{ rate = {json.dumps(rate)} }}"] if rate else []
+    lines = [f"schema = {_toml_value(WITH_COLUMNS)}", f"rig = {_toml_value(rig)}", "", "[columns]"]
+    lines += [f"time = {{ rate = {_toml_value(rate)} }}"] if rate else []
     for one in guesses:
-        parts = [f"column = {json.dumps(one.column)}", f"unit = {json.dumps(one.unit)}"]
+        parts = [f"column = {_toml_value(one.column)}", f"unit = {_toml_value(one.unit)}"]
         parts += ["sign = -1"] if one.sign < 0 else []
         parts += ["absolute = true"] if one.absolute else []
-        parts += [f"times = {json.dumps(one.times)}"] if one.times else []
+        parts += [f"times = {_toml_value(one.times)}"] if one.times else []
         warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
-        lines.append(f"{json.dumps(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
+        lines.append(f"{_toml_value(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:
         lines += ["", "[[trial]]"]
         lines += [
-            f"{key} = {in_toml(v) if key == 'drive' else json.dumps(v)}" for key, v in entry.items()
+            f"{key} = {in_toml(v) if key == 'drive' else _toml_value(v)}"
+            for key, v in entry.items()
         ]
     return "\n".join(lines) + "\n"
 

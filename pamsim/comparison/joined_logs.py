@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -12,14 +14,19 @@ import numpy as np
 from pamsim.comparison.clock_fit import ClockFit, fit_clock
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.units import FloatArray, parse_quantity, to_si
-from pamsim.recordings.column_guess import guess_columns
+from pamsim.core.units import FloatArray, number_and_unit, parse_quantity, to_si
+from pamsim.recordings.column_guess import Guess, guess_columns
 from pamsim.recordings.columns import Columns
-from pamsim.recordings.signals import SignalNames
+from pamsim.recordings.recording_checks import LONGEST_GAP
+from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 from pamsim.recordings.table_reader import read_columns
 
 _ANY = 1e6
-"""Pressure of a supply [Pa] for the guesses of columns, of which only the clock is taken."""
+"""Pressure of a supply [Pa] for the guesses of columns, of which no unit of pressure is taken."""
+_ROUNDING = 1e-6
+"""Times this near are one [s]: clocks that count from 1970 round to less, and valves are slower."""
+_HELD = {name for name, drive in MUSCLE_DRIVES.items() if not drive.between}
+"""Quantities of muscles of which each row holds until the next."""
 
 
 def join_all(
@@ -28,6 +35,7 @@ def join_all(
     folder: Path,
     *,
     names: SignalNames,
+    stated: Sequence[Guess],
     shared: str,
     offset: str,
 ) -> tuple[list[Path], list[str]]:
@@ -41,7 +49,7 @@ def join_all(
             meaning, such as ``1.25 s`` has.
     """
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
-    join = partial(join_logs, names=names, shared=shared, offset=known)
+    join = partial(join_logs, names=names, stated=stated, shared=shared, offset=known)
     return _each(logs, others, "`beside` them", folder, "{}_and_{}.csv", join)
 
 
@@ -49,7 +57,9 @@ def schedule_all(
     logs: Sequence[Path],
     schedules: Sequence[Path],
     folder: Path,
+    *,
     names: SignalNames,
+    stated: Sequence[Guess],
     offset: str,
 ) -> tuple[list[Path], list[str]]:
     """Join each log with its schedule of commands, as `with_schedule`, in a folder.
@@ -62,7 +72,7 @@ def schedule_all(
             meaning.
     """
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
-    join = partial(with_schedule, names=names, offset=known)
+    join = partial(with_schedule, names=names, stated=stated, offset=known)
     return _each(logs, schedules, "`schedule`", folder, "{}_commanded.csv", join)
 
 
@@ -87,32 +97,46 @@ def join_logs(
     out: Path,
     *,
     names: SignalNames,
+    stated: Sequence[Guess] = (),
     shared: str = "",
     offset: float | None,
 ) -> str:
     """Write the rows of a log with what a second logger recorded at the same times.
 
-    The columns of the second are interpolated, so that rows outside of it are left out, as are
-    columns that are no numbers. A name that both have ends in ``_2`` in the second's.
+    The columns of the second are interpolated, but for commands, which hold until its next row.
+    Rows outside of it are left out, as are columns that are no numbers. A name that both have ends
+    in ``_2`` in the second's, or in the next number that is free.
 
     Args:
         log: a table with a clock that runs on.
         beside: another, with a clock of its own.
         out: CSV file to write.
-        names: of the rig's signals, to know the clocks by.
+        names: of the rig's signals, to know clocks and commands by.
+        stated: what is known of columns, by their names in the file written; of a clock, in both.
         shared: columns of both with one signal, ``sync=trigger``, or ``sync`` if they have one
             name; the offset is found by it.
         offset: or what the first clock shows when the second is at 0 [s].
 
     Returns:
-        What was found of the clocks, in a sentence.
+        What was found of the clocks, and which columns are left out, in a sentence.
 
     Raises:
         InputError: for a log that cannot be read or has no clock, a column that is not there, a
-            shared signal by which no offset is certain, or logs that have no time in common.
+            stated one that is no numbers, a second log with a gap, a shared signal by which no
+            offset is certain, or logs that have no time in common.
     """
-    first, second = (read_columns(path, numbers_only=True) for path in (log, beside))
-    (_, time), (other_clock, other) = (_clock(table, names) for table in (first, second))
+    first, second = _read(log, beside, stated)
+    (_, time), (other_clock, other) = (_clock(table, names, stated) for table in (first, second))
+    steps = np.diff(other, prepend=other[0])
+    usual = float(np.median(steps[1:])) if other.size > 1 else 0.0
+    second.refuse(
+        steps > LONGEST_GAP * usual,
+        lambda i: (
+            f"the clock jumps from {other[i - 1]:g} to {other[i]:g} s, {steps[i] / usual:.3g} times"
+            " its usual step, and nothing is known in between; split both logs there, or give what"
+            " lists commands alone as `schedule`"
+        ),
+    )
     own, equals, other_own = (part.strip() for part in shared.partition("="))
     pair = (own, other_own if equals else own) if shared else ()
     if pair:
@@ -140,16 +164,36 @@ def join_logs(
         )
     columns = {name: values[both] for name, values in _numbers(first, ()).items()}
     units = dict(first.units)
-    for name, values in _numbers(second, (other_clock, *pair[1:])).items():
-        free = name if name not in columns else f"{name}_2"
-        columns[free] = np.interp(time[both], at, values)
-        units[free] = second.units.get(name, "")
+    added = _numbers(second, (other_clock, *pair[1:]))
+    called = {name: _free(name, columns, added) for name in added}
+    renamed = replace(
+        second,
+        cells={new: second.cells[name] for name, new in called.items()},
+        units={new: second.units.get(name, "") for name, new in called.items()},
+    )
+    commands = {
+        one.column
+        for one in _guesses(renamed, names, stated)
+        if one.quantity.rpartition(".")[2] in _HELD
+    }
+    latest = np.searchsorted(at, time[both] + _ROUNDING, "right") - 1
+    for name, values in added.items():
+        new = called[name]
+        between = np.interp(time[both], at, values)
+        columns[new] = values[latest] if new in commands else between
+        units[new] = renamed.units[new]
     _write(out, columns, units)
-    return f"{beside.name} lies beside {log.name} by {found}"
+    return f"{beside.name} lies beside {log.name} by {found}{_left_out(first, second)}"
 
 
 def with_schedule(
-    log: Path, schedule: Path, out: Path, *, names: SignalNames, offset: float = 0.0
+    log: Path,
+    schedule: Path,
+    out: Path,
+    *,
+    names: SignalNames,
+    stated: Sequence[Guess] = (),
+    offset: float = 0.0,
 ) -> str:
     """Write the rows of a log with what was commanded meanwhile, as a schedule states it.
 
@@ -161,18 +205,22 @@ def with_schedule(
         schedule: a table of times and commands, with a clock of its own.
         out: CSV file to write.
         names: of the rig's signals, to know the clocks by.
+        stated: what is known of columns; of a clock, in both tables.
         offset: what the log's clock shows when the schedule is at 0 [s].
 
     Returns:
-        What was made of it, in a sentence.
+        What was made of it, and which columns are left out, in a sentence.
 
     Raises:
-        InputError: for a table that cannot be read or has no clock, a column that both have, or a
-            schedule that begins after the log.
+        InputError: for a table that cannot be read or has no clock, a stated column that is no
+            numbers, a column that both have, or a schedule that begins after the log.
     """
-    first, second = (read_columns(path, numbers_only=True) for path in (log, schedule))
-    (_, time), (clock, other) = (_clock(table, names) for table in (first, second))
-    begins = other + offset
+    first, second = _read(log, schedule, stated)
+    (_, time), (clock, other) = (_clock(table, names, stated) for table in (first, second))
+    if time.size < 2:
+        raise InputError(f"{log}: a single row; a schedule needs a log of two or more")
+    samples = np.append(time, 2.0 * time[-1] - time[-2])
+    begins = _on_samples(other + offset, samples)
     if begins[0] > time[0]:
         raise InputError(
             f"{schedule} begins at {begins[0]:.4g} s of {log}, which begins at {time[0]:.4g} s;"
@@ -182,22 +230,31 @@ def with_schedule(
     twice = sorted(columns.keys() & commanded.keys())
     if twice:
         raise InputError(f"{schedule}: {twice[0]} is a column of {log}, too; rename or remove it")
-    samples = np.append(time, 2.0 * time[-1] - time[-2])
-    last = max(samples[-1], begins[-1]) + 1.0
+    inside = begins[(begins > samples[0]) & (begins < samples[-1])]
+    edges = np.union1d(samples, inside)
+    row = np.searchsorted(begins, edges[:-1], "right") - 1
+    start = np.searchsorted(edges, time)
+    at_start = np.repeat(row[start], np.diff(start, append=row.size))
     for name, values in commanded.items():
-        # The integral of what is held is linear in between.
-        amount = np.append(0.0, np.cumsum(values * np.diff(np.append(begins, last))))
-        columns[name] = np.diff(np.interp(samples, np.append(begins, last), amount))
-        columns[name] /= np.diff(samples)
+        # From the command at its start, a sample's mean is exact where nothing changes within it.
+        change = np.add.reduceat((values[row] - values[at_start]) * np.diff(edges), start)
+        columns[name] = values[row[start]] + change / np.diff(samples)
     _write(out, columns, {**second.units, **first.units})
     shortest, sample = np.diff(other).min(initial=np.inf), np.diff(time).max()
     text = f"{schedule.name} is what was commanded: {', '.join(commanded)}"
-    if shortest < sample:
+    if shortest < sample - _ROUNDING:
         text += (
             f"; it changes within {shortest * 1e3:.3g} ms, in samples of {sample * 1e3:.3g} ms as"
-            " their mean: give a higher `rate` if it matters when"
+            " their mean: sample the log faster if it matters when"
         )
-    return text
+    return text + _left_out(first, second)
+
+
+def _on_samples(times: FloatArray, samples: FloatArray) -> FloatArray:
+    """Times, but for rounding the samples' own: else a command would change twice."""
+    after = np.searchsorted(samples, times - _ROUNDING)
+    nearest = samples[np.minimum(after, samples.size - 1)]
+    return np.where(np.abs(times - nearest) <= _ROUNDING, nearest, times)
 
 
 def _write(out: Path, columns: Mapping[str, FloatArray], units: Mapping[str, str]) -> None:
@@ -218,13 +275,32 @@ def _words(fit: ClockFit, shared: str) -> str:
     )
 
 
-def _clock(table: Columns, names: SignalNames) -> tuple[str, FloatArray]:
+def _read(log: Path, other: Path, stated: Sequence[Guess]) -> tuple[Columns, Columns]:
+    """Both tables; a stated column that is no numbers is refused, others may be left out."""
+    first, second = (read_columns(path, numbers_only=True) for path in (log, other))
+    for one in stated:
+        table = first if one.column in first.cells else second
+        if one.column in table.cells:
+            table.numbers(one.column)
+    return first, second
+
+
+def _guesses(table: Columns, names: SignalNames, stated: Sequence[Guess]) -> tuple[Guess, ...]:
+    own = [one for one in stated if one.column in table.cells]
+    guesses, _ = guess_columns(table, names, supply=_ANY, stated=own)
+    return guesses
+
+
+def _clock(table: Columns, names: SignalNames, stated: Sequence[Guess]) -> tuple[str, FloatArray]:
     """Column of a log's clock, and its times [s]."""
-    guesses, _ = guess_columns(table, names, supply=_ANY)
-    one = next((guess for guess in guesses if guess.quantity == "time"), None)
+    clocks = [one for one in stated if one.quantity == "time"]
+    one = next((one for one in _guesses(table, names, clocks) if one.quantity == "time"), None)
     if one is None:
         raise InputError(f"{table.path}: no clock among {', '.join(table.cells)}; name it time_s")
-    time = to_si(1.0, one.unit, "s", where=str(table.path)) * table.numbers(one.column)
+    where = f"{table.path}: {one.column}"
+    factor, of_factor = number_and_unit(one.times or "1", where=where)
+    unit = f"{one.unit}*({of_factor})" if of_factor else one.unit
+    time = to_si(one.sign * factor, unit, "s", where=where) * table.numbers(one.column)
     table.refuse(
         np.diff(time, prepend=-np.inf) <= 0.0,
         lambda i: f"{one.column}: the clock stands or runs back at {time[i]:g} s",
@@ -232,6 +308,25 @@ def _clock(table: Columns, names: SignalNames) -> tuple[str, FloatArray]:
     return one.column, time
 
 
+def _free(name: str, taken: Container[str], others: Container[str]) -> str:
+    """A name, or with a number behind it if it is taken, one that is not among others either."""
+    if name not in taken:
+        return name
+    numbered = (f"{name}_{number}" for number in count(2))
+    return next(new for new in numbered if new not in taken and new not in others)
+
+
 def _numbers(table: Columns, without: tuple[str, ...]) -> dict[str, FloatArray]:
     numbers = {name: c.numbers for name, c in table.cells.items() if name not in without}
     return {name: v for name, v in numbers.items() if v is not None and np.isfinite(v).all()}
+
+
+def _left_out(*tables: Columns) -> str:
+    """The columns that `_numbers` leaves out, to end a sentence with."""
+    text = ""
+    for table in tables:
+        names = ", ".join(name for name in table.cells if name not in _numbers(table, ()))
+        if names:
+            text += f"; not used, not all cells of {table.path.name} are numbers: {names}"
+        text += "".join(f"; {table.path.name}: {note}" for note in table.notes)
+    return text

@@ -120,7 +120,7 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
 
 
 def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
-    """The columns of a Parquet file; times of day as seconds from the first."""
+    """The columns of a Parquet file; times of day as seconds from the first, durations in s."""
     try:
         from pyarrow import parquet
     except ImportError:
@@ -135,7 +135,9 @@ def _of_parquet(path: Path) -> Mapping[str, NDArray[Any]]:
     for name, column in zip(table.column_names, table.columns, strict=True):
         values = column.to_numpy()
         if values.dtype.kind == "M":
-            values = (values - values[0]) / np.timedelta64(1, "s")
+            values = values - values[0]
+        if values.dtype.kind == "m":
+            values = values / np.timedelta64(1, "s")
         found[name] = values
     return found
 

@@ -196,7 +196,8 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
 
 def _with_unit(one: Guess, words: Sequence[str], unit: str) -> Guess:
     known, absolute = unit_of(unit)
-    return replace(one, unit=known, absolute=absolute or "abs" in words)
+    from_vacuum = "abs" in words and one.kind == "pressure"  # and not an absolute encoder
+    return replace(one, unit=known, absolute=absolute or from_vacuum)
 
 
 def _parts(column: str, unit: str) -> tuple[tuple[str, ...], str, str]:

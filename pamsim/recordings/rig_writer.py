@@ -5,6 +5,8 @@ Comments, order and units of the original stay; each changed number states its n
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,6 +25,7 @@ from pamsim.recordings.sensors import MeasurementChain
 
 _DIGITS = 10
 _RANGE_DIGITS = 5
+_REFERENCE = re.compile(r"""\bfile\s*=\s*["']([^"']*)""")  # to a mesh, a texture, another MJCF
 # Files that describe the old parameters.
 _LEFT_BEHIND = {"params.toml", "README.md", "calibration.json", "__pycache__", LOCK}
 
@@ -31,6 +34,9 @@ def write_rig(
     source: RigFile, folder: Path, values: Mapping[str, Sourced], *, heading: str = ""
 ) -> Path:
     """Write a rig in which some parameters have new values.
+
+    An MJCF outside the rig's folder is copied along; if it refers to other files, such as meshes,
+    the new rig names it where it is.
 
     Args:
         source: the rig to start from.
@@ -62,14 +68,18 @@ def write_rig(
     named = {key: document["rig"][key] for key in ("mjcf", "scene") if key in document["rig"]}
     files = {key: (source.folder / name).resolve() for key, name in named.items()}
     outside = {key: file for key, file in files.items() if not file.is_relative_to(old)}
+    copied = set(outside.values())
+    if any(_references(file) - copied for file in copied):
+        copied = set[Path]()
     for key, file in outside.items():
-        document["rig"][key] = file.name
+        place = file.name if file in copied else os.path.relpath(file, new)
+        document["rig"][key] = Path(place).as_posix()
     text = "".join(f"# {line}\n" for line in heading.splitlines()) + tomlkit.dumps(document)
     try:
         shutil.copytree(
             source.folder, folder, dirs_exist_ok=True, ignore=_left_behind, copy_function=_copy
         )
-        for file in outside.values():
+        for file in copied:
             _copy(str(file), str(folder / file.name))
     except (OSError, shutil.Error) as error:
         raise InputError(f"cannot write {folder}: {error}") from None
@@ -77,6 +87,12 @@ def write_rig(
     with complete_file(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
+
+
+def _references(mjcf: Path) -> set[Path]:
+    """The files that an MJCF names, but for where it states that meshes and textures are."""
+    text = mjcf.read_text(encoding="utf-8", errors="replace")
+    return {mjcf.parent / name for name in _REFERENCE.findall(text)}
 
 
 def _left_behind(folder: str, names: list[str]) -> set[str]:

@@ -29,7 +29,7 @@ from pamsim.recordings.columns import Cells, Columns, cells_of
 
 _SMALLER = "cut it into several files, or leave out columns"
 _MARKS = ";\t,|"
-_NONE = ("", "-", "--")  # in a line of units
+_NONE = ("", "-", "--", "1")  # in a line of units
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
 _UNGROUPED = re.compile(r"[-+]?\d{1,3}")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d*([eE][-+]?\d+)?")
@@ -66,7 +66,8 @@ def read_columns(path: Path, *, numbers_only: bool = False) -> Columns:
             )
     units: dict[str, str] = {}
     above, *below = (_split(text, mark) for text in texts[:2])
-    if below and not any(map(_is_number, above)) and _is_number(below[0][0]):
+    words = not _is_number(above[0]) and all(c in _NONE or not _is_number(c) for c in above)
+    if below and words and _is_number(below[0][0]):
         stated = zip(header, (cell.strip("[]() ") for cell in above), strict=True)
         units = {name: unit for name, unit in stated if unit not in _NONE}
         del lines[0], texts[0]
@@ -243,11 +244,15 @@ def _check_size(path: Path, names: Sequence[str], cells: int = 0) -> None:
 
 
 def _of_arrays(path: Path) -> Columns:
-    """The arrays of a file of another format; what is no list of numbers is left out."""
+    """The arrays of a file of another format; what is no list of numbers is left out, with a note.
+
+    On and off count as 1 and 0.
+    """
+    arrays = read_arrays(path)
     lists = {
         name: array.ravel().astype(float)
-        for name, array in read_arrays(path).items()
-        if array.dtype.kind in "iuf" and array.ndim and array.size == max(array.shape) > 1
+        for name, array in arrays.items()
+        if array.dtype.kind in "biuf" and array.ndim and array.size == max(array.shape) > 1
     }
     if not lists:
         raise InputError(f"{path}: no array of numbers; give one per column, all of one length")
@@ -259,4 +264,7 @@ def _of_arrays(path: Path) -> Columns:
                 f"{path}: {name} has {len(array)} numbers, another array {rows}; a table's"
                 " columns are of one length"
             )
-    return Columns(path=path, header=1, lines=range(1, rows + 1), cells=cells_of(lists))
+    left_out = ", ".join(name for name in arrays if name not in lists)
+    notes = (f"not used, no list of numbers: {left_out}",) if left_out else ()
+    lines = range(1, rows + 1)
+    return Columns(path=path, header=1, lines=lines, cells=cells_of(lists), notes=notes)

@@ -14,6 +14,7 @@ import scipy.io
 import pamsim
 from pamsim.core.errors import InputError
 from pamsim.recordings.recording_reader import read_recordings
+from tests.unit.core.refusals import refused
 
 TIME = np.arange(400) * 0.01
 FLEXOR = np.where(np.arange(400) % 100 < 50, 3e5, 1e5)  # [Pa], repeats in a second
@@ -320,7 +321,7 @@ def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_t
     code, shown, _ = run(*asked, "--offset", "1s")
     assert code == 0
     assert "pulses.csv is what was commanded: flexor_valve, extensor_valve; it changes" in shown
-    assert "within 2.5 ms, in samples of 10 ms as their mean: give a higher" in shown
+    assert "within 2.5 ms, in samples of 10 ms as their mean: sample the log faster" in shown
     (trial,) = read_recordings(tmp_path / "out").trials
     assert trial.drive == "valve"
     expected = np.zeros(TIME.size)
@@ -338,3 +339,94 @@ def test_a_schedule_states_what_was_commanded_and_short_pulses_let_as_much_air_t
         code, _, error = run(*asked[:-2], "--force", *options)
         assert (code, error.count("\n")) == (2, 1)
         assert why in error
+
+
+AIR = {name: LOG[name] for name in ("t_ms", "P flexor [psia]", "P extensor [psia]")}
+ARM = {"time [s]": TIME, "phi [rad]": ANGLE, "lamp": 0.0 * TIME}
+SHUT = {"time_s": TIME[:9], "flexor_valve": 0.0 * TIME[:9], "extensor_valve": 0.0 * TIME[:9]}
+
+
+@pytest.fixture
+def joined(rig, tmp_path):
+    """Imports a log with a table beside it or its schedule: what was found, and its trial."""
+
+    def joined(log, other, by="beside", **options):
+        out, first = tmp_path / "out", write(tmp_path / "air.txt", log)
+        tables = {by: write(tmp_path / "other.txt", other)}
+        found = pamsim.import_log(
+            first, rig=rig, out=out, offset="0s", force=True, **tables, **options
+        )
+        return found, read_recordings(out).trials[0]
+
+    return joined
+
+
+def test_a_scheduled_command_changes_at_its_rows_alone(joined):
+    """Levels that no binary number is, and a row that begins within a sample."""
+    schedule = {
+        "time_s": np.array([0.0, 0.7, 2.3, 3.005]),
+        "flexor_set [kPa]": np.array([300.0, 333.3, 123.4, 210.1]),
+        "extensor_set [kPa]": np.array([300.0, 100.0, 250.7, 250.7]),
+    }
+    _, trial = joined(AIR | {"phi": LOG["phi"]}, schedule, "schedule")
+    flexor, extensor = (np.flatnonzero(np.diff(column)) + 1 for column in trial.command.T)
+    assert (flexor.tolist(), extensor.tolist()) == ([70, 230, 300, 301], [70, 230])
+    np.testing.assert_allclose(trial.command[300, 0], 0.5 * (123.4e3 + 210.1e3), rtol=1e-9)
+
+
+def test_commands_of_a_second_logger_hold_until_its_next_row(joined):
+    log = AIR | {"phi": LOG["phi"]}
+    _, trial = joined(log, {name: v[::10] for name, v in ({"t [s]": TIME} | COMMANDS).items()})
+    expected = np.column_stack([FLEXOR, EXTENSOR])[: trial.time.size]
+    np.testing.assert_allclose(trial.command, expected, rtol=1e-12)
+
+
+def test_a_gap_of_a_second_logger_is_not_bridged(joined):
+    with refused("other.txt: line 105: the clock jumps from 0.99 to 1.2 s, 21 times its usual"):
+        joined(AIR, {name: np.delete(v, range(100, 120)) for name, v in ARM.items()})
+
+
+def test_columns_of_two_loggers_with_one_name_are_all_kept(joined):
+    log = {"t [s]": TIME, "ch": FLEXOR, "ch_2": EXTENSOR}
+    stated = ["flexor.pressure=ch:Pa", "extensor.pressure=ch_2:Pa", "elbow.angle=ch_3:rad"]
+    _, trial = joined(log, {"time [s]": TIME, "ch": ANGLE, "lamp": TIME}, columns=stated)
+    np.testing.assert_allclose(trial.command, np.column_stack([FLEXOR, EXTENSOR]))
+    np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE)
+
+
+def test_a_column_with_a_cell_that_is_no_number_is_left_out_with_a_note(joined):
+    spoilt = {"force [N]": np.where(np.arange(400) == 7, np.nan, 1.0)}
+    for log, other, by, where in (
+        (AIR | spoilt, ARM, "beside", "air.txt"),
+        (AIR, ARM | spoilt, "beside", "other.txt"),
+        (AIR | {"phi": LOG["phi"]} | spoilt, SHUT, "schedule", "air.txt"),
+    ):
+        found, _ = joined(log, other, by)
+        assert f"not used, not all cells of {where} are numbers: force" in found.notes[0]
+        with refused(f"{where}: line 12: force = nan"):
+            joined(log, other, by, columns=["flexor.force=force"])
+
+
+def test_what_is_stated_of_a_clock_counts_while_tables_are_joined(joined):
+    pressures = {name: values for name, values in AIR.items() if name != "t_ms"}
+    opened = FLEXOR / 1e6
+    valves = {"time_s": TIME, "flexor_valve": opened, "extensor_valve": -opened}
+    schedule = {name: values[::50] for name, values in valves.items()}
+    for stated, second in (("time=t:min", 60.0), ("time=t*2s:1", 2.0)):
+        log = {"t": TIME / second} | pressures
+        _, trial = joined(log, ARM, columns=[stated])
+        np.testing.assert_allclose(trial.time, TIME, atol=1e-9)
+        np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, atol=1e-9)
+        _, trial = joined(log | {"phi": ANGLE}, schedule, "schedule", columns=[stated])
+        np.testing.assert_allclose(trial.command, np.outer(opened, [1.0, -1.0]))
+
+
+def test_names_may_hold_any_character(imported):
+    log = {"𝜃 [deg]" if name == "phi" else name: values for name, values in LOG.items()}
+    found, _ = imported(log, columns=["elbow.angle=𝜃:deg"], protocol="𝜃")
+    assert "𝜃" in {one.column for one in found.columns}
+
+
+def test_what_is_no_list_of_numbers_in_a_file_of_arrays_is_noted(imported):
+    found, _ = imported(LOG | {"gain": np.float64(3.0)}, ".npz")
+    assert "not used, no list of numbers: gain" in found.notes

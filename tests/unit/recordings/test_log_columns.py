@@ -149,6 +149,8 @@ SURE = [
     (JOINT, "phi [rad]", (0.1, 1.0), ("elbow.angle", "rad", False)),
     (JOINT, "F flexor [N]", (10, 100), ("flexor.force", "N", False)),
     (JOINT, "tau_Nm", (-2, 2), ("elbow.torque", "N*m", False)),
+    (JOINT, "encoder_abs_deg", (1, 30), ("elbow.angle", "deg", False)),
+    (JOINT, "p_flexor_abs_kpa", (1, 300), ("flexor.pressure", "kPa", True)),
     (LEG, "KneeAngle_deg", (1, 30), ("knee.angle", "deg", False)),
     (LEG, "pKneeFlexor_kPa", (0, 300), ("knee_flexor.pressure", "kPa", False)),
     (LEG, "q_hip_rad", (0, 1), ("hip.angle", "rad", False)),

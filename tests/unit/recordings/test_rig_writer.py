@@ -59,6 +59,24 @@ def test_a_rig_that_shares_its_mjcf_takes_it_along_and_leaves_other_rigs(written
         assert not any(path.is_dir() for path in (tmp_path / name).iterdir())
 
 
+def test_a_shared_mjcf_that_refers_to_other_files_is_named_where_it_is(written, tmp_path):
+    (tmp_path / "robot").mkdir()
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "robot" / "corner.obj").write_text(corners, encoding="utf-8")
+    mesh = '<asset><mesh name="corner" file="corner.obj"/></asset><worldbody>'
+    text = SOURCE.mjcf.read_text("utf-8").replace("<worldbody>", mesh)
+    (tmp_path / "robot" / "arm.xml").write_text(text, encoding="utf-8")
+    _, text = written({})
+    for name in ("mas20_arm.xml", "scene.xml"):
+        (tmp_path / "new" / name).unlink()
+    text = text.replace('"mas20_arm.xml"', '"../robot/arm.xml"').replace('scene = "', '# "')
+    (tmp_path / "new" / "params.toml").write_text(text, encoding="utf-8")
+    one = read_rig(tmp_path / "new")
+    rig, _ = written({}, one, "deeper/one")
+    assert same_rig(rig, pamsim.load_rig(tmp_path / "new"))
+    assert not list((tmp_path / "deeper/one").glob("*.xml"))
+
+
 def test_another_hysteresis_operator_is_written_with_its_usual_numbers(written):
     numbers = {
         "hysteresis.force_per_pressure": number(7e-5, "N/Pa"),

@@ -3,6 +3,8 @@
 import struct
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
 import scipy.io
 
@@ -91,6 +93,8 @@ def test_what_a_logger_writes_above_the_header_is_left_out_and_units_below_it_ar
     assert (found.header, found.lines, list(found.cells)) == (3, [5, 6], ["t", "p a", "remark"])
     assert found.units == {"t": "s", "p a": "bar"}
     assert found.numbers("p a").tolist() == [1.0, 2.0]
+    found = columns("t,u\ns,1\n0,1\n")  # of an opening, which has no unit
+    assert (found.lines, found.units) == ([3], {"t": "s"})
     with refused("line 2 has 3 cells, the header 2"):
         columns("t,p\n0,1,5\n1,2,5\n2,3,5\n")
 
@@ -114,6 +118,7 @@ def test_arrays_are_columns_and_what_is_no_list_of_numbers_is_left_out(columns, 
     arrays = {"a": NUMBERS[:, 0], "b": NUMBERS[:, 1], "note": np.array(["x"]), "gain": np.eye(3)}
     found = columns(arrays, "log.npz")
     assert set(found.cells) == {"a", "b"}
+    assert found.notes == ("not used, no list of numbers: note, gain",)
     np.testing.assert_array_equal(found.values["b"], NUMBERS[:, 1])
     path = tmp_path / "log.mat"
     log = {
@@ -130,6 +135,19 @@ def test_arrays_are_columns_and_what_is_no_list_of_numbers_is_left_out(columns, 
         found = read_columns(path)
         assert set(found.cells) == {"t", "n"} & set(kept)
         assert found.numbers("t").tolist() == log["t"].tolist()
+
+
+def test_what_is_on_or_off_is_1_or_0_and_a_duration_is_in_seconds(columns, tmp_path):
+    on = np.array([True, False, True])
+    assert columns({"u": on}, "log.npz").numbers("u").tolist() == [1.0, 0.0, 1.0]
+    path = tmp_path / "log.parquet"
+    elapsed = np.array([500, 750, 1000], dtype="timedelta64[ms]")
+    table = pyarrow.table({"t": elapsed, "at": np.datetime64("2020-01-01") + elapsed, "u": on})
+    pyarrow.parquet.write_table(table, path)
+    found = read_columns(path)
+    assert found.numbers("t").tolist() == [0.5, 0.75, 1.0]
+    assert found.numbers("at").tolist() == [0.0, 0.25, 0.5]
+    assert found.numbers("u").tolist() == [1.0, 0.0, 1.0]
 
 
 def test_files_of_arrays_that_cannot_be_read_say_so_before_scipy_would_crash(columns, tmp_path):
