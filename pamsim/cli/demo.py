@@ -35,6 +35,8 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     what can be hidden.
     """
     import pamsim
+    from pamsim.comparison.readable_unit import readable_unit
+    from pamsim.core.units import to_si
     from pamsim.effects.catalog import effect as look_up
     from pamsim.engine.parameters import rig_parameter
     from pamsim.report.link_page import Hidden
@@ -47,13 +49,15 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     recorded.save(out / "recording")
     with progress_bar("fit") as progress:
         report = pamsim.diagnose(out / "recording", effects=tried, seed=seed, progress=progress)
+    parameters: dict[str, tuple[float, str]] = {}
+    for name, value in recorded.hidden.items():
+        own = rig_parameter(rig, name)
+        unit = readable_unit(own)
+        parameters[name] = to_si(value, own.spec.unit, unit, where=name), unit
     hidden = Hidden(
         effect=found.name,
         missing=found.missing,
-        parameters={
-            name: (value, rig_parameter(rig, name).spec.unit)
-            for name, value in recorded.hidden.items()
-        },
+        parameters=parameters,
         tried=tried,
         picture=_pictured(out / "arm.jpg") if film else None,
     )

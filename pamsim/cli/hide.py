@@ -73,6 +73,8 @@ def record(
 
     refuse_existing(ground_truth_file(out), options.forced())
     names = [] if effects == "none" else [part.strip() for part in effects.split("+")]
+    if len(set(names)) < len(names):
+        raise click.UsageError(f"{effects} has an effect twice; give it once, with its --size")
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")

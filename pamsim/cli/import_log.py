@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +22,15 @@ def _spans(
         protocol, _, span = part.rpartition("=")
         begin, _, end = span.partition(":")
         try:
-            spans.setdefault(protocol.strip(), []).append((float(begin), float(end)))
+            ends = float(begin), float(end)
         except ValueError:
+            ends = (math.nan, math.nan)
+        if not all(map(math.isfinite, ends)):
             raise InputError(
                 f"`segments` {text}: write BEGIN:END,BEGIN:END in seconds, or"
                 " PROTOCOL=BEGIN:END,PROTOCOL=BEGIN:END"
-            ) from None
+            )
+        spans.setdefault(protocol.strip(), []).append(ends)
     return spans
 
 

@@ -159,7 +159,7 @@ timestep = click.option(
 
 def seed(help: str = "Random seed.") -> Any:
     """``--seed``."""
-    return click.option("--seed", type=int, default=0, help=help)
+    return click.option("--seed", type=click.IntRange(min=0), default=0, help=help)
 
 
 Names = Callable[[click.Context], Mapping[str, str]]

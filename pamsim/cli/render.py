@@ -19,7 +19,7 @@ _REST_SIZE, _INSTANT_SIZE, _FILM_SIZE = (1600, 1000), (1600, 1280), (800, 640)
 @click.option(
     "--pressure",
     type=options.PRESSURES,
-    help="To rest at, one per muscle [kPa]; 487,100 if left out.",
+    help="To rest at, one per muscle [kPa]; 487,100, or half the supply, if left out.",
 )
 @options.load("Mass on it [kg]; 2.14 if left out and it takes one.")
 @click.option(
@@ -72,8 +72,7 @@ def command(
         )
         from pamsim.scene.picture import picture_rest
 
-        pressures = pressure or (487e3, 100e3)
-        picture_rest(picture, rig=rig or "mas20_arm", pressures=pressures, load=load, **look)
+        picture_rest(picture, rig=rig or "mas20_arm", pressures=pressure, load=load, **look)
         answer(f"wrote {picture}")
         return
     options.refuse("is known from the recording", pressure=pressure, load=load)

@@ -27,8 +27,8 @@ from pamsim.cli.command import Command, answer, save_json, show_page
 @click.option(
     "--start",
     type=options.PRESSURES,
-    help="Pressures before the step, such as 300,300; with --pressure the higher set point if left"
-    " out.",
+    help="Pressures before the step, such as 300,300; with --pressure the highest set point if left"
+    " out, for one muscle 0.",
 )
 @options.load("Mass on the arm: 1.2 or 1200g.", default="0")
 @click.option(
@@ -78,7 +78,10 @@ def command(
     from pamsim.recordings.step_metrics import joint_figures, step_metrics
 
     if pressure is not None and valve is None:
-        kind, value, began = "pressure_set", pressure, start or [max(pressure)] * len(pressure)
+        highest = [max(pressure)] * len(pressure) if len(pressure) > 1 else [0.0]
+        kind, value, began = "pressure_set", pressure, start or highest
+        if began == value:
+            raise InputError("nothing changes: give the pressures before the step, by `start`")
     elif valve is None or pressure is not None:
         raise InputError(
             "give either --pressure or --valve: what the step changes, such as --pressure 487,0"
@@ -87,6 +90,10 @@ def command(
         raise InputError("--valve needs --start: the pressures the muscles hold before the step")
     else:
         kind, value, began = "valve", valve, start
+    if len(began) != len(value):
+        raise InputError(
+            f"`start` has {len(began)} pressures for {len(value)} muscles; give one for each"
+        )
     experiment = Experiment(
         drive=kind,
         command_time=np.zeros(1),

@@ -21,8 +21,12 @@ from pamsim.cli.command import Command, answer, progress_bar
     help="Task of the environment.",
 )
 @click.option("--action", default="pressure_set", help="pressure_set or valve.")
-@click.option("--load", type=float, default=0.0, help="Mass on the rig in kg.")
-@click.option("--top-pressure", type=float, help="Largest set point in kPa; the supply's.")
+@options.load("Mass on the rig: 1.2 or 1200g.", default="0")
+@click.option(
+    "--top-pressure",
+    type=options.Quantity("kPa", "Pa"),
+    help="Largest set point, such as 400 (kPa); the supply's if left out.",
+)
 @click.option("--steps", type=int, default=600_000, help="Of 32 rigs together.")
 @options.seed()
 @options.force
@@ -38,7 +42,7 @@ def command(out: Path, top_pressure: float | None, **choices: Any) -> None:
     for file in policy_files(out):
         refuse_existing(file, options.forced())
     if top_pressure is not None:
-        choices["top_pressure"] = 1e3 * top_pressure
+        choices["top_pressure"] = top_pressure
     with progress_bar("step") as progress:
         result = train(progress=progress, **choices)
     files = result.save(out, force=options.forced())

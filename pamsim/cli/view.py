@@ -9,6 +9,8 @@ import click
 from pamsim.cli import options
 from pamsim.cli.command import Command
 
+_START = 200e3  # gauge pressure at first [Pa], where the supply gives twice as much
+
 
 @click.command(name="view", cls=Command)
 @click.argument("recording", type=options.PATH, required=False)
@@ -57,5 +59,7 @@ def command(
 
     loaded = load_rig(rig or "mas20_arm", scene=True)
     movable = movable_effects(loaded, effects)
-    start = pressure or [200e3] * len(loaded.muscles)
+    start = pressure or [
+        min(_START, 0.5 * muscle.valve.supply_pressure) for muscle in loaded.muscles.values()
+    ]
     watch_live(loaded, start, load=load or 0.0, effects=movable.sizes, with_effects=movable.at)

@@ -227,7 +227,8 @@ def reproduce(
         progress: called before each simulation.
 
     Raises:
-        InputError: for an unknown rig or start, or a rig that has not two muscles.
+        InputError: for an unknown rig or start, or a rig that has not two muscles or
+            not one joint that turns.
     """
     began = time.perf_counter()
     assumed = find_start(start)
@@ -237,9 +238,13 @@ def reproduce(
             f"rig {loaded.name!r} has {len(loaded.muscles)} muscles; the printed experiments need"
             " an antagonistic pair"
         )
+    if loaded.joints[loaded.only_joint] != "angle":
+        raise InputError(
+            f"the joint of rig {loaded.name!r} slides; the printed experiments need one that turns"
+        )
     report: Progress = progress or (lambda done, total, what: None)
     steps = mas20_steps()
-    increments = loaded.sensor.encoder_increments if loaded.sensor else 2500.0
+    increments = (loaded.sensor and loaded.sensor.encoder_increments) or 2500.0
     rows: dict[int, Row] = {}
     for step in steps:
         report(step.row - 1, len(steps), f"row {step.row}, {step.size} step")

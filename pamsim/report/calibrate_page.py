@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
+from pamsim.core.units import to_si
 from pamsim.report.numbers import digits, fixed, interval, sentence, significant, unit, words
 from pamsim.report.page import write_page
 from pamsim.report.row_errors import rest_errors
@@ -159,8 +160,7 @@ def profile_curves(profiles: Sequence[Mapping[str, Any]], parameters: Mapping[st
         parameter = parameters[profile["name"]]
         values = np.array(profile["values"])
         rise = np.array([np.nan if r is None else r for r in profile["rise"]], dtype=float)
-        # The file's unit is a factor away, which the two forms of the value tell.
-        scale = parameter["written"]["value"] / parameter["value"] if parameter["value"] else 1.0
+        scale = to_si(1.0, parameter["unit"], parameter["written"]["unit"], where=profile["name"])
         ax.plot(values * scale, rise, "-o", color=BLUE, markersize=4, label="all others refitted")
         threshold = profile["threshold"]
         ax.axhline(threshold, color=MUTED, linewidth=0.9, linestyle=":")

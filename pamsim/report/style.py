@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -70,6 +71,9 @@ _VECTORS = (".svg", ".pdf")
 
 _NUMBERS = (ScalarFormatter, LogFormatter)
 
+_settings = threading.RLock()
+"""Held while matplotlib's settings, which all threads share, are a page's."""
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -81,7 +85,7 @@ def page_style() -> Iterator[None]:
     It starts from matplotlib's own defaults, not from the user's settings, so that a page looks
     the same on every machine; the user's settings are back afterwards.
     """
-    with matplotlib.style.context(["default", _RC]):
+    with _settings, matplotlib.style.context(["default", _RC]):
         yield
 
 

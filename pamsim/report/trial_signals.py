@@ -41,11 +41,11 @@ def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
         parts = [c for c in comparisons if c.trial == trial]
         ends = [(c.measured, c.before if c.after is None else c.after) for c in parts]
         off = [
-            float(np.sqrt(np.mean((end - measured) ** 2)) / (np.ptp(measured) or 1.0))
+            float(np.sqrt(np.mean((end - measured) ** 2)) / np.ptp(measured))
             for measured, end in ends
-            if end is not None
+            if end is not None and np.ptp(measured) > 0.0
         ]
-        return max(off, default=np.inf)
+        return max(off, default=0.0 if any(end is not None for _, end in ends) else np.inf)
 
     held = {c.trial: c.held_out for c in comparisons}
     ordered = sorted(held, key=lambda trial: (not held[trial], -badness(trial)))

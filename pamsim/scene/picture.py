@@ -30,7 +30,7 @@ from pamsim.scene.parts import add_chain, add_load, add_muscle
 from pamsim.scene.pose import has_site, muscle_lengths, pose, site_pose
 from pamsim.scene.series_colours import series_rgb
 
-_USUAL_LOAD = 2.14  # of the MAS-20 arm in its pictures [kg]
+_USUAL_LOAD, _USUAL_PRESSURES = 2.14, (487e3, 100e3)  # of the MAS-20 arm in its pictures [kg, Pa]
 _COMPOSED_FOR = 1.6  # width over height of the pictures that the scenes' cameras are placed for
 _QUICK_SLICES = 20  # sides of a cylinder in a quick picture
 _NO_GL = (
@@ -43,7 +43,7 @@ def picture_rest(
     path: Path,
     *,
     rig: str | os.PathLike[str] = "mas20_arm",
-    pressures: Sequence[float] = (487e3, 100e3),
+    pressures: Sequence[float] | None = None,
     load: float | None = None,
     camera: str = "overview",
     size: tuple[int, int] = (1600, 1000),
@@ -51,7 +51,9 @@ def picture_rest(
     """Let a rig come to rest at gauge pressures (m,) [Pa] and write a picture of it, png or jpg.
 
     The rig, a shipped one or a folder, carries a load [kg]; if left out 2.14 kg, or nothing where
-    none can be. The camera is one of its scene, the size is width and height [px].
+    none can be. Pressures left out are those of the MAS-20 arm in its pictures if the rig has such
+    a pair of muscles, else half the supply's. The camera is one of its scene, the size is width and
+    height [px].
 
     Raises:
         InputError: for an unknown rig, camera or picture format.
@@ -60,6 +62,10 @@ def picture_rest(
     loaded = load_rig(rig, scene=True)
     if load is None:
         load = _USUAL_LOAD if loaded.takes_load else 0.0
+    if pressures is None:
+        supplies = [muscle.valve.supply_pressure for muscle in loaded.muscles.values()]
+        usual = len(supplies) == len(_USUAL_PRESSURES) and min(supplies) >= max(_USUAL_PRESSURES)
+        pressures = _USUAL_PRESSURES if usual else [0.5 * supply for supply in supplies]
     experiment = pressure_step(pressures, pressures, duration=0.01, load=load)
     rest = simulate(loaded, experiment).completed()
     width, height = size
@@ -154,6 +160,10 @@ def open_renderer(
         renderer = mujoco.Renderer(model, height=height, width=width)
     except Exception as error:  # each OpenGL backend fails in its own way, from ImportError on
         reason = next(iter(str(error).splitlines()), repr(error))
+        if "framebuffer" in reason:
+            raise InputError(
+                f"{width} x {height} pixels are more than OpenGL can draw here; choose fewer"
+            ) from error
         raise EngineError(f"{_NO_GL} ({reason})") from error
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
     return renderer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -92,7 +93,11 @@ def library_parameters(rig: Rig, effects: Mapping[str, float]) -> dict[str, floa
     """Rig parameter -> value that makes effects of the library, each of a size [SI]."""
     values: dict[str, float] = {}
     for name, size in effects.items():
-        values |= at_size(rig, rig_effect(rig, name), size)
+        known = rig_effect(rig, name)
+        own = at_size(rig, known, size)
+        if not math.isfinite(size) or (size and own == at_size(rig, known, 0.0)):
+            raise InputError(f"{name}: a size of {size:g} hides nothing; give one such as 1")
+        values |= own
     return values
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +41,7 @@ class HideSettings:
         seed: random seed.
 
     Raises:
-        InputError: for no repeats.
+        InputError: for no repeats, no duration, or a factor or seed below 0.
     """
 
     protocols: tuple[str, ...] = ()
@@ -57,6 +58,12 @@ class HideSettings:
     def __post_init__(self) -> None:
         if self.repeats < 1:
             raise InputError(f"{self.repeats} repeats: at least one trial is needed")
+        if self.duration is not None and not self.duration > 0.0:
+            raise InputError(f"`duration` is {self.duration:g} s; a trial needs some time")
+        for name in ("noise", "variation", "seed"):
+            value = getattr(self, name)
+            if not 0.0 <= value < math.inf:
+                raise InputError(f"`{name}` is {value:g}; it must be 0 or above")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,7 +39,7 @@ def broken_rig(tmp_path):
 
 
 BAD_INPUT = (
-    ("step --rig mas21_arm --pressure 1,1", "did you mean 'mas20_arm'"),
+    ("step --rig mas21_arm --pressure 1,0", "did you mean 'mas20_arm'"),
     ("step --pressure 4.87barr,0", "'barr' is not known"),
     ("step --pressure 4kg,0", "does not measure"),
     ("step --pressure -5,0", "-5 kPa is negative"),
@@ -48,6 +48,9 @@ BAD_INPUT = (
     ("step --valve 2,0 --start 1bar,1bar", "outside [-1, 1]"),
     ("step --valve 1,0", "--valve needs --start"),
     ("step", "either --pressure or --valve"),
+    ("step --pressure 300,300", "nothing changes: give the pressures before the step, by --start"),
+    ("step --pressure 487,0 --start 300", "--start has 1 pressures for 2 muscles"),
+    ("import x.csv --rig mas20_arm --out o --segments nan:1", "write BEGIN:END,BEGIN:END"),
     ("step --pressure 300", "has 2 muscles (muscle_1, muscle_2), the drive is of 1"),
     ("hide coulomb_friction", "missing --out ("),
     ("sweep", "missing argument 'STUDY'; `pamsim sweep --help`"),

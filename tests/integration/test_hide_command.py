@@ -54,6 +54,12 @@ def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
         ("air_leak --protocols burst", "did you mean 'bursts'"),
         ("air_leak --size 1,2", "2 sizes for 1 effects"),
         ("none --protocols bursts --repeats 0", "at least one trial"),
+        ("none --protocols bursts --duration 0", "a trial needs some time"),
+        ("none --protocols bursts --noise nan", "--noise is nan; it must be 0 or above"),
+        ("none --protocols bursts --variation -1", "--variation is -1"),
+        ("none --seed -1", "-1 is not in the range"),
+        ("air_leak --size -1", "air_leak: a size of -1 hides nothing"),
+        ("air_leak+air_leak --size 1,3", "has an effect twice"),
         ("none --rig mas30_arm", "did you mean 'mas20_arm'"),
     ):
         args = (*line.split(), "--out", tmp_path / "d")

@@ -179,6 +179,8 @@ def test_a_run_that_breaks_down_keeps_its_row_and_the_others_go_on(found, monkey
         return run
 
     monkeypatch.setattr(room, "simulate", breaking)
+    unknown = load_rig("mas20_arm").with_parameters({"sensor.encoder_increments": 0.0})
+    assert room.reproduce(unknown).distinct[0].increment == found.distinct[0].increment
     result = json.loads(json.dumps(room.reproduce().to_dict(), allow_nan=False))
     third, fourth = result["rows"][2:4]
     assert (third["simulated_deg"], third["message"]) == (None, "broke on purpose")

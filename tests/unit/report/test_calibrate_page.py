@@ -26,7 +26,7 @@ def parameter(name, value, interval, *, flags=(), scale="linear"):
     written = {"unit": "N/bar", "value": value, "before": 4.0, "interval95": interval,
                "bounds": [1.0, 16.0]}  # fmt: skip
     return {
-        "name": name, "value": value * 1e-5, "tied": [], "flags": list(flags), "scale": scale,
+        "name": name, "value": value * 1e-5, "unit": "N/Pa", "tied": [], "flags": list(flags), "scale": scale,
         "range_source": "a factor 4 either way", "sentence": "at its bound" if flags else "",
         "written": written,
     }  # fmt: skip
@@ -100,6 +100,10 @@ def test_headline_is_made_of_sentences(result):
 
 def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst_beside_a_legend():
     assert shown_trials(COMPARISONS) == ["b_1", "a_2"]
+    # A channel that never moved has no range to measure an error by.
+    still = compared("a_1", "pressure_2", held=False, off=0.0)
+    still.measured, still.after = 0.0 * TIME, 300.0 + 0.0 * TIME
+    assert shown_trials([*COMPARISONS[:-1], still]) == ["b_1", "a_2"]
     figure = trial_signals(COMPARISONS)
     assert all(ax.get_legend() is None for ax in figure.axes)
     titles = [ax.get_title(loc="left") for ax in figure.axes[::2]]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import threading
 from dataclasses import replace
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
 from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
-from pamsim.report.style import finish_axes, new_figure, series_look
+from pamsim.report.style import finish_axes, new_figure, series_look, styled
 from pamsim.report.trial_signals import trial_signals
 from tests.records import page
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
@@ -48,6 +50,26 @@ def page_of(one, folder, **more):
 )  # fmt: skip
 def test_the_headline_is_what_was_hidden_and_what_was_found(one, hidden, expected):
     assert hidden.headline(one.to_dict()) == expected
+
+
+def test_settings_are_the_user_s_again_though_pages_are_drawn_at_once():
+    inside, outside = threading.Event(), threading.Event()
+
+    @styled
+    def draw():
+        inside.set()
+        outside.wait(0.5)
+
+    with matplotlib.rc_context({"font.size": 17.0}):
+        first = threading.Thread(target=draw)
+        first.start()
+        inside.wait()
+        second = threading.Thread(target=draw)
+        second.start()
+        first.join()
+        outside.set()
+        second.join()
+        assert matplotlib.rcParams["font.size"] == 17.0
 
 
 @pytest.mark.usefixtures("quick")
