@@ -12,6 +12,7 @@ import numpy as np
 
 from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.calibration.first_values import first_values
+from pamsim.calibration.possible_cases import possible
 from pamsim.calibration.result import Calibration, write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, comparisons_of
 from pamsim.comparison.experiments import experiment_of
@@ -34,6 +35,7 @@ from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
 from pamsim.core.units import FloatArray
+from pamsim.engine.parameters import rig_parameters
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.inference.fit_simulator import fit_simulator, shown
@@ -169,8 +171,7 @@ def calibrate(
     fit = _at_the_optimum(compared, parameters, fit, max_iterations, counter)
     counter.report("profiles" if profiles else "comparison")
     profiled = tuple(profile(compared, parameters, fit, name) for name in profiles)
-    pair = np.array([[f.before.value for f in freed], fit.values])
-    comparisons = [*_comparisons(compared, pair, False), *_comparisons(unseen, pair, True)]
+    comparisons = [c for p in (compared, unseen) for c in _comparisons(p, fit.values, p is unseen)]
     folder = None if out is None else write_calibrated_rig(loaded, freed, fit, data.sources, out)
     return Calibration(
         rig=loaded,
@@ -181,6 +182,10 @@ def calibrate(
             *data.notes,
             *(f"{name} stays as it is: these data do not show it" for name in not_shown),
             *(f"{' and '.join(f.names)} are one number in this fit" for f in freed if f.names[1:]),
+            *(
+                f"{name} differs from muscle to muscle; in this fit it is one number for all"
+                for name in _differing(loaded, freed)
+            ),
             *(
                 f"{table.name}: the pressures from which its rows started are not given; assumed:"
                 " all muscles at the row's highest pressure, then the others vented"
@@ -280,15 +285,20 @@ def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:
     return checkpoint
 
 
-def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> list[Comparison]:
-    """Every channel of some measurements, simulated before and after."""
-    both = problem.predictions(pair) if problem.predictor.experiments else (None, None)
+def _comparisons(problem: CalibrationProblem, values: FloatArray, held: bool) -> list[Comparison]:
+    """Every channel of some measurements, simulated with the rig as it is and with a fit."""
+    before = after = None
+    if problem.predictor.experiments:
+        (after,) = problem.predictions(values)
+        # Muscles may differ in a number that is freed: its value before is not that of each.
+        (before,) = possible(problem.predictor.predictions, [problem.rig], begun=True)
+    both = before, after
     found: list[Comparison] = []
     for trial in problem.data.trials:
         ends = (None if p is None else p.trials[trial.name] for p in both)
         found += comparisons_of(trial, problem.predictor.compared(trial), *ends, held_out=held)
     for table in problem.data.tables:
-        before, after = (None if p is None else p.tables[table.name] for p in both)
+        rows = [None if p is None else p.tables[table.name] for p in both]
         found.append(
             Comparison(
                 trial=table.name,
@@ -297,12 +307,19 @@ def _comparisons(problem: CalibrationProblem, pair: FloatArray, held: bool) -> l
                 held_out=held,
                 time=1.0 + np.arange(len(table.rows), dtype=np.float64),
                 measured=table.angle,
-                before=before,
-                after=after,
+                before=rows[0],
+                after=rows[1],
                 table=table,
             )
         )
     return found
+
+
+def _differing(rig: Rig, freed: Sequence[FreedParameter]) -> list[str]:
+    """Freed parameters that name one number of all muscles, which differ in it."""
+    apart = [one.name for one in rig_parameters(rig)]  # such a number once for each muscle
+    names = [name for one in freed for name in one.names]
+    return [name for name in names if any(own.endswith(f":{name}") for own in apart)]
 
 
 def _at_the_start(comparisons: Sequence[Comparison]) -> dict[str, dict[str, FloatArray]]:

@@ -157,7 +157,8 @@ def freed_parameters(
 
     Args:
         rig: to calibrate.
-        wanted: names as `Rig.with_parameters` has them; ``a=b`` makes one number of both.
+        wanted: names as `Rig.with_parameters` has them; ``a=b`` makes one number of both. The fit
+            of a number that muscles differ in, or that was several, starts at the first of them.
         bounds: name -> (low, high), each a number [SI] or a text such as ``5 cm^3``, which is in
             the unit of the rig's file if it carries none. Otherwise the range is what the file
             states, and without that `FACTOR` around the value.
@@ -165,7 +166,7 @@ def freed_parameters(
 
     Raises:
         InputError: for an unknown or doubled name, bounds of a parameter that is not free, a range
-            that cannot be read or found, or values of one number that differ.
+            that cannot be read or found, or one number of two units.
         ParameterError: for a range that is empty or leaves the present value out.
     """
     given = dict(bounds or {})

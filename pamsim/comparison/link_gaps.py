@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -17,6 +17,7 @@ from pamsim.comparison.repeated_misfit import (
     repeated_misfit,
     shared_p_values,
 )
+from pamsim.comparison.repeats import protocols_by_load
 from pamsim.core.encoding import json_property
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock, layout
@@ -114,7 +115,12 @@ def gap_per_link(
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
-    residuals = link_residuals(rig, trials, threads=threads, simulated=simulated)
+    by_link = link_residuals(rig, trials, threads=threads, simulated=simulated)
+    inputs = protocols_by_load(trials)
+    residuals = {
+        link: [replace(block, protocol=inputs[block.trial]) for block in blocks]
+        for link, blocks in by_link.items()
+    }
     found: list[_Output] = []
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])

@@ -63,7 +63,7 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     trials: list[Trial] = []
     tables: list[StaticTable] = []
     notes: list[str] = []
-    rigs: dict[str, str] = {}
+    rigs: dict[str, tuple[str, str]] = {}  # as `_known_by` -> source, and rig as it is named there
     recordings = [s for s in sources if Path(s).is_dir() or Path(s).suffix == ".toml"]
     for source in sources:
         if source not in recordings:
@@ -77,7 +77,7 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
             notes += table.notes
             continue
         recording = read_recordings(source)
-        rigs[recording.rig] = str(source)
+        rigs.setdefault(_known_by(recording.rig), (str(source), recording.rig))
         # Trials of two recordings may well have the same file names.
         path = Path(source).resolve()
         folder = path if path.is_dir() else path.parent
@@ -88,11 +88,11 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
         ]
         notes += [f"{stem}{note}" if stem else note for note in recording.notes]
     if len(rigs) > 1:
-        pairs = " and ".join(f"{source} of {rig!r}" for rig, source in rigs.items())
+        pairs = " and ".join(f"{source} of {rig!r}" for source, rig in rigs.values())
         raise InputError(f"the recordings are of different rigs: {pairs}; calibrate one at a time")
     data = CalibrationData(
         sources=tuple(str(source) for source in sources),
-        rig=next(iter(rigs), None),
+        rig=next((rig for _, rig in rigs.values()), None),
         trials=tuple(trials),
         tables=tuple(tables),
         notes=tuple(notes),
@@ -101,6 +101,12 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
         if data.names.count(name) > 1:
             raise InputError(f"{name!r} is given twice; rename one of the files")
     return data
+
+
+def _known_by(rig: str) -> str:
+    """A folder has many paths, such as one relative to each of its recordings."""
+    folder = Path(rig)
+    return str(folder.resolve()) if (folder / "params.toml").is_file() else rig
 
 
 def split_held_out(

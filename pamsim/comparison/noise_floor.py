@@ -8,6 +8,8 @@ separated, in order of preference, by
   noise that drifts more slowly goes unseen;
 * the trial: what the model misses is smooth from one sample to the next, but for the moments that a
   median ignores; noise that drifts at all goes unseen.
+
+None of these is less than the rounding of what was read.
 """
 
 from __future__ import annotations
@@ -33,6 +35,7 @@ SETTLED = 0.5
 """Time after a change of the command at which a hold begins to count [s]."""
 
 _ENOUGH = 0.25  # share of the trial's samples that its holds must give
+_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
 class FloorRoute(StrEnum):
@@ -93,11 +96,14 @@ def noise_floor(
     for key, (first, *_) in in_protocol.items():
         if key not in scatter:
             own = of_trial.get(first.block.trial)
-            routes[key], scatter[key] = noise_within_trial(
+            routes[key], within = noise_within_trial(
                 residual[first.rows],
                 first.block.sample_interval or 1.0,
                 None if own is None else own.command,
             )
+            least = 0.0 if own is None else _rounding(own.measured[first.block.channel])
+            square = max(within.square, least**2 * within.freedom)
+            scatter[key] = Scatter(square, within.freedom)
     return NoiseFloor(
         sd={
             channel: max(
@@ -112,6 +118,12 @@ def noise_floor(
         },
         routes=routes,
     )
+
+
+def _rounding(values: FloatArray) -> float:
+    """A reading in steps, which may not change for long, has the noise of its rounding [SI]."""
+    step = float(np.min(np.diff(np.unique(values)), initial=np.inf))
+    return step / _UNIFORM if np.isfinite(step) else 0.0
 
 
 def _smallest(places: Sequence[BlockPlace], channel: str) -> float:

@@ -8,10 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.comparison.link_inputs import sample_noise
 from pamsim.core.units import FloatArray
 from pamsim.recordings.trial import Trial
 
 _SAME = 1e-6  # of a command's range, to which it is written
+_SAME_NOISE = 6.0  # standard deviations from sample to sample, by which no two readings differ
+_REGULATED = 0.05
+"""Of the largest reading of its kind, by which an imposed signal may differ between repeats on
+average: regulators come back to 1 % of their range, valves that are only timed to some per cent.
+Levels that differ on purpose do by more.
+"""
 _PROBES = 32  # samples by which lags are sorted out before all samples are compared
 
 
@@ -57,10 +64,38 @@ def repeats(trials: Sequence[Trial]) -> tuple[Repeats, ...]:
 
 
 def _repeat(first: Trial, other: Trial) -> bool:
-    # What a sensor or a machine imposes differs by its noise.
-    commanded = [kind != "measured" for kind in first.drives.muscles]
+    commanded = np.flatnonzero(~np.array(first.drives.between))
     same = first.measured.keys() == other.measured.keys()
-    return same and same_input(first, other, np.flatnonzero(commanded))
+    return same and same_input(first, other, commanded) and _imposed_again(first, other)
+
+
+def _imposed_again(first: Trial, other: Trial) -> bool:
+    """What was read and is imposed differs by its noise, and by how exactly it was repeated."""
+    kinds = np.array(first.drives.kinds)
+    for column in np.flatnonzero(first.drives.between):
+        own = np.stack([first.command[:, column], other.command[:, column]])
+        of_kind = kinds == kinds[column]
+        largest = max(float(np.abs(t.command[:, of_kind]).max()) for t in (first, other))
+        limit = max(_SAME_NOISE * max(map(sample_noise, own)), _REGULATED * largest)
+        if np.mean(np.abs(own[1] - own[0])) > limit:
+            return False
+    return True
+
+
+def protocols_by_load(trials: Sequence[Trial]) -> dict[str, str]:
+    """Name of each trial to its protocol, with the load where trials of the protocol differ in it.
+
+    Trials of one protocol with different loads are no repeats.
+    """
+    loads: dict[str, set[float]] = {}
+    for trial in trials:
+        loads.setdefault(trial.protocol, set()).add(trial.load)
+    return {
+        trial.name: trial.protocol
+        if len(loads[trial.protocol]) == 1
+        else f"{trial.protocol}, {trial.load:g} kg"
+        for trial in trials
+    }
 
 
 def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = None) -> bool:
@@ -85,8 +120,9 @@ def samples_per_period(command: FloatArray) -> int | None:
     """
     command = command[:-1]
     count = command.shape[0]
-    limit = _SAME * float(np.ptp(command, axis=0).max()) if count else 0.0
-    if limit == 0.0:
+    # Of each column by itself: they may be Pa and rad.
+    limit = _SAME * np.ptp(command, axis=0) if count else np.zeros(command.shape[1])
+    if not limit.any():
         return None
     most = (count + 1) // 2  # the last period may be one sample short
     lags = np.arange(2, most + 1)

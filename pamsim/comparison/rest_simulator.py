@@ -17,7 +17,7 @@ import numpy as np
 from pamsim.comparison.chain_runs import COARSE, Values, plain
 from pamsim.comparison.experiments import table_experiments
 from pamsim.comparison.links import JOINT, MUSCLE, Link
-from pamsim.comparison.trial_prediction import AT_REST
+from pamsim.comparison.trial_prediction import AT_REST, rest_as_read
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
@@ -217,7 +217,9 @@ class RestPredictor:
     def simulated(self, rig: Rig) -> FloatArray | None:
         """True angles at the ends of the rows' steps simulated in time, (n,) [rad]."""
         runs = simulate_batch(
-            [(rig, e) for e in self._experiments], threads=self._threads, above_supply=True
+            [(rig, rest_as_read(rig, e)) for e in self._experiments],
+            threads=self._threads,
+            above_supply=True,
         )
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
             return None

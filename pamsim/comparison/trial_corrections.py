@@ -42,7 +42,7 @@ class Correction:
     Attributes:
         text: the mistake and what to do, to follow the name of the trials.
         changed: column -> factor and offset that its numbers [SI] take.
-        taken: column -> the column whose numbers it takes instead of its own.
+        taken: column -> the column whose numbers it takes instead of its own, where a trial has it.
         clock: factor of the time.
     """
 
@@ -89,7 +89,8 @@ class Correction:
 
     def _corrected(self, column: str, values: Mapping[str, FloatArray]) -> FloatArray:
         factor, offset = self.changed.get(column, (1.0, 0.0))
-        return factor * values[self.taken.get(column, column)] + offset
+        source = self.taken.get(column, column)
+        return factor * values[source if source in values else column] + offset
 
 
 def corrections(trial: Trial, missed: Collection[str]) -> Iterator[Correction]:
@@ -154,12 +155,15 @@ def _swapped_muscles(trial: Trial, missed: Collection[str]) -> Iterator[Correcti
     """Two muscles under each other's names, in what is read of them, or commanded, or both.
 
     Where a simulated pressure is missed, what is read and what is commanded are of two muscles;
-    where none is, both are of the other.
+    where none is, both are of the other. Muscles that are driven in different ways have columns of
+    different quantities, which cannot be exchanged.
     """
     pressures = trial.pressure_channels
-    columns = command_columns(trial.drives, trial.muscle_names)
+    columns, kinds = command_columns(trial.drives, trial.muscle_names), trial.drives.muscles
     wrong = [i for i, channel in enumerate(pressures) if channel in missed]
     for one, two in itertools.combinations(wrong or range(trial.muscles), 2):
+        if kinds[one] != kinds[two]:
+            continue
         command, read = (columns[one], columns[two]), (pressures[one], pressures[two])
         commanded = [command] if all(command) else []
         known = set(read) <= trial.measured.keys()

@@ -17,6 +17,7 @@ from pamsim.comparison.experiments import (
     table_experiments,
 )
 from pamsim.comparison.measurements import CalibrationData
+from pamsim.comparison.repeats import protocols_by_load
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
@@ -24,6 +25,7 @@ from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.sensors import true_at_rest
 from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
@@ -180,7 +182,7 @@ class TrialPredictor:
         runs = iter(
             self._run(
                 [
-                    (rig, as_read(rig, e) if number in self._of_trial else e)
+                    (rig, as_read(rig, e) if number in self._of_trial else rest_as_read(rig, e))
                     for rig in rigs
                     if rig is not None
                     for number, e in enumerate(self._experiments)
@@ -258,10 +260,11 @@ class TrialPredictor:
 
     def blocks(self, prediction: Prediction) -> Blocks:
         """Residuals of a prediction, simulated minus measured."""
+        inputs = protocols_by_load(self.data.trials)
         blocks = [
             ResidualBlock(
                 trial=trial.name,
-                protocol=trial.protocol,
+                protocol=inputs[trial.name],
                 channel=channel,
                 residual=prediction.trials[trial.name][channel] - trial.measured[channel],
                 sample_interval=trial.sample_interval,
@@ -280,6 +283,17 @@ class TrialPredictor:
             for table in self.data.tables
         ]
         return blocks
+
+
+def rest_as_read(rig: Rig, experiment: Experiment) -> Experiment:
+    """A step to a row at rest with the true pressures, given what the rig's sensors read.
+
+    A row states the pressure that was read, where a trial states what was commanded.
+    """
+    if rig.sensor is None:
+        return experiment
+    true = np.maximum(true_at_rest(experiment.command_value, rig.sensor, "pressure"), 0.0)
+    return replace(as_read(rig, experiment), command_value=true)
 
 
 def check_channels(channels: Sequence[str]) -> tuple[str, ...]:

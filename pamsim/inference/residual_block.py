@@ -17,7 +17,8 @@ class ResidualBlock:
 
     Attributes:
         trial: name of the trial, or of a static table.
-        protocol: trials of the same protocol are repeats of each other.
+        protocol: trials of the same one are repeats of each other; with the load, if some trials
+            of the protocol have another.
         channel: such as ``angle``; blocks of the same channel share their noise.
         residual: shape (n,) [SI unit of the channel]. Its length must not depend on parameters.
         sample_interval: [s], or None for rows without an order in time (static table), which are

@@ -193,6 +193,17 @@ def test_what_angles_at_rest_cannot_show_is_named(rig, run, tmp_path):
     assert measured == pytest.approx([float(row.split(",")[-1]) for row in rows[1:]])
 
 
+def test_before_a_fit_each_muscle_has_its_own_number(rig, tmp_path):
+    """The rig that made a recording misses nothing, even if the fit frees one number for both."""
+    weak = rig.with_parameters({"muscle_2:force.scale": 0.7})
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 2e5), duration=0.3)
+    pamsim.simulate(weak, step).save(tmp_path / "data", rig="mas20_arm")
+    for free in ("force.scale", "muscle_1:force.scale=muscle_2:force.scale"):
+        found = calibrate([tmp_path / "data"], rig=weak, free=[free], max_iterations=1)
+        assert max(row["before"] for row in found.misfit()) < 1e-3
+        assert any("force.scale" in note and "one number" in note for note in found.notes)
+
+
 def test_what_is_free_by_default_is_what_the_data_show(rig, tmp_path):
     """Valves play no part where the measured pressures drive."""
     triangle = {"protocols": ("triangle",), "duration": 0.6, "repeats": 2, "measured_drive": True}

@@ -83,6 +83,13 @@ def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
     assert any("inputs recorded once" in note for note in gaps.notes)
 
 
+def test_trials_with_another_load_show_no_floor(tmp_path):
+    one, other, *_ = trials_of(tmp_path, {}, repeats=2, protocols=("triangle",), duration=0.5)
+    for load, known in ((0.0, {"repeats"}), (1.2, {"within trials", "holds"})):
+        gaps = gap_per_link(ARM, [one, replace(other, load=load)])
+        assert {output.floor_from for output in gaps.outputs} <= known
+
+
 def forces(noise=0.0):
     """Residuals of both forces at a held joint, away from where its hysteresis is symmetric."""
     time = np.arange(600) / 100.0

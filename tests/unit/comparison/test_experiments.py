@@ -1,6 +1,7 @@
 """A trial repeats in the engine what was recorded: commands, start, and the times to compare at."""
 
 import dataclasses
+import shutil
 
 import numpy as np
 import pytest
@@ -13,10 +14,17 @@ from pamsim.comparison.experiments import (
     on_steps,
     sensed_signals,
 )
+from pamsim.comparison.measurements import CalibrationData, read_calibration_data
+from pamsim.comparison.rest_simulator import RestPredictor
+from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, SimulationError
+from pamsim.inference.noise_model import NoiseModel
+from pamsim.inference.residual_block import layout, stacked
+from pamsim.inference.simulator_fit import NoiseSource
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, write_recording
 from pamsim.recordings.recording_reader import read_recordings
+from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
 
@@ -123,3 +131,58 @@ def test_signals_are_interpolated_to_the_trials_own_times(rig):
     broken = dataclasses.replace(run, outcome=Outcome.NOT_FINITE, message="broke down")
     with pytest.raises(SimulationError, match="broke down"):
         at_times(broken, read)
+
+
+def of_trials(*trials, tables=()):
+    return CalibrationData(sources=(), rig=None, trials=trials, tables=tables)
+
+
+def test_rows_at_rest_are_simulated_at_the_true_pressures_that_were_read(rig):
+    scale, bias = 1.1, 2e4
+    wrong = rig.with_parameters({"sensor.pressure_scale": scale, "sensor.pressure_bias": bias})
+    true, start = np.array([[3e5, 1e5], [2e5, 3e5]]), np.full((2, 2), 3e5)
+
+    def table(pressure, start):
+        return StaticTable(
+            name="rest",
+            rows=("a", "b"),
+            pressure=pressure,
+            load=np.zeros(2),
+            angle=np.zeros(2),
+            start=start,
+        )
+
+    read = table(scale * true + bias, scale * start + bias)
+    (right,) = TrialPredictor(rig, of_trials(tables=(table(true, start),))).predictions([rig])
+    (found,) = TrialPredictor(wrong, of_trials(tables=(read,))).predictions([wrong])
+    np.testing.assert_allclose(found.tables["rest"], right.tables["rest"], atol=1e-6)
+    rows = RestPredictor(lambda _: wrong, read)
+    np.testing.assert_allclose(rows.simulated(wrong), right.tables["rest"], atol=1e-6)
+    rows.anchor({})
+    (anchored,) = rows.predict([{}])
+    np.testing.assert_allclose(anchored, right.tables["rest"], atol=1e-6)
+
+
+def test_trials_with_another_load_do_not_show_the_noise(rig):
+    read = {channel: np.full(100, 2e5) for channel in ("pressure_1", "pressure_2")}
+    bare, again = (trial(name=name, measured=read) for name in ("bare", "again"))
+    loaded = dataclasses.replace(again, load=1.2)
+    for other, source in ((again, NoiseSource.REPEATS), (loaded, NoiseSource.RESIDUAL)):
+        both = {one.name: read for one in (bare, other)}
+        blocks = TrialPredictor(rig, of_trials(bare, other)).blocks(
+            Prediction(trials=both, tables={})
+        )
+        places = layout(blocks)
+        assert NoiseModel(places, stacked(blocks, places)).source("pressure_1") is source
+
+
+def test_recordings_beside_each_other_are_of_one_rig_by_whatever_path(rig, tmp_path):
+    for name in ("mine", "copy"):
+        shutil.copytree(rig.file.folder, tmp_path / name)
+    run = pamsim.simulate(rig, pamsim.pressure_step((3e5, 3e5), (3e5, 2e5), duration=0.1))
+    for folder, own in (("one", "mine"), ("two", "mine"), ("three", "copy")):
+        write_recording(tmp_path / folder, str(tmp_path / own), {"step_1": run})
+    found = read_calibration_data([tmp_path / "one", tmp_path / "two"])
+    assert found.rig == str(tmp_path / "one" / ".." / "mine")
+    with pytest.raises(InputError, match="of different rigs"):
+        read_calibration_data([tmp_path / "one", tmp_path / "three"])

@@ -110,6 +110,18 @@ def test_columns_under_each_others_names():
     same(of(trial(**forces), "force1_n and force2_n look swapped"), trial())
 
 
+def test_muscles_that_are_driven_in_different_ways_are_not_exchanged():
+    """Their columns are of different quantities, in this trial or in another one."""
+    mixed = trial(drive={"muscle_1": "measured", "muscle_2": "pressure_set"})
+    for missed in (("angle",), ("pressure_1", "pressure_2", "angle")):
+        found = list(corrections(mixed, missed))
+        assert not any("p1" in one.text and "swapped" in one.text for one in found)
+        for one in found:
+            one.applied(mixed)
+    both = next(one for one in corrections(trial(), ("angle",)) if "p1_set_kpa" in one.taken)
+    np.testing.assert_array_equal(both.applied(mixed).command[:, 1], mixed.command[:, 1])
+
+
 def test_readings_that_drive_nothing_are_judged_by_themselves():
     every = ("pressure_1", "pressure_2", "angle", "force_1", "force_2")
     for drive, text, expected in (

@@ -14,7 +14,7 @@ from pamsim.comparison.links import (
     link_runs,
     whole_run,
 )
-from pamsim.comparison.repeats import repeats
+from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.engine.rig import load_rig
 from pamsim.recordings.trial import Trial, of_rig
 
@@ -119,10 +119,40 @@ def test_the_mean_of_repeats_is_that_of_what_was_measured_and_of_what_was_impose
     """Measured pressures that drive may differ, by their noise."""
     one = trial("angle", drive="measured")
     other = replace(
-        one, name="b", command=3.0 * one.command, measured={"angle": 3.0 * one.measured["angle"]}
+        one, name="b", command=1.02 * one.command, measured={"angle": 3.0 * one.measured["angle"]}
     )
     (group,) = repeats([one, other])
     mean = group.mean()
     assert mean.name == group.name == "one"
-    np.testing.assert_allclose(mean.command, 2e5)
+    np.testing.assert_allclose(mean.command, 1.01e5)
     np.testing.assert_allclose(mean.measured["angle"], 2e5)
+
+
+def test_what_is_imposed_repeats_within_its_noise_and_what_machines_repeat_to():
+    rng = np.random.default_rng(0)
+    turned = {"muscle_1": "measured", "muscle_2": "pressure_set", "shaft": "angle"}
+
+    def imposed(name, pressure, angle, noise=1e-3):
+        read = trial("torque", drive=turned, columns=3)
+        time = np.arange(500) / 100.0
+        command = np.tile([pressure, 2e5, angle], (500, 1))
+        command[:, ::2] += rng.normal(0.0, [500.0, noise], (500, 2))
+        return replace(read, name=name, time=time, command=command, measured={"torque": time})
+
+    trials = [
+        imposed("one", 1e5, 0.0),
+        imposed("again", 1.01e5, 0.0),
+        imposed("filled", 3e5, 0.0),
+        imposed("turned", 1e5, 0.2),
+        imposed("noisy", 1e5, 0.2, noise=0.2),  # which may be any of them
+    ]
+    found = [[t.name for t in group.trials] for group in repeats(trials)]
+    assert found == [["one", "again", "noisy"], ["filled"], ["turned"]]
+
+
+def test_trials_of_a_protocol_with_several_loads_are_repeats_at_each_of_them():
+    light, other = trial("angle"), replace(trial("angle"), name="other", protocol="other")
+    heavy = replace(light, name="heavy", load=1.2)
+    assert protocols_by_load([light, other]) == {"one": "one", "other": "other"}
+    found = protocols_by_load([light, heavy, other])
+    assert found == {"one": "one, 0 kg", "heavy": "one, 1.2 kg", "other": "other"}

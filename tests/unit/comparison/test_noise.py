@@ -20,6 +20,7 @@ from pamsim.comparison.noise_floor import (
     noise_within_trial,
     settled_holds,
 )
+from pamsim.comparison.repeats import samples_per_period
 from pamsim.comparison.start_errors import start_error
 from pamsim.engine.rig import load_rig
 from pamsim.inference.residual_block import ResidualBlock, layout
@@ -93,6 +94,25 @@ def test_a_reading_in_steps_has_the_noise_of_its_rounding():
     assert found.noise.standard_deviation == pytest.approx(1.0 / np.sqrt(12.0))
 
 
+def test_the_floor_of_a_reading_in_steps_is_that_of_its_rounding():
+    """One that hardly changes shows none, and one that changes fast has no more."""
+    for reading, floor in (
+        (np.round(np.sin(0.2 * TIME)), 1.0 / np.sqrt(12.0)),
+        (np.sin(9.0 * TIME), 1e-3),
+    ):
+        block = ResidualBlock(
+            trial="a",
+            protocol="log",
+            channel="angle",
+            residual=1e-3 * np.random.default_rng(5).standard_normal(TIME.size),
+            sample_interval=0.01,
+        )
+        log = trial(HELD, reading)
+        found = noise_floor(layout([block]), block.residual, [log])
+        assert found.sd["angle"] == pytest.approx(floor, rel=0.1)
+        assert found.variance["angle", "log"] == pytest.approx(floor**2, rel=0.2)
+
+
 def blocks(rng, *, repeats, count=400, model=0.0):
     time = np.linspace(0.0, 6.0, count)
     return [
@@ -143,6 +163,13 @@ def test_periods_are_repeats_that_drift_counts_in_and_model_error_does_not():
     assert route is FloorRoute.PERIODS
     assert noise.variance == pytest.approx(1.0, rel=0.15)
     assert noise.freedom == 13 * 400  # of 15 periods, the first is a transient
+
+
+def test_a_period_is_one_of_all_columns_however_small_their_numbers():
+    pressure = 3e5 + 1e5 * (np.arange(COUNT) // 200 % 2)
+    angle = 0.1 * np.sin(2.0 * np.pi * LONG / 2.7)
+    assert samples_per_period(np.column_stack([pressure, np.full(COUNT, 0.1)])) == 400
+    assert samples_per_period(np.column_stack([pressure, angle])) is None
 
 
 def test_holds_give_the_noise_where_the_model_misses_another_level_in_each():

@@ -26,7 +26,8 @@ def parameter(name, value, interval, *, flags=(), scale="linear"):
     written = {"unit": "N/bar", "value": value, "before": 4.0, "interval95": interval,
                "bounds": [1.0, 16.0]}  # fmt: skip
     return {
-        "name": name, "value": value * 1e-5, "unit": "N/Pa", "tied": [], "flags": list(flags), "scale": scale,
+        "name": name, "value": value * 1e-5, "unit": "N/Pa", "scale": scale,
+        "tied": [], "flags": list(flags),
         "range_source": "a factor 4 either way", "sentence": "at its bound" if flags else "",
         "written": written,
     }  # fmt: skip
