@@ -51,8 +51,17 @@ def full_rates(m: Parameters, pressure: float) -> tuple[float, float]:
 
 
 def regulated_lag(m: Parameters, pressure: float) -> float:
-    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting."""
+    """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting.
+
+    Raises:
+        InputError: for a pressure that the valves cannot both raise and lower.
+    """
     fill, exhaust = full_rates(m, pressure)
+    if not fill > 0.0 > exhaust:
+        raise InputError(
+            f"the valves cannot both raise and lower a pressure of {pressure / 1e3:g} kPa; choose"
+            f" one between 0 and the supply's {m.valve.supply_pressure / 1e3:g} kPa"
+        )
     return 0.5 * m.valve.regulator_band * (1.0 / fill - 1.0 / exhaust)
 
 

@@ -212,7 +212,8 @@ class FeedForward:
         The lead is the lag of muscle 1's regulated pressure, if left out.
 
         Raises:
-            InputError: as `Arm.for_rig`, or if the common pressure cannot be had.
+            InputError: as `Arm.for_rig`; if the common pressure cannot be had, or without a given
+                lead as `regulated_lag`.
         """
         arm = Arm.for_rig(rig, load=load)
         common = PressureSplit(common=common_pressure, supply=arm.supply).common

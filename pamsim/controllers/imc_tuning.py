@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from pamsim.controllers.second_order_model import SecondOrderModel
+from pamsim.controllers.second_order_model import SecondOrderModel, is_all_pole
 from pamsim.core.errors import InputError
 from pamsim.identification.model import IdentifiedModel
 
@@ -48,14 +48,14 @@ def imc_gains(
 
 
 def imc_gains_of_fit(fit: IdentifiedModel, *, closed_loop_time: float) -> PidGains:
-    """Gains for a fitted model of one or two poles without zeros, its dead time included.
+    """Gains for a fitted continuous model of one or two stable poles, its dead time included.
 
     The closed loop is to have the time constant lambda [s].
 
     Raises:
         InputError: for a model of another structure.
     """
-    if len(fit.denominator) == 2 and len(fit.numerator) == 1:
+    if is_all_pole(fit, order=1):
         lag = fit.denominator[0]
         return PidGains(
             gain=lag / (fit.gain * (closed_loop_time + fit.dead_time)),

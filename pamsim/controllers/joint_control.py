@@ -124,7 +124,8 @@ class JointControl:
         sampling period [s]; the common pressure [Pa] is half the supply's if left out.
 
         Raises:
-            InputError: as `InverseStatics`; if the muscles leave a joint without stiffness.
+            InputError: as `InverseStatics` and `regulated_lag`; if the muscles leave a joint
+                without stiffness.
         """
         common = 0.5 * rig.supply_pressure if common_pressure is None else common_pressure
         statics = InverseStatics(rig, load, common)

@@ -160,22 +160,21 @@ class GainSchedule:
         pid: Pid,
         closed_loop_time: float,
         by: str = "difference",
-        at: Sequence[float] | None = None,
+        at: Sequence[float],
     ) -> GainSchedule:
         """Tune local models from p1 - p2 to the angle by internal model control.
 
         The closed loop is to have one time constant [s] everywhere. Models at one place, such as of
         rising and falling steps, are averaged; those whose fit cannot be trusted are left out. A
-        model's place [Pa or rad] is ``at`` or its point's pressure.
+        model's place [Pa or rad] is that of ``at``.
 
         Raises:
             InputError: for no trusted model, or one that is not of G1's or G2's structure.
         """
-        places = [item.point.pressure for item in models.models] if at is None else list(at)
-        if len(places) != len(models.models):
-            raise InputError(f"{len(places)} places for {len(models.models)} local models")
+        if len(at) != len(models.models):
+            raise InputError(f"{len(at)} places for {len(models.models)} local models")
         tuned: dict[float, list[PidGains]] = {}
-        for place, item in zip(places, models.models, strict=True):
+        for place, item in zip(at, models.models, strict=True):
             if item.fit.status is FitStatus.CONVERGED:
                 gains = imc_gains_of_fit(item.fit, closed_loop_time=closed_loop_time)
                 tuned.setdefault(place, []).append(gains)

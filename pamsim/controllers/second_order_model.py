@@ -5,7 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.errors import InputError
+from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
+
+
+def is_all_pole(fit: IdentifiedModel, *, order: int) -> bool:
+    """Whether a fit is continuous and has stable poles alone: no zero, no integrator."""
+    form = fit.structure
+    return isinstance(form, ContinuousStructure) and (
+        (form.order, form.zeros, form.integrators) == (order, 0, 0)
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +46,12 @@ class SecondOrderModel:
         """The model of a fit of two poles; its dead time must be covered by the margins.
 
         Raises:
-            InputError: if the fit has another order or a zero.
+            InputError: if the fit has another order, a zero or an integrator, or is discrete.
         """
-        if len(fit.denominator) != 3 or len(fit.numerator) != 1:
+        if not is_all_pole(fit, order=2):
             raise InputError(
-                f"the fit has {len(fit.denominator) - 1} poles and {len(fit.numerator) - 1} zeros;"
-                " G2 has two poles and no zero: fit with order=2"
+                f"the fit is {fit.structure.sentence}; G2 is continuous and has two poles, no zero"
+                " and no integrator: fit with order=2"
             )
         return cls(gain=fit.gain, a1=fit.denominator[1], a2=fit.denominator[0])
 

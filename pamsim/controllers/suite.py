@@ -86,15 +86,20 @@ class Suite:
         """G2 about equal pressures."""
         return linearise_arm(self.rig, self.split, load=self.load)
 
+    @property
+    def differences(self) -> tuple[float, ...]:
+        """Pressure differences of the local models [Pa]."""
+        return tuple(2.0 * share * self.split.common for share in _SCHEDULED)
+
     @cached_property
     def local_models(self) -> LocalModelMap:
         """G2 about several pressure differences."""
-        models = []
-        for share in _SCHEDULED:
-            difference = 2.0 * share * self.split.common
-            arm = linearise_arm(self.rig, self.split, difference=difference, load=self.load)
-            models.append(LocalModel(OperatingPoint(arm.point.difference, self.load), arm.fit))
-        return local_model_map(models)
+        point = OperatingPoint(self.split.common, self.load)
+        arms = (
+            linearise_arm(self.rig, self.split, difference=difference, load=self.load)
+            for difference in self.differences
+        )
+        return local_model_map([LocalModel(point, arm.fit) for arm in arms])
 
     @cached_property
     def inverse(self) -> PlaySum:
@@ -111,7 +116,10 @@ class Suite:
     def scheduled(self, closed_loop_time: float) -> GainSchedule:
         """PID over the operating point, from local models of G2's structure."""
         return GainSchedule.from_models(
-            self.local_models, pid=self.pid(closed_loop_time), closed_loop_time=closed_loop_time
+            self.local_models,
+            pid=self.pid(closed_loop_time),
+            closed_loop_time=closed_loop_time,
+            at=self.differences,
         )
 
     def lead_lag(self, crossover: float) -> Lti:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -14,6 +14,7 @@ import numpy as np
 from pamsim.controllers.controller import Controller, JointObservation, Observation
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.envs.plant import OneRig
 from pamsim.envs.rigs import Rigs
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.muscle_valves import valve_opening
@@ -21,8 +22,9 @@ from pamsim.physics.muscle_valves import valve_opening
 OPEN = 0.02
 """Opening from which a valve counts as open."""
 
-SETTLED_SHARE, SETTLED_ANGLE = 0.05, math.radians(0.2)
-"""A step has settled within this share of its height, or this angle [rad], the larger of both."""
+SETTLED_SHARE, SETTLED_TRAVEL = 0.05, 0.01
+"""A step has settled within this share of its height, the usual one, or this share of the joint's
+travel, 0.2 deg on `mas20_arm`, the larger of both. A lower step counts as none."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -31,20 +33,26 @@ class EpisodeRun:
 
     Attributes:
         joints: names.
+        travel: (j,) of the joints' `pamsim.envs.scales.Reach` [rad or m].
         period: between samples [s].
+        start: (j,) true positions before the first step [rad or m].
         position: (n, j) true positions at the end of each step [rad or m].
         reference: (n, j) references there [rad or m].
         pressure: (n, m) true gauge pressures there [Pa].
-        command: (n, m) during the step: set points [Pa] or openings.
-        opening: (n, m) of the valves at the end of the step, in [-1, 1].
+        command: (n, m) that the environment took for the step: set points [Pa] or openings.
+        opening: (n, m) of the valves at the end of the step, in [-1, 1], by the commands that reach
+            them then.
         air: (n, m) let in during the step [kg]; flow in and out within one step is not counted.
-        stiffness: (n, j) of the joints between shut muscles at the end of the step [N m/rad].
+        stiffness: (n, j) of the joints between shut muscles at the end of the step [N m/rad]; NaN
+            for a rig whose tendons are not all fixed.
         wanted_stiffness: (n, j) [N m/rad]; 0 where it is free.
         reward: of the episode.
     """
 
     joints: tuple[str, ...]
+    travel: FloatArray
     period: float
+    start: FloatArray
     position: FloatArray
     reference: FloatArray
     pressure: FloatArray
@@ -89,8 +97,12 @@ def run_episode(
             an environment of valves, or the other way round; for another number of muscles.
     """
     rigs = getattr(env.unwrapped, "rigs", None)
-    if not isinstance(rigs, Rigs) or env is env.unwrapped:
-        raise InputError("give the environment as gymnasium.make makes it, not unwrapped")
+    limited = any(isinstance(one, gymnasium.wrappers.TimeLimit) for one in _wrappers(env))
+    if not isinstance(rigs, Rigs) or not isinstance(plant := rigs.plant, OneRig) or not limited:
+        raise InputError(
+            "give the environment as gymnasium.make makes it, with max_episode_steps from 1 on, not"
+            " unwrapped"
+        )
     if controller.command != rigs.kind.command:
         raise InputError(
             f"the controller commands {controller.command}, this environment takes"
@@ -98,10 +110,10 @@ def run_episode(
             " another action"
         )
     rig, air = rigs.rig, rigs.gauges.air
-    observation, _ = env.reset(seed=seed, options=options)
+    observation, info = env.reset(seed=seed, options=options)
     memory = controller.start(controller_observation(rigs, observation, 0.0))
     rows: list[tuple[Any, ...]] = []
-    total, over, states = 0.0, False, [rigs.plant.act[0, air]]
+    start, total, over, states = info["position"], 0.0, False, [plant.act[0, air]]
     while not over:
         observed = controller_observation(rigs, observation, len(rows) * rigs.period)
         command, memory = controller.step(observed, memory)
@@ -111,16 +123,19 @@ def run_episode(
                 f" {len(rig.muscles)}"
             )
         action = rigs.kind.action(command, rigs.top_pressure)
+        taken = rigs.kind.commands(action[np.newaxis], (1, len(command)), rigs.top_pressure)[0]
         observation, reward, broken, ended, info = env.step(action)
         over, total = broken or ended, total + float(reward)
         wanted = [(joint.reference, joint.stiffness or 0.0) for joint in observed.joints]
-        rows.append((info["position"], wanted, info["pressure"], command, rigs.stiffness()[0]))
-        states.append(rigs.plant.act[0, air])
-    position, asked, pressure, commands, stiffness = map(np.array, zip(*rows, strict=True))
+        arrived, stiffness = plant.data.ctrl.tolist(), rigs.stiffness()[0]
+        rows.append((info["position"], wanted, info["pressure"], taken, arrived, stiffness))
+        states.append(plant.act[0, air])
+    columns = map(np.array, zip(*rows, strict=True))
+    position, asked, pressure, commands, arrived, stiffness = columns
     muscles = rigs.muscles(0)
     opening = [
         [valve_opening(*one, 0.0) for one in zip(muscles, *now, strict=True)]
-        for now in zip(commands.tolist(), pressure.tolist(), strict=True)
+        for now in zip(arrived.tolist(), pressure.tolist(), strict=True)
     ]
     atmosphere, index, temperature = (
         np.array([getattr(muscle.chamber, name) for muscle in muscles])
@@ -130,7 +145,9 @@ def run_episode(
     mass = np.maximum(pressure + atmosphere, 0.0) ** (1.0 - 1.0 / index)
     return EpisodeRun(
         joints=tuple(rig.joints),
+        travel=np.array([reach.travel for reach in rigs.reaches]),
         period=rigs.period,
+        start=start,
         position=position,
         reference=asked[..., 0],
         pressure=pressure,
@@ -141,6 +158,12 @@ def run_episode(
         wanted_stiffness=asked[..., 1],
         reward=total,
     )
+
+
+def _wrappers(env: gymnasium.Env[Any, Any]) -> Iterator[gymnasium.Env[Any, Any]]:
+    while isinstance(env, gymnasium.Wrapper):
+        yield env
+        env = env.env
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +204,9 @@ def score(run: EpisodeRun, joint: str | None = None) -> Score:
     position, reference = run.position[:, column], run.reference[:, column]
     error, seconds = position - reference, len(position) * run.period
     state = np.sign(run.opening) * (np.abs(run.opening) > OPEN)
-    steps = np.array(_steps(position, reference, run.period) or [(math.nan, math.nan)])
+    least, start = SETTLED_TRAVEL * float(run.travel[column]), float(run.start[column])
+    found = _steps(position, reference, start, least, run.period)
+    steps = np.array(found or [(math.nan, math.nan)])
     asked = run.wanted_stiffness[:, column]
     wanted = asked > 0.0
     relative = run.stiffness[wanted, column] / asked[wanted] - 1.0
@@ -205,8 +230,13 @@ def mean_score(scores: Sequence[Score]) -> Score:
     return replace(means, rmse=float(root), worst=float(worst))
 
 
-def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[tuple[float, float]]:
-    """Overshoot [-] and settling time [s] of every jump of a reference that is held after it."""
+def _steps(
+    position: FloatArray, reference: FloatArray, start: float, least: float, period: float
+) -> list[tuple[float, float]]:
+    """Overshoot [-] and settling time [s] of every jump of a reference that is held after it.
+
+    A jump by less than ``least`` [rad or m] is none, and it settles no nearer than that.
+    """
     jumps = (np.flatnonzero(np.diff(reference) != 0.0) + 1).tolist()
     # A reference that moves all the time has no steps.
     if len(jumps) > 0.1 * len(reference):
@@ -214,11 +244,11 @@ def _steps(position: FloatArray, reference: FloatArray, period: float) -> list[t
     steps: list[tuple[float, float]] = []
     for begin, end in pairwise([0, *jumps, len(reference)]):
         wanted = float(reference[begin])
-        height = wanted - float(position[begin - 1] if begin else 0.0)
-        if abs(height) < SETTLED_ANGLE:
+        height = wanted - (float(position[begin - 1]) if begin else start)
+        if abs(height) < least:
             continue
         beyond = (position[begin:end] - wanted) * math.copysign(1.0, height)
-        band = max(SETTLED_SHARE * abs(height), SETTLED_ANGLE)
+        band = max(SETTLED_SHARE * abs(height), least)
         outside = np.flatnonzero(np.abs(beyond) > band)
         settled = (int(outside[-1]) + 1) * period if len(outside) else 0.0
         steps.append((max(0.0, float(beyond.max()) / abs(height)), settled))

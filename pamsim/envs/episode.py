@@ -15,14 +15,17 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from pamsim.core.errors import InputError
 from pamsim.core.parameters import check_value
 from pamsim.core.units import FloatArray
+from pamsim.engine.parameter_names import ParameterName, muscles_with
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.engine.state import save_state, settle_quickly
 from pamsim.engine.stepping import live
 from pamsim.envs.actions import KINDS
+from pamsim.envs.plant import fixed_tendons
 from pamsim.envs.scales import Reach
 from pamsim.envs.settings import RANGES, EnvSettings, check_names, check_supply
 from pamsim.envs.tasks import held, task_signals
@@ -32,6 +35,9 @@ from pamsim.recordings.experiment import Experiment
 STIFFNESS, TORQUE, NOISE = 3, 4, 5
 """Blocks of an episode's columns: first those of `TaskSignals`, each one column per joint, then the
 noise of all joints' positions and all muscles' pressures."""
+
+_DELAYS = ("valve.delay", "valve.closing_delay")
+"""Parameters of no episode: an environment delays commands, by the same time steps in all."""
 
 _SEEDS = 2**63
 
@@ -65,8 +71,9 @@ _FIXED = Episode.__dataclass_fields__.keys() - {"seeds"}
 def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
     """The parameters that a rig's file states with a 95 % interval.
 
-    Name -> centre, standard deviation, smallest and largest allowed value [SI]. The dead time of
-    the valves is left out: commands are delayed by whole time steps.
+    Name -> centre, standard deviation, smallest and largest allowed value [SI]. The deviation is 0
+    where one muscle states a value of its own without an interval and the others' is drawn. Delays
+    of the valves are left out.
     """
     file = rig.file
     sections = {"": file.muscle, **{f"{name}:": own for name, own in file.overrides.items()}}
@@ -75,17 +82,33 @@ def random_parameters(rig: Rig) -> dict[str, tuple[float, float, float, float]]:
         for muscle, groups in sections.items()
         for group, section in groups.items()
         for field in section
-        if field != "law" and f"{group}.{field}" not in ("valve.delay", "valve.closing_delay")
+        if field != "law" and f"{group}.{field}" not in _DELAYS
     ]
     names += [*file.native, *(f"sensor.{field}" for field in file.sensor)]
     drawn = {}
     for name in names:
-        known = rig_parameter(rig, name)
+        known = rig_parameter(rig, _read_at(rig, name))
         if known.interval95 is not None:
             low, high = known.interval95
             sd = abs(high - low) / (2.0 * NORMAL95)
-            drawn[name] = known.value, sd, known.spec.low, known.spec.high
+        elif name.rpartition(":")[2] in drawn:
+            sd = 0.0
+        else:
+            continue
+        drawn[name] = known.value, sd, known.spec.low, known.spec.high
     return drawn
+
+
+def _read_at(rig: Rig, name: str) -> str:
+    """The name of a shared parameter in a muscle that states no other value itself."""
+    parsed = ParameterName.parse(name)
+    if parsed.owner != "muscle" or parsed.muscle:
+        return name
+    own = rig.file.overrides
+    for muscle in muscles_with(parsed, rig.muscles, rig.file.native):
+        if parsed.field not in own[muscle].get(parsed.group, {}):
+            return f"{muscle}:{name}"
+    return name
 
 
 class Episodes:
@@ -106,6 +129,7 @@ class Episodes:
         self._noises = len(rig.joints) + len(rig.muscles)
         self.columns = NOISE * len(rig.joints) + self._noises
         self._random = random_parameters(rig) if settings.randomize else {}
+        self._fixed = fixed_tendons(rig.model) is not None
         self._data = mujoco.MjData(rig.model)
         # Many episodes have the same one.
         self._usual = functools.lru_cache(1)(functools.partial(self._settled, rig, 1))
@@ -114,7 +138,8 @@ class Episodes:
         """What the options of `reset` fix of an episode.
 
         Raises:
-            InputError: for an unknown option, muscle or joint; for a pressure above the supply's.
+            InputError: for an unknown option, muscle or joint; for a pressure above the supply's;
+                for a delay of the valves.
             ParameterError: for a number out of range.
         """
         given, muscles = dict(options or {}), self._rig.muscles
@@ -123,6 +148,13 @@ class Episodes:
         check_names("target: no joint", target, self._rig.joints)
         for joint, value in target.items():
             check_value(f"target {joint}", value, RANGES["target"])
+        parameters = dict(given.get("parameters") or {})
+        for name in parameters:
+            if name.rpartition(":")[2] in _DELAYS:
+                raise InputError(
+                    f"parameters: {name} cannot change from episode to episode; make the"
+                    " environment with the option `delay`"
+                )
         pressure: Any = given.get("start_pressure", self._start_pressure)
         if not isinstance(pressure, Mapping):
             pressure = dict.fromkeys(muscles, pressure)
@@ -133,7 +165,7 @@ class Episodes:
             start_pressure=tuple(check_supply("start_pressure", one, self._rig) for one in start),
             load=None if load is None else check_value("load", load, RANGES["load"]),
             target=dict(target),
-            parameters=dict(given.get("parameters") or {}),
+            parameters=parameters,
         )
 
     def draw(self, rng: np.random.Generator, asked: Episode) -> Episode:
@@ -142,6 +174,8 @@ class Episodes:
             name: min(max(float(rng.normal(centre, sd)), least), most)
             for name, (centre, sd, least, most) in self._random.items()
         }
+        # What is asked of all muscles is asked of those with a value of their own.
+        drawn = {n: v for n, v in drawn.items() if n.rpartition(":")[2] not in asked.parameters}
         low, high = self._settings.load_range
         load = float(rng.uniform(low, high)) if high > low else low
         return replace(
@@ -156,12 +190,21 @@ class Episodes:
 
         Row k holds the references at the end of step k and the torques during it, in SI, and the
         noise of the readings before it, in standard deviations.
+
+        Raises:
+            InputError: if the task gives what it may not, or asks a stiffness of a rig whose
+                tendons are not all fixed.
         """
         joints, table = len(self._reaches), np.empty((rows, self.columns))
         time = self._period * np.arange(rows + 1, dtype=np.float64)
         *tasks, noise = map(np.random.default_rng, episode.seeds)
         for joint, (name, reach) in enumerate(self._reaches.items()):
             asked = task_signals(self._settings.own_task, tasks[joint], time, reach)
+            if asked.stiffness.any() and not self._fixed:
+                raise InputError(
+                    f"the task asks a stiffness of rig {self._rig.name!r}, whose moment arms change"
+                    " with its position; choose a task without, or a rig of fixed tendons"
+                )
             if name in episode.target:
                 there = held(time, episode.target[name])
                 asked = replace(there, stiffness=asked.stiffness, torque=asked.torque)

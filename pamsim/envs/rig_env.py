@@ -82,7 +82,7 @@ class RigEnv(gymnasium.Env[FloatArray, NDArray[Any]]):
     At rest with ``start_pressure`` in all muscles. References, load, parameters and noise are drawn
     from the environment's seed. For one episode, ``options`` of `reset` fix ``load`` [kg],
     ``start_pressure`` [Pa, or muscle -> Pa], ``target`` (joint -> position [rad or m] asked for all
-    the time) and ``parameters`` (as `Rig.with_parameters` takes them [SI]).
+    the time) and ``parameters`` (as `Rig.with_parameters` takes them [SI]; no delays of valves).
 
     ## Episode End
 

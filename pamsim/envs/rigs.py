@@ -22,7 +22,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.envs import EPISODE
 from pamsim.envs.actions import KINDS
 from pamsim.envs.episode import STIFFNESS, TORQUE, Episode, Episodes
-from pamsim.envs.plant import ManyRigs, OneRig
+from pamsim.envs.plant import ManyRigs, OneRig, fixed_tendons
 from pamsim.envs.sample import BREAKDOWN, SUCCESS, new_sampling, take_sample
 from pamsim.envs.scales import LIMIT, observed_signals, reaches_of, stiffness_of_joints
 from pamsim.envs.settings import EnvSettings, check_supply
@@ -74,6 +74,8 @@ class Rigs:
         top = check_supply("top_pressure", rig.supply_pressure if top is None else top, rig)
         self.top_pressure = top
         self.reaches, self._arms = reaches_of(rig, top)
+        if fixed_tendons(rig.model) is None:
+            self._arms[:] = np.nan  # they change with the positions
         self.signals = observed_signals(rig, self.reaches, top)
         each = self.kind.quantities
         self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
@@ -145,7 +147,7 @@ class Rigs:
         for at, (rig, _) in rests.items():
             self.gauges.set_parameters(at, rig.model)
             self._views.pop(at, None)
-            self._sampling.set_errors(at, rig)
+            self._sampling.set_errors(at, rig, rounded=self.settings.instruments)
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
 
     def step(self, action: Any) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -222,7 +224,10 @@ class Rigs:
         return self._table[self._all, self.sample, columns]
 
     def stiffness(self) -> FloatArray:
-        """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m]."""
+        """(n, j) present stiffness of the joints with shut valves [N m/rad or N/m].
+
+        NaN for a rig whose tendons are not all fixed.
+        """
         signals = zip(self.plant.length.tolist(), self.true[:, self._joints :], strict=True)
         return np.array(
             [

@@ -44,7 +44,7 @@ class Sampling(NamedTuple):
     effort: float  # weight of the mean squared change
     period: float  # between samples [s]
     noise: FloatArray  # (s,) standard deviations
-    step: FloatArray  # (s,) resolution; 0 for unlimited
+    step: FloatArray  # (n, s) resolution; 0 for unlimited
     gain: FloatArray  # (n, s) reading per true change
     bend: FloatArray  # (n, s) half of the change of that per true change
     bias: FloatArray  # (n, s) reading at zero
@@ -56,11 +56,11 @@ class Sampling(NamedTuple):
     measured: FloatArray  # (n, s) memory: readings at the last sample
     commands: FloatArray  # (n, k, m) memory: of the step if delayed, and of the last k - 1 steps
 
-    def set_errors(self, number: int, rig: Rig) -> None:
+    def set_errors(self, number: int, rig: Rig, *, rounded: bool) -> None:
         """Give one rig's instruments the errors that its measurement chain states.
 
-        Those of a log, its clock and its dead channels, are none of them: whatever acts on the
-        readings has them as they come.
+        They round only if ``rounded``. Errors of a log, its clock and its dead channels, are none
+        of them: whatever acts on the readings has them as they come.
         """
         own, joints = rig.sensor or MeasurementChain(), len(rig.joints)
         for columns, kind in ((slice(joints), "angle"), (slice(joints, None), "pressure")):
@@ -73,6 +73,11 @@ class Sampling(NamedTuple):
             self.bias[number, columns] = bias
             self.done[number, columns], self.along[number, columns] = done, 1.0 - done / ratio
         self.slack[number, :joints] = 0.5 * own.angle_backlash
+        if rounded:
+            turn = 2.0 * math.pi / own.encoder_increments if own.encoder_increments else 0.0
+            # An encoder counts parts of a turn, so it reads joints which slide without rounding.
+            self.step[number, :joints] = [turn * (kind == "angle") for kind in rig.joints.values()]
+            self.step[number, joints:] = own.pressure_step
 
 
 def new_sampling(
@@ -84,16 +89,9 @@ def new_sampling(
     shape: tuple[int, int],
 ) -> Sampling:
     """Sampling of n rigs which remember the commands of k steps, for a shape (n, k)."""
-    own, muscles = rig.sensor or MeasurementChain(), len(rig.muscles)
-    turn, converter = 0.0, 0.0
-    if settings.instruments:
-        converter = own.pressure_step
-        if own.encoder_increments:
-            turn = 2.0 * math.pi / own.encoder_increments
-    # An encoder counts parts of a turn, so it reads joints which slide without rounding.
-    steps = [turn * (kind == "angle") for kind in rig.joints.values()] + [converter] * muscles
+    muscles = len(rig.muscles)
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
-    memory = np.zeros((9, shape[0], len(steps)))
+    memory = np.zeros((10, shape[0], len(noise)))
     return Sampling(
         signals.centre,
         signals.scale,
@@ -102,7 +100,6 @@ def new_sampling(
         float(settings.effort),
         settings.frame_skip * float(rig.model.opt.timestep),
         np.array(noise, dtype=float),
-        np.array(steps),
         *memory,
         commands=np.zeros((*shape, muscles)),
     )
@@ -143,7 +140,7 @@ def take_sample(s, rigs, first, true, command, table, at, observation, terms, br
             gain = s.gain[rig, column] + s.bend[rig, column] * held
             reading = gain * held + s.bias[rig, column]
             reading += s.noise[column] * following[NOISE * joints + column]
-            step = s.step[column]
+            step = s.step[rig, column]
             if step > 0.0:
                 # An encoder counts whole increments, a converter rounds.
                 steps = reading / step

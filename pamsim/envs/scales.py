@@ -153,7 +153,8 @@ def observed_signals(rig: Rig, reaches: Sequence[Reach], top: float) -> Observed
                 (kind, unit, reach.centre, reach.travel),
                 ("velocity", f"{unit}/s", 0.0, reach.travel * _PACE),
                 ("acceleration", f"{unit}/s^2", 0.0, reach.travel * _PACE**2),
-                ("stiffness", stiffness, 0.0, reach.stiffness[1]),
+                # No stiffness is asked of a joint that is slack at every pressure.
+                ("stiffness", stiffness, 0.0, reach.stiffness[1] or 1.0),
             )[order]
             yield f"{name}.{signal}{suffix}", unit, centre, scale
 

@@ -96,6 +96,7 @@ class EnvSettings:
         check_value("load", high, RANGES["load"])
         if int(self.frame_skip) != self.frame_skip:
             raise InputError(f"frame_skip {self.frame_skip:g} is not a whole number of time steps")
+        object.__setattr__(self, "frame_skip", int(self.frame_skip))
         if low > high:
             raise InputError(f"load ({low:g}, {high:g}) kg is no range: give the lower end first")
 

@@ -139,7 +139,7 @@ def multisine(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskS
 
 
 def stiffness(rng: np.random.Generator, time: FloatArray, reach: Reach) -> TaskSignals:
-    """A new position and a new stiffness of the joint every two seconds."""
+    """A new position and a new stiffness of the joint every two seconds: rigs of fixed tendons."""
     position, wanted = _steps(rng, time, _ends(reach, 0.5), reach.stiffness)
     return _signals(time, position=position, stiffness=wanted)
 

@@ -16,12 +16,14 @@ from tests.unit.controllers.closed_loop import (
     LEVEL,
     PERIOD,
     SPLIT,
+    SUPPLY,
     constant,
     miss,
     observe,
     run,
     sine,
 )
+from tests.unit.core.refusals import refused
 
 LOOP = PressureLoop(period=PERIOD, gain=5e-5, integral_time=0.3, tracking_time=0.3)
 
@@ -80,3 +82,7 @@ def test_what_does_not_fit_is_refused(rig):
         Cascade(outer=Cascade(outer=outer, inner=LOOP), inner=LOOP)
     with pytest.raises(InputError, match="samples every"):
         PressureLoop.for_rig(rig, period=PERIOD, common_pressure=LEVEL, closed_loop_time=0.03)
+    # At an end of the supply valves can only raise a pressure, or only lower it.
+    for end in (0.0, SUPPLY):
+        with refused(f"of {end / 1e3:g} kPa", "supply's 600 kPa"):
+            FeedForward.for_rig(rig, common_pressure=end)

@@ -12,6 +12,9 @@ from pamsim.controllers.controller import PressureSplit, present_reference
 from pamsim.controllers.imc_tuning import imc_gains, imc_gains_of_fit
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.core.errors import InputError
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.discrete import DiscreteStructure
+from pamsim.identification.fit import fit
 from pamsim.identification.local_models import LocalModel, OperatingPoint, local_model_map
 from tests.unit.controllers.closed_loop import LEVEL, MODEL, PERIOD, SPLIT, observe
 from tests.unit.core.refusals import refused
@@ -116,7 +119,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def schedule(found):
-    return GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2)
+    return GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, at=(*PLACES, 3e5))
 
 
 def test_at_a_models_own_point_the_gains_are_its_own_and_lie_on_lines_between(found, schedule):
@@ -167,6 +170,14 @@ def test_imc_makes_the_open_loop_an_integrator_of_the_wanted_speed():
     assert both == pytest.approx(sum(two.time_constants))
     with refused("no zero"):
         imc_gains_of_fit(fit_continuous(given, order=2, zeros=1), closed_loop_time=0.2)
+    for other in (
+        ContinuousStructure(0, integrators=1),
+        ContinuousStructure(1, integrators=1),
+        DiscreteStructure("arx", 1, 1, 1, given[0].sample_time),
+        DiscreteStructure("oe", 2, 1, 1, given[0].sample_time),
+    ):
+        with refused(other.sentence, "order=2"):
+            imc_gains_of_fit(fit(given, other), closed_loop_time=0.2)
 
 
 def test_what_is_no_pid_and_no_schedule_is_refused(found, schedule):

@@ -1,5 +1,6 @@
 """Observations, rewards and references follow from a rig's joints and muscles, whatever it is."""
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -146,9 +147,48 @@ def test_options_of_reset_replace_what_is_drawn(made):
         ({"start_pressure": 700e3}, InputError, "supply"),
         ({"load": -1.0}, ParameterError, "load"),
         ({"parameters": {"joint.knee.damping": 1.0}}, InputError, "knee"),
+        ({"parameters": {"valve.delay": 0.02}}, InputError, "option `delay`"),
+        ({"parameters": {"biceps:valve.closing_delay": 0.02}}, InputError, "option `delay`"),
     ):
         with pytest.raises(error, match=message):
             env.reset(options=options)
+
+
+@pytest.mark.parametrize("muscle", ["shoulder_flexor", "triceps"])  # the first, and the last
+def test_what_a_muscle_states_as_its_own_is_not_drawn_with_the_others(muscle, made):
+    rig = pamsim.load_rig(TWO).with_parameters({f"{muscle}:passive.stiffness": 3e4})
+    entry = rig.file.muscle["passive"]["stiffness"]
+    shared = {"passive": {"stiffness": dataclasses.replace(entry, interval95=(9000.0, 9500.0))}}
+    own = {"passive": {"stiffness": dataclasses.replace(entry, value=3e4, interval95=None)}}
+    file = dataclasses.replace(
+        rig.file,
+        muscle={**rig.file.muscle, **shared},
+        overrides={**rig.file.overrides, muscle: {**rig.file.overrides[muscle], **own}},
+    )
+    env = made(dataclasses.replace(rig, file=file), randomize=True)
+    stiffness = []
+    for seed in range(5):
+        env.reset(seed=seed)
+        held = [one.passive.stiffness for one in env.rigs.muscles(0)]
+        assert held.pop(list(rig.muscles).index(muscle)) == 3e4
+        assert len(set(held)) == 1
+        stiffness += held[:1]
+    assert len(set(stiffness)) == 5
+    assert all(abs(one / entry.value - 1.0) < 0.1 for one in stiffness)
+    env.reset(seed=0, options={"parameters": {"passive.stiffness": 1e4}})
+    assert {one.passive.stiffness for one in env.rigs.muscles(0)} == {1e4}
+
+
+def test_no_stiffness_is_had_where_moment_arms_change_or_all_muscles_are_slack(made):
+    env = made("equimus_leg", task="stiffness")
+    with pytest.raises(InputError, match="fixed tendons"):
+        env.reset(seed=0)
+    env = made("equimus_leg", task="step")
+    env.reset(seed=0)
+    assert np.isnan(env.rigs.stiffness()).all()
+    env = made(pamsim.load_rig(TWO).with_parameters({"mounting.length_at_zero": 0.185}))
+    assert [reach.stiffness for reach in env.rigs.reaches] == [(0.0, 0.0)] * 2
+    assert np.isfinite(env.reset(seed=0)[0]).all()
 
 
 def test_a_rig_folder_of_a_user_is_an_environment(tmp_path, made):

@@ -65,6 +65,25 @@ def test_what_the_loop_commands_is_what_the_environment_gets(made):
     assert len(run.position) == 50
     with refused("Cascade"):
         run_episode(made(action="valve"), Held((0.0, 0.0)), seed=0)
+    stepped = Held((350e3, 250e3), period=math.nan)  # fails at its first step
+    for endless in (made(max_episode_steps=-1), made().unwrapped):
+        with refused("max_episode_steps"):
+            run_episode(endless, stepped, seed=0)
+
+
+def test_a_run_records_what_the_environment_took_and_what_reached_the_valves(made):
+    low = run_episode(made(top_pressure=400e3), Held((600e3, 200e3)), seed=0)
+    assert low.command[-1] == pytest.approx([400e3, 200e3])
+    assert low.opening[-1] == pytest.approx([0.0, 0.0], abs=1e-3)
+    for opening, taken in ((0.2, 0.0), (0.5, 1.0)):  # from a third on a valve is switched
+        run = run_episode(made(action="on_off"), Held((opening, -opening), command="valve"), seed=0)
+        assert np.array_equal(run.command, np.tile([taken, -taken], (50, 1)))
+        assert np.array_equal(run.opening, run.command)
+    late = run_episode(made(action="valve", delay=0.07), Held((1.0, -1.0), command="valve"), seed=0)
+    assert (late.command == [1.0, -1.0]).all()
+    # 3.5 periods: the fourth step is the first at whose end the valves are open.
+    assert late.opening[:5, 0].tolist() == [0.0, 0.0, 0.0, 1.0, 1.0]
+    assert np.array_equal(np.diff(late.pressure[:, 0]) > 1.0, late.opening[1:, 0] > 0.0)
 
 
 def figures(angle, reference, **more):
@@ -74,6 +93,8 @@ def figures(angle, reference, **more):
     run = {
         "period": 0.01,
         "joints": ("shaft",),
+        "travel": np.full(1, 0.3),
+        "start": np.zeros(1),
         "position": np.asarray(angle, float)[:, np.newaxis],
         "reference": np.asarray(reference, float)[:, np.newaxis],
         "stiffness": np.ones((n, 1)),
@@ -95,6 +116,26 @@ def test_overshoot_and_settling_of_a_known_second_order_step():
     last = time[np.abs(step - 1.0) > 0.05][-1]
     assert found.settling == pytest.approx(last, abs=1e-9)
     assert found.rmse == pytest.approx(0.2 * np.sqrt(np.mean((step - 1.0) ** 2)))
+
+
+def test_a_step_is_judged_from_where_it_starts_and_against_what_the_joint_can_travel():
+    left = np.exp(-np.arange(1, 401) / 30.0)
+
+    def approach(start, goal, size=1.0):
+        angle = size * (goal + (start - goal) * left)
+        return figures(
+            angle, np.full(400, size * goal), start=size * np.array([start]), travel=[0.3 * size]
+        )
+
+    up = approach(0.0, 0.3)
+    assert up.settling == pytest.approx(0.01 * math.floor(30.0 * math.log(20.0)))
+    for start, goal in ((0.5, 0.8), (0.5, 0.2), (0.5, 0.0), (0.3, 0.0)):
+        found = approach(start, goal)
+        for figure in ("overshoot", "settling"):
+            # The same in mm on a joint that slides.
+            assert getattr(approach(start, goal, 1e-3), figure) == getattr(found, figure)
+        assert (found.overshoot, found.settling) == (0.0, pytest.approx(up.settling))
+    assert math.isnan(approach(0.3, 0.3).settling)
 
 
 def test_a_moving_reference_has_no_steps_and_switching_counts_changes_of_the_valve():

@@ -151,6 +151,15 @@ def test_noise_and_encoder_are_of_the_stated_size(made):
     steps = rounded / (2.0 * math.pi / 2500.0)
     assert steps == pytest.approx(np.round(steps), abs=1e-6)
     assert len(np.unique(steps.round())) > 3
+    env, coarse = made(instruments=True), {"sensor.encoder_increments": 100.0}
+    start = {"start_pressure": {"muscle_1": 352e3, "muscle_2": 271e3}}
+    for bits in (4.0, 14.0):  # each episode has its own instruments
+        parameters = {**coarse, "sensor.converter_bits": bits}
+        seen, _ = env.reset(seed=0, options={**start, "parameters": parameters})
+        resolution = env.rigs.rig.with_parameters(parameters).sensor.pressure_step
+        rounded = env.rigs.signals.si(seen)[[0, 2, 3]] / [2.0 * math.pi / 100.0, *[resolution] * 2]
+        assert rounded == pytest.approx(np.round(rounded), abs=1e-6)
+        assert rounded.all()
 
 
 def test_an_instrument_shows_what_a_recording_would(made):
@@ -251,6 +260,12 @@ def test_a_picture_shows_the_arm(made):
         env.step(action)
     assert first.shape == (100, 160, 3)
     assert np.abs(first.astype(int) - env.render()).max() > 50
+
+
+def test_a_whole_number_of_time_steps_may_be_written_as_a_float(made):
+    moves = actions(5)
+    one, other = (made(frame_skip=count, delay=0.013) for count in (20, 20.0))
+    assert np.array_equal(played(one, moves), played(other, moves))
 
 
 def test_a_bad_option_is_refused_by_name(made):

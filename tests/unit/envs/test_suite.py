@@ -68,6 +68,13 @@ def test_the_arm_comes_to_the_angle_wanted_by_commands_that_can_be_had(name, sui
     assert all(low <= value <= high for command in first + once for value in command)
 
 
+def test_the_schedule_is_over_differences_of_pressure_at_one_level(suite):
+    scheduled = suite.scheduled(0.2)
+    assert scheduled.points == suite.differences
+    assert len(set(scheduled.gains)) == len(scheduled.points)
+    assert {item.point.pressure for item in suite.local_models.models} == {LEVEL}
+
+
 def test_stiffness_is_had_by_co_contraction(suite, made):
     env = made("pressure_set", task="stiffness", max_episode_steps=95)
     run = run_episode(env, suite.feed_forward(), seed=2)
