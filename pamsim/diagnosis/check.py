@@ -24,8 +24,7 @@ from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray
-from pamsim.diagnosis.about_the_rig import about_the_drive, about_the_rig
+from pamsim.diagnosis.about_the_rig import Simulated, about_the_drive, about_the_rig
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.by_link.whole_chain import floor_beside
 from pamsim.diagnosis.effects_in_data import EffectInData, effects_in_data
@@ -34,9 +33,6 @@ from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.recordings.signals import IMPOSED, JOINT_DRIVES, KINDS, kind_of
 from pamsim.recordings.trial import Trial
-
-Simulated = Mapping[str, Mapping[str, FloatArray]]
-"""Trial -> channel -> (n,) [SI]."""
 
 SCHEMA = "pamsim-check/2"
 FILE = "check.json"

@@ -20,6 +20,7 @@ from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray, common_unit, to_si
 from pamsim.diagnosis.by_link.link_model import as_columns, project_out
 from pamsim.diagnosis.by_link.search import MATERIAL
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
@@ -174,7 +175,7 @@ def _weights(blocks: Blocks, noise: Mapping[str, float]) -> FloatArray:
 def _possible(rig: Rig, values: Mapping[str, float], step: float | None) -> Rig | None:
     """The rig with some values; None out of range, or too quick for a time step [s]."""
     try:
-        moved = rig.with_parameters(values)
+        moved = rig.with_parameters(each_muscle(rig, values))
         check_timestep(moved.model_for(timestep=step), moved.limits)
     except (InputError, ParameterError):
         return None
@@ -198,7 +199,7 @@ def _beginnings(data: CalibrationData, held_out: Collection[str]) -> Calibration
     """One trial of every input that a diagnosis fits, each cut short."""
     first: dict[tuple[str, float], Trial] = {}
     for trial in data.trials:
-        if trial.name not in held_out:
+        if trial.name not in held_out or len(held_out) >= len(data.trials):
             first.setdefault((trial.protocol, trial.load), trial)
     chosen = list(first.values())[:_MOST]
     share = max(_SECONDS / len(chosen), _SHORTEST)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pamsim.core.computation import Progress
+from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 
 NUISANCE = ("force.scale", "passive.locking", "chamber.dead_volume")
@@ -13,9 +14,13 @@ that none is named for what they can do."""
 
 
 def usual_nuisance(rig: Rig) -> tuple[str, ...]:
-    """`NUISANCE` as far as a rig has it: the wall of bellows and pistons does not lock."""
+    """`NUISANCE` as far as a rig has it: the wall of bellows and pistons does not lock.
+
+    A number that is 0 has no few per cent.
+    """
     pushes = all(muscle.pushes for muscle in rig.muscles.values())
-    return tuple(name for name in NUISANCE if not (pushes and name == "passive.locking"))
+    has = [name for name in NUISANCE if not (pushes and name == "passive.locking")]
+    return tuple(name for name in has if rig_parameter(rig, name).value != 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)

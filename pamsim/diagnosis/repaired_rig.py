@@ -11,7 +11,7 @@ from pamsim.comparison.readable_unit import readable, readable_interval, readabl
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_file
 from pamsim.core.parameters import Sourced
-from pamsim.engine.parameters import rig_parameter
+from pamsim.engine.parameters import each_muscle, rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.recordings.rig_file import RigFile, find_rig
 from pamsim.recordings.rig_writer import write_rig
@@ -90,14 +90,16 @@ def repair(
         origin: names of the recordings.
     """
     numbers: dict[str, Sourced] = {}
-    for name, value in values.items():
-        before = rig_parameter(rig, name)
+    low, high = (each_muscle(rig, {n: of[end] for n, of in intervals.items()}) for end in (0, 1))
+    for name, value in each_muscle(rig, values).items():
+        before, shared = rig_parameter(rig, name), name.rpartition(":")[2]
+        interval = (low[name], high[name]) if name in low else None
         numbers[name] = Sourced(
             value=readable(before, value),
             unit=readable_unit(before),
             source=f"identified by pamsim diagnose from {origin}",
             where=f"repaired {name}",
-            interval95=readable_interval(before, intervals.get(name)),
-            note=effect_of.get(name, "refitted beside the named effects"),
+            interval95=readable_interval(before, interval),
+            note=effect_of.get(name) or effect_of.get(shared, "refitted beside the named effects"),
         )
     return Repair(rig=rig.file, numbers=numbers, origin=origin)

@@ -18,7 +18,7 @@ EFFECTS = (
         link="transmission", family="backlash", name="chain_backlash", form="rigid_teeth",
         missing="backlash between chain and sprocket",
         equation="l_muscle = l + s, |s| <= g/2, s' = (T_other - T) / b between the teeth",
-        parameters=(size("chain.backlash", 3e-4, 0.0, 5e-3, starts=(1e-4, 1e-3)),),
+        parameters=(size("chain.backlash", 3e-4, 0.0, 5e-3),),
         look_alikes=("muscle_hysteresis", "coulomb_friction"),
         separating="small reversals at low stiffness, the angle read on both sides of the chain",
         path_dependent=True,
@@ -28,7 +28,7 @@ EFFECTS = (
         missing="backlash between chain and sprocket, whose teeth give",
         equation="l_muscle = l + s, s' = (T_other - T - (s -+ g/2) / c) / b beyond the backlash",
         parameters=(
-            size("chain.backlash", 3e-4, 0.0, 5e-3, starts=(1e-4, 1e-3)),
+            size("chain.backlash", 3e-4, 0.0, 5e-3),
             # As much as two end fittings give, see chain_compliance.
             shape("chain.tooth_compliance", 2e-6, 0.0, 4e-5, starts=(5e-7,)),
             # At its ends the chain slides as soon as it is pulled, or hardly at all.

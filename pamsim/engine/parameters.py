@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 from pamsim.core.encoding import INLINE, json_property
@@ -94,3 +94,31 @@ def rig_parameters(rig: Rig) -> Iterator[RigParameter]:
     native = (name for name in native_names(rig.model) if not name.startswith(rods))
     names += [name for name in native if name != rig.load_mass]
     yield from (rig_parameter(rig, name) for name in names)
+
+
+def each_muscle(rig: Rig, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of parameters [SI], where muscles differ in one by a name for each.
+
+    `Rig.with_parameters` would make them equal. By what the first muscle's number is multiplied,
+    those of the others are; to what is 0 there, as much is added in all.
+    """
+    shared: dict[str, float] = {}
+    own: dict[str, float] = {}
+    for name, value in values.items():
+        parsed = ParameterName.parse(name)
+        if parsed.owner != "muscle" or parsed.muscle or parsed.operator:
+            own[name] = value
+            continue
+        found = {
+            muscle: float(getattr(getattr(rig.muscles[muscle], parsed.group), parsed.field))
+            for muscle in muscles_with(parsed, rig.muscles, rig.file.native)
+        }
+        first = next(iter(found.values()))
+        if all(one == first for one in found.values()):
+            shared[name] = value
+        else:
+            shared |= {
+                f"{muscle}:{name}": one * (value / first) if first else one + value
+                for muscle, one in found.items()
+            }
+    return shared | own

@@ -16,6 +16,7 @@ from pamsim.comparison.protocols import PROTOCOLS, protocol
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.experiment import Experiment
@@ -66,7 +67,7 @@ def hide(
     able = [name for name, one in PROTOCOLS.items() if base.takes_load or not one.load]
     return recorded(
         base,
-        base.with_parameters(values),
+        base.with_parameters(each_muscle(base, values)),
         hidden,
         values,
         dataclasses.replace(settings, protocols=tuple(settings.protocols or able)),
@@ -97,6 +98,11 @@ def library_parameters(rig: Rig, effects: Mapping[str, float]) -> dict[str, floa
         own = at_size(rig, known, size)
         if not math.isfinite(size) or (size and own == at_size(rig, known, 0.0)):
             raise InputError(f"{name}: a size of {size:g} hides nothing; give one such as 1")
+        for parameter in own.keys() & values.keys():
+            if own[parameter] != values[parameter]:
+                raise InputError(
+                    f"{name}: another hidden effect has set {parameter}; hide one of the two"
+                )
         values |= own
     return values
 

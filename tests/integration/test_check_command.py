@@ -101,6 +101,12 @@ def test_a_turned_sign_and_a_channel_that_stands_still_are_suspicious(recorded, 
     assert "angle does not change; if a machine holds it, state shaft = 'angle'" in found
 
 
+def test_trials_that_are_all_held_out_show_their_effects_all_the_same(recorded):
+    every = pamsim.check(recorded, effects=ONE)
+    held = pamsim.check(recorded, effects=ONE, hold_out=["triangle"])
+    assert [one.name for one in held.effects] == [one.name for one in every.effects]
+
+
 def test_a_set_point_above_the_supply_is_reported_with_the_number_used(recorded):
     weak = pamsim.load_rig("mas20_arm").with_parameters({"valve.supply_pressure": 3e5})
     notes = pamsim.check(recorded, rig=weak, effects=ONE).notes

@@ -60,6 +60,7 @@ def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
         ("none --seed -1", "-1 is not in the range"),
         ("air_leak --size -1", "air_leak: a size of -1 hides nothing"),
         ("air_leak+air_leak --size 1,3", "has an effect twice"),
+        ("valve_flow+valve_asymmetry", "another hidden effect has set valve.conductance_exhaust"),
         ("none --rig mas30_arm", "did you mean 'mas20_arm'"),
     ):
         args = (*line.split(), "--out", tmp_path / "d")

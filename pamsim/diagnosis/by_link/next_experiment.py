@@ -20,6 +20,7 @@ from pamsim.diagnosis.by_link.judged import ALPHA, Judged, Rival
 from pamsim.diagnosis.by_link.link_model import project_out
 from pamsim.diagnosis.by_link.result import NextExperiment
 from pamsim.engine.batch import simulate_batch
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
 from pamsim.recordings.recording import Outcome
@@ -119,7 +120,7 @@ def _simulated(
 ) -> dict[str, list[Mapping[str, FloatArray]]]:
     """Experiment -> signals [SI] with each set of values; those that break down are left out."""
     try:
-        rigs = [rig.with_parameters(values) for values in sets]
+        rigs = [rig.with_parameters(each_muscle(rig, values)) for values in sets]
     except (InputError, ParameterError):  # an open end of a range
         return {}
     menu = {

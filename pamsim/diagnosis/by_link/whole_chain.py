@@ -13,6 +13,7 @@ from pamsim.comparison.noise_floor import NoiseFloor, noise_floor
 from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import layout
 
@@ -102,7 +103,7 @@ def floor_beside(predictor: TrialPredictor, prediction: Prediction) -> NoiseFloo
 
 def _with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
     try:
-        return rig.with_parameters(values)
+        return rig.with_parameters(each_muscle(rig, values))
     except (InputError, ParameterError):  # an open end of a range
         return None
 

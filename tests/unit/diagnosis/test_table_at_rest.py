@@ -29,6 +29,12 @@ def test_signatures_are_taken_where_an_effect_is_fully_there():
     assert len({p.values["end_shape.onset"] for p in end_shape.probes}) == 3
 
 
+def test_a_number_that_is_0_is_no_usual_nuisance_parameter():
+    rig = pamsim.load_rig("mas20_arm")
+    unlocked = rig.with_parameters({"passive.locking": 0.0})
+    assert set(usual_nuisance(rig)) - set(usual_nuisance(unlocked)) == {"passive.locking"}
+
+
 def test_every_template_has_its_nuisance_parameters(tmp_path):
     for kind in ("joint", "leg", "bench", "bellows"):
         rig = pamsim.load_rig(pamsim.new_rig("own", kind, out=tmp_path / kind))

@@ -1,11 +1,12 @@
 """The parameters of a rig: all that its file states, each settable by its name."""
 
 import mujoco
+import numpy as np
 import pytest
 
 from pamsim.core.parameters import Sourced
 from pamsim.engine.parameter_names import ParameterName
-from pamsim.engine.parameters import rig_parameter, rig_parameters
+from pamsim.engine.parameters import each_muscle, rig_parameter, rig_parameters
 from pamsim.engine.rig import load_rig
 from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.recordings.rig_file import shipped_rig_names
@@ -59,6 +60,27 @@ def test_a_number_that_differs_from_muscle_to_muscle_is_listed_for_each():
     assert "force.scale" not in names
     assert "body.load.mass" not in names  # an experiment states it
     assert "force.a" in names
+
+
+def test_a_shared_number_in_which_muscles_differ_moves_in_each_by_the_same_share():
+    rig = load_rig("mas20_arm").with_parameters(
+        {"muscle_2:force.scale": 0.9, "muscle_2:chain.compliance": 1e-6}
+    )
+    shared = {"force.scale": 1.1, "passive.locking": 25.0, "chain.compliance": 2e-6}
+    found = each_muscle(rig, {"muscle_1:valve.delay": 0.01, **shared})
+    assert found == {
+        "muscle_1:force.scale": pytest.approx(1.1),
+        "muscle_2:force.scale": pytest.approx(0.99),
+        "passive.locking": 25.0,
+        "muscle_1:chain.compliance": 2e-6,  # 0 has no share
+        "muscle_2:chain.compliance": pytest.approx(3e-6),
+        "muscle_1:valve.delay": 0.01,
+    }
+    mismatch = {"muscle_2:force.scale": 0.8}
+    assert each_muscle(rig, {**shared, **mismatch})["muscle_2:force.scale"] == 0.8
+    own = {name: rig_parameter(rig, name).value for name in shared}
+    unmoved = rig.with_parameters(each_muscle(rig, own))
+    assert np.array_equal(unmoved.model.actuator_user, rig.model.actuator_user)
 
 
 def test_cards_of_rigs_and_parameters_state_what_each_is():
