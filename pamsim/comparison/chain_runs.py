@@ -27,6 +27,7 @@ from pamsim.comparison.link_simulation import (
 from pamsim.comparison.links import Link, LinkRun, Runs, link_runs
 from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import ResidualBlock
@@ -213,7 +214,7 @@ class ChainRuns:
     def _with(self, values: Values) -> tuple[Rig, int] | None:
         """A rig, and the most fine time steps in one that it allows."""
         try:
-            rig = self._rig.with_parameters(values, data=self._data)
+            rig = self._rig.with_parameters(each_muscle(self._rig, values), data=self._data)
         except (InputError, ParameterError):
             return None
         model = rig.model_for(data=self._data if rig.file is self._rig.file else None)
