@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.virtual_test_conditions import MOTIONS, Motion
 from pamsim.engine.rig import Rig
 from pamsim.physics.record import Parameters, slot, state_size, view
 from pamsim.recordings.sensors import MeasurementChain
@@ -17,19 +18,23 @@ from pamsim.recordings.sensors import MeasurementChain
 class Bench:
     """A rig taken apart.
 
+    A joint that slides has metres for radians and newtons for newton metres.
+
     Attributes:
+        motion: units and tests of the joint.
         muscles: parameters of each.
         states: number of states of each muscle.
-        lengths: of each tendon at angle 0 [m].
-        arms: change of each tendon's length with the angle, there [m].
+        lengths: of each tendon at position 0 [m].
+        arms: change of each tendon's length with the position, there [m/rad].
         dry: dry friction of the joint and, over their arms, of the tendons [N m].
         dry_speed: joint speed below which it is proportional to speed [rad/s]; 0 if it sticks.
         damping: viscous friction of both [N m s/rad].
         inertia: about the joint, without load [kg m^2].
-        weight: torque of gravity at angle 0, without load [N m].
+        weight: torque of gravity at position 0, without load [N m].
         sensor: the measurement chain.
     """
 
+    motion: Motion
     muscles: tuple[Parameters, ...]
     states: tuple[int, ...]
     lengths: tuple[float, ...]
@@ -65,6 +70,7 @@ def bench(rig: Rig, name: str = "") -> Bench:
     turned[joint] = 1.0
     mujoco.mj_mulM(model, data, inertia, turned)
     return Bench(
+        motion=MOTIONS[rig.joints[name]],
         muscles=tuple(view(model.actuator_user[i]) for i in range(len(rig.muscles))),
         states=tuple(state_size(muscle) for muscle in rig.muscles.values()),
         lengths=tuple(places[2].tolist()),

@@ -1,5 +1,8 @@
 """Size of a fitted effect in physical terms that do not depend on its form, with 95 % intervals.
 
+It is that at one place: the joint or the muscle that has the effect; of an effect on all muscles,
+the first muscle, and the joint over which that one has its largest arm.
+
 A size is a function of the effect's parameters, found by `pamsim.diagnosis.virtual_tests` on the
 fitted rig with and without the effect. Its interval is that of the parameters carried through, by
 the delta method to the point of their 95 % ellipsoid at which the size is largest and smallest to
@@ -129,7 +132,13 @@ def tested_muscle(rig: Rig, parameter: str) -> int:
 
 
 def tested_joint(rig: Rig, parameter: str) -> str:
-    """The joint to test an effect at: the only one of its parameter, or the rig's first."""
+    """The joint to test an effect at: the only one of its parameter, or else the rig's first.
+
+    A muscle's effect is tested at the joint that the muscle has its largest arm over.
+    """
+    if ParameterName.parse(parameter).owner == "muscle":
+        muscle = tested_muscle(rig, parameter)
+        return max(rig.joints, key=lambda joint: abs(bench(rig, joint).arms[muscle]))
     own = parameter.split(".")[1] if parameter.startswith("joint.") else ""
     return own if own in rig.joints else next(iter(rig.joints))
 

@@ -27,7 +27,7 @@ from pamsim.diagnosis.virtual_test_conditions import (
     TURN,
 )
 from pamsim.physics.air import GAS_CONSTANT, mass_flow
-from pamsim.physics.chain import chain_length, chain_ratio
+from pamsim.physics.chain import chain_length, chain_ratio, steady_extension
 from pamsim.physics.friction import dry_friction, tendon_friction
 from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.muscle_hysteresis import hysteresis_force, hysteresis_rates
@@ -44,6 +44,12 @@ Quantities: TypeAlias = dict[str, tuple[float, str]]
 _FLOW = 2e-4
 """Flow at which a supply's sag and a tube's loss are stated [kg/s]: it fills a MAS-20 muscle of
 0.1 litres to 2 bar in about a second."""
+
+_TENSION = 700.0
+"""At which a chain's compliance is stated [N]: a middle tension of a MAS-20 muscle."""
+
+_READ_PRESSURE = 3e5
+"""At which the scale of a pressure sensor is stated [Pa]: a middle one of those that rigs use."""
 
 _JOINT_STEPS, _MUSCLE_STEPS = 400, 300  # of a quarter of a cycle
 _SUDDEN = 1e-3  # contraction [-]
@@ -88,25 +94,54 @@ def _sensed(field: str, quantity: str, unit: str) -> VirtualTest:
     return _difference(quantity, unit, lambda rig, _: float(getattr(rig.sensor, field)))
 
 
-def _scaled(field: str, quantity: str) -> VirtualTest:
-    """The test of a sensor's scale: a ratio less 1."""
-    read = operator.attrgetter(field)
+def _position_sensed(field: str, quantity: str) -> VirtualTest:
+    """The test of an error in the joint's position."""
 
-    def test(there: Bench, without: Bench, _: int) -> Quantities:
-        return {quantity: (read(there.sensor) / read(without.sensor) - 1.0, "1")}
+    def test(there: Bench, without: Bench, muscle: int) -> Quantities:
+        return _sensed(field, quantity, there.motion.unit)(there, without, muscle)
 
     return test
 
 
+def _angle_scale(there: Bench, without: Bench, _: int) -> Quantities:
+    """Relative error of a joint's position, at one that is far from 0."""
+    place = there.motion.at_place
+    at = CONDITIONS[place][0]
+    read, base = (rig.sensor.angle_scale + rig.sensor.angle_bend * at for rig in (there, without))
+    return _chosen({"relative_error": (read / base - 1.0, "1")}, place)
+
+
+def _pressure_scale(there: Bench, without: Bench, _: int) -> Quantities:
+    read, base = (
+        rig.sensor.pressure_scale + rig.sensor.pressure_bend * _READ_PRESSURE
+        for rig in (there, without)
+    )
+    return {"relative_error_at_3_bar": (read / base - 1.0, "1")}
+
+
+def _weight(there: Bench, without: Bench, _: int) -> Quantities:
+    motion = there.motion
+    return {f"{motion.effort}_at_zero": (there.weight - without.weight, motion.effort_unit)}
+
+
+def _inertia(there: Bench, without: Bench, _: int) -> Quantities:
+    return {"inertia": (there.inertia - without.inertia, there.motion.inertia_unit)}
+
+
 def _drag(there: Bench, without: Bench, _: int) -> Quantities:
     """Torque of viscous friction."""
-    torque = (there.damping - without.damping) * FAST
-    return _chosen({"torque_at_speed": (torque, "N*m")}, "at_speed")
+    motion = there.motion
+    torque = (there.damping - without.damping) * motion.scale * FAST
+    return _chosen({f"{motion.effort}_at_speed": (torque, motion.effort_unit)}, motion.at_speed)
+
+
+def _joint_path(rig: Bench) -> FloatArray:
+    return cycle(rig.motion.scale * TURN, _JOINT_STEPS)
 
 
 def _friction(rig: Bench, speed: float) -> FloatArray:
     """Torque that dry friction and Stribeck friction take along a cycle at one speed [N m]."""
-    moved = np.diff(cycle(TURN, _JOINT_STEPS))
+    moved = np.diff(_joint_path(rig))
     sliding = min(speed / rig.dry_speed, 1.0) if rig.dry_speed > 0.0 else 1.0
     taken = sliding * rig.dry * np.sign(moved)
     timestep = float(np.abs(moved[0])) / speed
@@ -121,22 +156,25 @@ def _friction(rig: Bench, speed: float) -> FloatArray:
 
 
 def _joint_friction(there: Bench, without: Bench, _: int) -> Quantities:
-    """Breakaway torque, torque in sliding and energy of a slow cycle, at angle 0.
+    """Breakaway torque, torque in sliding and energy of a slow cycle, at position 0.
 
-    Breakaway and energy are those at 0.01 rad/s: friction that does not stick, and needs more speed
-    than that for its peak, has little of either.
+    Breakaway and energy are those at the slow speed: friction that does not stick, and needs more
+    speed than that for its peak, has little of either.
     """
-    slow, fast = (_friction(there, v) - _friction(without, v) for v in (SLOW, FAST))
-    moved = np.diff(cycle(TURN, _JOINT_STEPS))
+    motion = there.motion
+    speeds = motion.scale * SLOW, motion.scale * FAST
+    slow, fast = (_friction(there, v) - _friction(without, v) for v in speeds)
+    moved = np.diff(_joint_path(there))
+    breakaway = float(slow[np.argmax(np.abs(slow[:_JOINT_STEPS]))])
     return _chosen(
         {
             # Of the larger sign, for a rig that has too much friction.
-            "breakaway_torque": (float(slow[np.argmax(np.abs(slow[:_JOINT_STEPS]))]), "N*m"),
-            "sliding_torque": (float(fast[_JOINT_STEPS - 1]), "N*m"),
+            f"breakaway_{motion.effort}": (breakaway, motion.effort_unit),
+            f"sliding_{motion.effort}": (float(fast[_JOINT_STEPS - 1]), motion.effort_unit),
             "energy_per_cycle": (float(slow[_JOINT_STEPS:] @ moved[_JOINT_STEPS:]), "J"),
         },
-        "at_speed",
-        "angle_amplitude",
+        motion.at_speed,
+        motion.amplitude,
     )
 
 
@@ -320,10 +358,15 @@ def _heat(there: Bench, without: Bench, muscle: int) -> Quantities:
     return found
 
 
-def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
+def _compliance(rig: Bench, muscle: int) -> float:
+    """Extension of the chain per tension, at the test's tension [m/N]."""
+    return steady_extension(rig.muscles[muscle].chain, _TENSION) / _TENSION
+
+
+def _ripple(there: Bench, without: Bench, muscle: int) -> Quantities:
     """Half the peak-to-peak torque and travel over a tooth, all muscles at one pressure."""
-    teeth = there.muscles[0]
-    reach = 0.5 * teeth.chain.ripple_pitch / abs(there.arms[0])
+    teeth, own_arm = there.muscles[muscle], there.arms[muscle]
+    reach = 0.5 * teeth.chain.ripple_pitch / abs(own_arm)
     torque, travel = np.zeros(181), np.zeros(181)
     for k, angle in enumerate(np.linspace(-reach, reach, 181).tolist()):
         for rig, sign in ((there, 1.0), (without, -1.0)):
@@ -331,11 +374,12 @@ def _ripple(there: Bench, without: Bench, _: int) -> Quantities:
                 at = length + arm * angle
                 pull = limited(m, static_force(m, chain_length(m.chain, at), PRESSURE))
                 torque[k] -= sign * arm * chain_ratio(m.chain, at) * pull
-        at = there.lengths[0] + there.arms[0] * angle
-        travel[k] = chain_length(teeth.chain, at) - chain_length(without.muscles[0].chain, at)
+        at = there.lengths[muscle] + own_arm * angle
+        travel[k] = chain_length(teeth.chain, at) - chain_length(without.muscles[muscle].chain, at)
+    motion = there.motion
     return _chosen(
         {
-            "torque_amplitude": (0.5 * float(np.ptp(torque)), "N*m"),
+            f"{motion.effort}_amplitude": (0.5 * float(np.ptp(torque)), motion.effort_unit),
             "travel_amplitude": (0.5 * float(np.ptp(travel)), "m"),
         },
         "at_pressure",
@@ -349,11 +393,22 @@ def _tube(rig: Bench, muscle: int) -> float:
     return m.valve.tube_resistance + m.valve.tube_friction * _FLOW / density
 
 
+def _waited(rig: Bench, muscle: int) -> float:
+    """What a full-scale step waits for on the command's line: the area above its response [s].
+
+    The rate is limited for as long as the lag alone would be faster.
+    """
+    valve = rig.muscles[muscle].valve
+    lag, slew_time = valve.line_lag, valve.line_slew_time
+    return 0.5 * (slew_time + lag**2 / slew_time) if slew_time > lag else lag
+
+
 def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
-    """What a full-scale step waits for on the command's line: the area above its response."""
+    """Wait of a full-scale step on the command's line, and the time its limited rate takes."""
+    waited = _waited(there, muscle) - _waited(without, muscle)
+    found = {"sum_of_time_constants": (waited, "s")}
     one, other = there.muscles[muscle].valve, without.muscles[muscle].valve
-    lag, slew_time = one.line_lag - other.line_lag, one.line_slew_time - other.line_slew_time
-    found = {"sum_of_time_constants": (lag + 0.5 * slew_time, "s")}
+    slew_time = one.line_slew_time - other.line_slew_time
     return found if slew_time == 0.0 else {**found, "time_for_full_scale": (slew_time, "s")}
 
 
@@ -362,8 +417,8 @@ TESTS: Mapping[str, VirtualTest] = {
     "stribeck_friction": _joint_friction,
     "load_dependent_friction": _joint_friction,
     "viscous_friction": _drag,
-    "load_torque": _difference("torque_at_zero", "N*m", lambda rig, _: rig.weight),
-    "added_inertia": _difference("inertia", "kg*m^2", lambda rig, _: rig.inertia),
+    "load_torque": _weight,
+    "added_inertia": _inertia,
     "muscle_hysteresis": _muscle_loop,
     "viscoelastic_creep": _creep,
     "first_stroke": _stated("first_stroke.force", "force_lost", "N"),
@@ -401,17 +456,17 @@ TESTS: Mapping[str, VirtualTest] = {
     "line_lag": _line,
     "valve_slew": _stated("valve.travel_time", "time_for_full_scale", "s"),
     "chain_backlash": _stated("chain.backlash", "lost_travel", "m"),
-    "chain_compliance": _stated("chain.compliance", "compliance_at_700_N", "m/N"),
+    "chain_compliance": _difference("compliance_at_700_N", "m/N", _compliance),
     "sprocket_ripple": _ripple,
-    "angle_bias": _sensed("angle_bias", "mean_offset", "rad"),
-    "angle_scale": _scaled("angle_scale", "relative_error"),
+    "angle_bias": _position_sensed("angle_bias", "mean_offset"),
+    "angle_scale": _angle_scale,
     "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
-    "angle_backlash": _sensed("angle_backlash", "lost_turn", "rad"),
+    "angle_backlash": _position_sensed("angle_backlash", "lost_motion"),
     "dead_angle": _sensed("angle_dead_share", "share_of_the_time", "1"),
     "dead_pressure": _sensed("pressure_dead_share", "share_of_the_time", "1"),
     "clock_offset": _sensed("clock_offset", "time_offset", "s"),
     "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
-    "pressure_scale": _scaled("pressure_scale", "relative_error_at_3_bar"),
+    "pressure_scale": _pressure_scale,
     "pressure_lag": _sensed("pressure_lag", "sum_of_time_constants", "s"),
 }
 """Name of an effect -> its test."""

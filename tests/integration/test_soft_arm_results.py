@@ -57,7 +57,7 @@ def test_the_diagnosis_is_the_recorded_one(arm):
     ratio = valves["physical"]["relative_change_venting"]
     low, high = ratio["interval95"]
     assert f"{1 + ratio['value']:.2f} [{1 + low:.2f}, {1 + high:.2f}] times" in words("real_data")
-    lag = delay["physical"]["sum_of_time_constants"]
+    lag = delay["sizes"]["valve.line_lag"]
     low, high = lag["interval95"]
     assert f"{lag['value']:.2f} [{low:.2f}, {high:.2f}] s" in words("real_data")
     gap = found["gap"]["lifter.pressure"]

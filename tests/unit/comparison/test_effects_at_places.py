@@ -99,6 +99,7 @@ def test_the_size_is_measured_at_the_joint_that_has_the_effect(rig):
     assert sizes["shoulder"]["sliding_torque"][0] == 0.0
     assert physical_size.tested_joint(rig, "joint.elbow.frictionloss") == "elbow"
     assert physical_size.tested_joint(rig, "chamber.leak_conductance") == "shoulder"
+    assert physical_size.tested_joint(rig, "triceps:chain.ripple") == "elbow"
 
 
 def test_inertia_moment_arms_and_damping_are_those_of_each_joint(rig):

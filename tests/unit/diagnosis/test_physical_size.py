@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
 from pamsim.diagnosis.bench import bench
 from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
@@ -13,8 +14,11 @@ from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS
 from pamsim.effects.catalog import EFFECTS, FORMS
 from pamsim.engine.parameters import rig_parameter
+from pamsim.physics.chain import steady_extension
 from pamsim.physics.hysteresis.maxwell_slip import MaxwellSlip
-from pamsim.physics.record import parameters, state_size
+from pamsim.physics.muscle_valves import line_rate
+from pamsim.physics.record import parameters, split_states, state_size
+from pamsim.recordings.sensors import MeasurementChain, true_at_rest
 from tests.plant.air import orifice
 from tests.plant.hidden import virtual_tests as plant
 from tests.plant.hidden.catalog import PLANT_EFFECTS
@@ -76,6 +80,51 @@ def test_heat_without_exchange_is_the_plain_form_and_creep_relaxes_exponentially
     found = sized(rig, "viscoelastic_creep", creep)
     assert found["half_relaxed_after"] == pytest.approx(0.7 * np.log(2.0), rel=1e-3)
     assert found["relaxed_within_4_s"] == pytest.approx(1.0 - np.exp(-4.0 / 0.7), rel=1e-3)
+
+
+@pytest.mark.parametrize(("of", "reading", "bend"), [("pressure", 3e5, 1e-7), ("angle", 0.5, 0.06)])
+def test_a_scale_has_the_error_of_its_reading_whether_it_bends_or_not(rig, of, reading, bend):
+    errors = []
+    for error in ({}, {f"{of}_bend": bend}):
+        chain = MeasurementChain(**{f"{of}_scale": 0.97, **error})
+        values = {f"sensor.{n}": getattr(chain, n) for n in (f"{of}_scale", f"{of}_bend")}
+        (found,) = alone(sized(rig, f"{of}_scale", values)).values()
+        assert true_at_rest((1.0 + found) * reading, chain, of) == pytest.approx(reading)
+        errors.append(found)
+    assert errors == pytest.approx([-0.03, bend * reading - 0.03])
+
+
+def test_a_chain_that_seats_itself_is_as_compliant_as_it_extends(rig):
+    values = {"chain.compliance": 1e-6, "chain.hardening": 1e-2}
+    chain = bench(rig.with_parameters(values)).muscles[0].chain
+    found = sized(rig, "chain_compliance", values)["compliance_at_700_N"]
+    assert 700.0 * found == pytest.approx(steady_extension(chain, 700.0))
+    assert found == pytest.approx(1e-6 * np.log(8.0) / 7.0)
+
+
+@pytest.mark.parametrize(("lag", "slew_time"), [(2e-3, 0.03), (0.02, 0.03), (0.02, 0.01)])
+def test_a_line_s_size_is_the_area_above_its_response_to_a_full_step(rig, lag, slew_time):
+    values = {"valve.line_lag": lag, "valve.line_slew_time": slew_time}
+    there = bench(rig.with_parameters(values))
+    s = split_states([0.0] * there.states[0])[0]
+    timestep, area = 1e-5, 0.0
+    for _ in range(20_000):
+        area += timestep * (1.0 - s.line)
+        s.line += timestep * line_rate(there.muscles[0], s, 1.0, timestep)
+    assert sized(rig, "line_lag", values)["sum_of_time_constants"] == pytest.approx(area, rel=2e-3)
+
+
+def test_a_joint_that_slides_is_tested_in_newtons_and_metres_within_its_muscle_s_travel():
+    slides = pamsim.load_rig("muscle_bench")
+    without = bench(slides)
+    assert CONDITIONS["stroke_amplitude"][0] < 0.02 * without.muscles[0].braid.nominal_length
+    there = bench(slides.with_parameters({"joint.rod.damping": 2.0 + without.damping}))
+    for test in TESTS.values():
+        found = test(there, without, 0)
+        assert not any("torque" in quantity or "angle" in quantity for quantity in found)
+        assert not {unit for _, unit in found.values()} & {"N*m", "rad", "rad/s", "kg*m^2"}
+    drag = TESTS["viscous_friction"](there, without, 0)
+    assert drag["force_at_speed"] == (pytest.approx(2.0 * drag["at_sliding_speed"][0]), "N")
 
 
 def test_a_size_is_what_was_missing_not_what_the_rig_has(rig):
@@ -370,3 +419,11 @@ def test_an_effect_on_one_muscle_is_tested_there(rig):
     values = {f"{second}:chamber.leak_conductance": 2e-12}
     model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(1))
     assert physical_sizes(rig, model, one)["mass_flow"].value > 0.0
+
+
+def test_teeth_are_tested_at_the_joint_that_their_muscle_moves():
+    arm = pamsim.load_rig("two_joint_arm")
+    one = candidate(arm, rig_effect(arm, "sprocket_ripple at triceps"))
+    values = {**at_size(arm, one.effect, 1.0), "triceps:chain.ripple": 2e-5}
+    model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(3))
+    assert physical_sizes(arm, model, one)["travel_amplitude"].value == pytest.approx(2e-5)
