@@ -171,10 +171,18 @@ def candidate(rig: Rig, effect: Effect) -> Candidate:
     for number, size in enumerate(effect.probes):
         # Other shapes are tried at one size only: the shape shows at any size.
         for variant in variants if number == 0 else variants[:1]:
-            values = inside(free, {**at_size(rig, effect, size), **variant})
+            values = inside(free, {**_away(rig, effect, size, neutral), **variant})
             shape = tuple(values[name] for name in shapes)
             probes.append(Probe(size=size, values=values, shape=shape))
     return Candidate(effect=effect, parameters=free, neutral=neutral, probes=tuple(probes))
+
+
+def _away(rig: Rig, effect: Effect, size: float, neutral: Mapping[str, float]) -> dict[str, float]:
+    """An effect at a size, or at its negative where the rig lies at the end of the range."""
+    there, back = (at_size(rig, effect, sign * size) for sign in (1.0, -1.0))
+    first = next(iter(neutral))
+    moved, otherwise = (abs(values[first] - neutral[first]) for values in (there, back))
+    return back if moved < 0.5 * otherwise else there
 
 
 def candidates(

@@ -113,3 +113,10 @@ def test_inertia_moment_arms_and_damping_are_those_of_each_joint(rig):
         bench(rig)
     names = default_names(rig, moving=True)
     assert {"joint.shoulder.damping", "joint.elbow.damping"} <= set(names)
+
+
+def test_an_effect_at_the_end_of_its_range_is_tried_the_other_way():
+    rig = pamsim.load_rig("mas20_arm").with_parameters({"chamber.polytropic_index": 1.4})
+    (one,) = (c for c in candidates(rig)[0] if c.label == "thermal_relaxation:index")
+    index = one.probes[0].values["chamber.polytropic_index"]
+    assert index == pytest.approx(1.4 - 0.3 * 0.15)
