@@ -29,11 +29,13 @@ def fit_branches(
     turn) or ``none``.
 
     Raises:
-        InputError: for an unknown coefficient, too few points, or held-out lengths, since the
-            length is what is predicted.
+        InputError: for an unknown coefficient, k1 held at 0, too few points, or held-out lengths,
+            since the length is what is predicted.
     """
     if hold_out == "length":
         raise InputError("`hold_out` length: length is what is fitted here; hold out pressure")
+    if held.get("k1") == 0.0:
+        raise InputError("`held` k1 = 0: no pressure changes the length then; give another value")
     return tuple(
         _branch(table.pressure[rows], table.length[rows], part, held, hold_out)
         for part, rows in (("rising", table.rising), ("falling", ~table.rising))

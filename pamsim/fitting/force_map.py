@@ -227,11 +227,13 @@ def _notes(law: ForceLaw, table: ForceMap, braid: Braid, fit: CurveFit) -> list[
 
 
 def _rank(fitted: FittedLaw) -> tuple[bool, float]:
-    aicc = fitted.fit.scores.aicc
-    value = -math.inf if aicc is None else aicc
     if fitted.held_out is not None:
-        value = fitted.held_out.rmse
-    return math.isnan(value), value
+        return math.isnan(fitted.held_out.rmse), fitted.held_out.rmse
+    scores = fitted.fit.scores
+    if scores.aicc is not None:
+        return False, scores.aicc
+    # A perfect match comes first, nearly as many coefficients as points last.
+    return False, -math.inf if scores.aic is None else math.inf
 
 
 def named_law(model: str) -> ForceLaw:

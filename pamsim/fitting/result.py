@@ -175,12 +175,12 @@ def _ranking_lines(fits: Sequence[Mapping[str, Any]], skipped: Mapping[str, str]
     held_out = fits[0]["held_out"]
     by = f"held-out {held_out['by']}" if held_out else "AICc, nothing held out"
     yield f"{len(fits)} laws ranked by {by}; errors in N"
-    yield "law                       held-out    worst in-sample       AIC  parameters"
+    yield "law                       held-out    worst in-sample      AICc  parameters"
     for law in fits:
         scores, held_out = law["scores"], law["held_out"] or {}
         yield (
             f"{law['model']:24s}{_cell(held_out.get('rmse'))}{_cell(held_out.get('worst'))}"
-            f"{_cell(scores['rmse'], '.2f')}{_cell(scores['aic'])}{scores['free']:12d}"
+            f"{_cell(scores['rmse'], '.2f')}{_cell(scores['aicc'])}{scores['free']:12d}"
         )
     for name, reason in skipped.items():
         yield f"not fitted: {name}: {reason}"

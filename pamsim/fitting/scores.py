@@ -18,6 +18,10 @@ from pamsim.inference.record_checks import finite_samples
 
 Rows = NDArray[np.intp]
 
+_APART = 2.0
+"""Distance of levels over their width, from which readings lie about levels: in random numbers
+hardly ever (one set of 13 in a hundred)."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Scores:
@@ -132,12 +136,38 @@ def leave_one_group_out(
 def grouped(values: ArrayLike, most: int = 12) -> FloatArray:
     """Mean (n,) of the group of each point's value (n,), such as its contraction.
 
-    Equal values are a group; where values scatter, one of ``most`` neighbouring bins.
+    Equal values are a group. Of more than ``most`` values, readings that scatter about a level are
+    one; without levels, values of which most occur once make ``most`` neighbouring bins.
     """
     x = finite_samples(values, "values")
     kinds, index = np.unique(x, return_inverse=True)
-    if kinds.size > most and kinds.size > x.size // 2:
+    level = _levels(kinds) if kinds.size > most else np.arange(kinds.size)
+    if level[-1] + 1 < kinds.size:
+        index = level[index]
+    elif kinds.size > max(most, x.size // 2):
         index = np.empty(x.size, dtype=np.intp)
         index[np.argsort(x, kind="stable")] = np.arange(x.size) * most // x.size
     count = np.bincount(index)
     return (np.bincount(index, weights=x) / count)[index]
+
+
+def _levels(kinds: FloatArray) -> Rows:
+    """The level (n,) of each of rising values, from 0; each its own if they lie about none.
+
+    A regulator holds a set pressure to tenths of a kPa: the widest level is far narrower than the
+    least distance between two. Levels are cut where that ratio is largest.
+    """
+    gaps = np.diff(kinds)
+    falling = np.sort(gaps)[::-1]
+    level, best = np.arange(kinds.size), _APART
+    for cuts in range(1, kinds.size // 2):  # two values a level and more
+        # No level is narrower than the widest gap inside one.
+        if falling[cuts - 1] <= best * falling[cuts]:
+            continue
+        cut = gaps > falling[cuts]
+        first = np.append(0, np.flatnonzero(cut) + 1)
+        last = np.append(first[1:], kinds.size) - 1
+        apart = float(falling[cuts - 1] / np.max(kinds[last] - kinds[first]))
+        if apart > best:
+            level, best = np.append(0, np.cumsum(cut)), apart
+    return level

@@ -14,6 +14,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
@@ -239,9 +240,12 @@ def _last_thirds(records: Sequence[SignalRecord]) -> list[Part]:
     found: list[Part] = []
     for record in records:
         cut = round((1.0 - _LAST) * record.output.size)
-        head, tail = record.output[:cut], record.output[cut:]
-        few = tail.size < FEWEST_SAMPLES or not np.any(np.ptp(record.inputs[:cut], axis=0))
-        if few or np.std(tail) < _MOVES * np.std(head):
+        tail = record.output[cut:]
+        try:
+            head = record.part(slice(0, cut)).output
+        except InputError:  # its input or output never moves
+            return []
+        if tail.size < FEWEST_SAMPLES or np.std(tail) < _MOVES * np.std(head):
             return []
         found.append((record, cut))
     return found

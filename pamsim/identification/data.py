@@ -80,8 +80,7 @@ def load_data(
     names = [table.name for part in parts for table in part.tables]
     twice = {name for name in names if names.count(name) > 1}
     tables = [
-        # Files of one name lie in folders that differ.
-        replace(table, name=f"{path.parent.name}/{table.name}") if table.name in twice else table
+        _in_folder(table, path) if table.name in twice else table
         for path, part in zip(paths, parts, strict=True)
         for table in part.tables
     ]
@@ -95,6 +94,13 @@ def load_data(
         tables=tuple(tables),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
+
+
+def _in_folder(table: SignalTable, path: Path) -> SignalTable:
+    """The table by its folder's name, too: files of one name lie in folders that differ."""
+    name = f"{path.parent.name}/{table.name}"
+    # Recordings state what repeats what; of plain tables none is known to repeat another.
+    return replace(table, name=name, protocol=table.protocol if _is_recording(path) else name)
 
 
 def _refuse_for_recording(recording: object, stated: Mapping[str, object]) -> None:
@@ -112,13 +118,16 @@ def _recorded(trials: TrialSet, source: str) -> IdentifyData:
 
 def select_trials(
     data: IdentifyData,
-    trials: Sequence[str],
-    protocols: Sequence[str],
-    hold_out: Sequence[str] | float,
+    trials: str | Sequence[str],
+    protocols: str | Sequence[str],
+    hold_out: str | Sequence[str] | float,
 ) -> tuple[list[SignalTable], list[SignalTable]]:
     """Trials to fit and trials to hold out; names and the share as in `identify`."""
     if isinstance(hold_out, int | float):
         return split_tables(select_trials(data, trials, protocols, ())[0], hold_out)
+    trials, protocols, hold_out = (
+        [given] if isinstance(given, str) else given for given in (trials, protocols, hold_out)
+    )
     names = [table.name for table in data.tables]
     kinds = {table.protocol for table in data.tables}
     for argument, wanted, known in (

@@ -30,7 +30,8 @@ def estimates_of(
     Of a discrete model K, the time constants if all poles are those of lags, a1..., b1....
 
     Intervals of positive parameters are symmetric in the logarithm. ``latest`` holds the upper ends
-    of the intervals of dead times that were estimated as 0 and held there, by input [s].
+    of the intervals of dead times that were estimated as 0 and held there, by input [s]: 0 where
+    the output leads the input.
     """
     if isinstance(structure, ContinuousStructure):
         return _of_continuous(structure, at, unit_output, units_input, latest or {})

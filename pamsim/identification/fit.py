@@ -88,7 +88,8 @@ def fit(
             if half is not None:
                 # Less than half a sample is not resolved, however narrow the interval.
                 least = 0.5 * time_range(data)[0]
-                latest[i] = max(float(at.coordinates[place]) + half, least)
+                end = float(at.coordinates[place]) + half
+                latest[i] = 0.0 if end < -least else max(end, least)
         known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
         at = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
         evaluations += at.evaluations

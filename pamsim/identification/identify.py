@@ -48,9 +48,9 @@ def identify(
     oe: tuple[int, int, int] | None = None,
     start: str = "auto",
     integrators: int = 0,
-    trials: Sequence[str] = (),
-    protocols: Sequence[str] = (),
-    hold_out: Sequence[str] | float = (),
+    trials: str | Sequence[str] = (),
+    protocols: str | Sequence[str] = (),
+    hold_out: str | Sequence[str] | float = (),
     local: bool = True,
     progress: Progress | None = None,
 ) -> Identification | FrequencyIdentification:

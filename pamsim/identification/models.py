@@ -329,7 +329,9 @@ def _merged(fit: IdentifiedModel | None) -> bool:
 
 
 def _name(structure: ContinuousStructure) -> str:
-    poles = {1: "first_order", 2: "second_order"}.get(structure.order, f"order_{structure.order}")
+    poles = {0: "gain", 1: "first_order", 2: "second_order"}.get(
+        structure.order, f"order_{structure.order}"
+    )
     real = structure.order < 2 or structure.real_lags
     parts = [poles]
     zeros = structure.zeros_each or (structure.zeros,)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from datetime import datetime
 from itertools import pairwise
 
@@ -265,7 +266,9 @@ def _between_gaps(table: SignalTable) -> tuple[SignalTable, ...]:
     ends = [0, *gaps, table.time.size]
     if len(ends) == 2:
         return (table,)
-    return tuple(
+    parts = (
         table.rows(f"{table.name}_{i}", slice(begin, end))
         for i, (begin, end) in enumerate(pairwise(ends), start=1)
     )
+    # Parts of one table follow each other: none repeats another.
+    return tuple(replace(part, protocol=part.name) for part in parts)

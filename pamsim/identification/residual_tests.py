@@ -81,8 +81,10 @@ def residual_independence(
 ) -> Independence:
     """Test whether past inputs explain part of the residuals.
 
-    The lags are positive and spread evenly in the logarithm from one sample to three of the
-    model's slowest time constants (at most a quarter of the shortest record).
+    The lags are spread evenly in the logarithm from one sample to three of the model's slowest time
+    constants (at most a quarter of the shortest record). Lag 0 is among them where it acts in the
+    direction of the gain, as where an output is read after the input of its row acted. A controller
+    that computes the input from that output acts against it: that is no fault of the model.
 
     Args:
         fit: a model fitted to general inputs.
@@ -119,11 +121,17 @@ def residual_independence(
     for record in trials:
         given = record.inputs - record.inputs[0]
         steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
-        steps = np.pad(steps, (0, lags - steps.size), constant_values=steps[-1])
-        added.append(
-            np.hstack([np.vstack([np.zeros((k, given.shape[1])), given[:-k]]) for k in steps])
-        )
-    test = added_regressors(fit, trials, added)
+        # As many columns of every trial.
+        steps = np.pad(steps, (1, lags - steps.size), constant_values=(0, steps[-1]))
+        rest = np.zeros_like(given)
+        added.append(np.hstack([np.vstack([rest[:k], given[: len(given) - k]]) for k in steps]))
+    residual, columns, freedom = _unexplained(fit, trials, added)
+    gains = fit.structure.static_gains(fit.coordinates)
+    present, past = np.split(columns, [gains.size], axis=1)
+    explained: Any = np.linalg.lstsq(past, residual, rcond=None)[0]
+    # Chance has either sign, whatever its size, so that the level stays what it is.
+    acts = gains * (present.T @ (residual - past @ explained)) > 0.0
+    test = _explains(residual, np.hstack([present[:, acts], past]), freedom)
     independent = test.p_value >= _LEVEL
     verdict = (
         "past inputs explain nothing more of the residuals"
@@ -141,6 +149,13 @@ def added_regressors(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
 ) -> RegressorTest:
     """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
+    return _explains(*_unexplained(fit, records, added))
+
+
+def _unexplained(
+    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, int]:
+    """Whitened residual (N,) and regressors (N, k) without what the fit used; freedom left."""
     x, theta = np.split(fit.coordinates, [fit.structure.searched])
     # ARX assumes a white equation error: whitening it would test another model.
     noise = WHITE if fit.structure.kind == "arx" else fit.noise
@@ -157,9 +172,14 @@ def added_regressors(
     known = _directions(known / column_scale(known), _DEPENDENT)
     columns = columns / column_scale(columns)
     residual = residual - known @ (known.T @ residual)
-    basis = _directions(columns - known @ (known.T @ columns), _EXCITED)
+    columns = columns - known @ (known.T @ columns)
+    return residual, columns, residual.size - known.shape[1] - line.own
+
+
+def _explains(residual: FloatArray, columns: FloatArray, freedom: int) -> RegressorTest:
+    basis = _directions(columns, _EXCITED)
     directions = basis.shape[1]
-    freedom = residual.size - directions - known.shape[1] - line.own
+    freedom -= directions
     if freedom < 1 or directions < 1:
         raise InputError(f"{residual.size} samples are too few for {directions} lags; give fewer")
     explained = float(np.sum((basis.T @ residual) ** 2))
@@ -184,13 +204,16 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
 
     The model is a continuous one, the records the trials it was fitted to.
     """
-    return added_regressors(fit, records, [_powers(fit, record) for record in records])
+    moves = np.any([np.ptp(record.inputs, axis=0) > 0.0 for record in records], axis=0)
+    moving = np.flatnonzero(moves).tolist()
+    return added_regressors(fit, records, [_powers(fit, record, moving) for record in records])
 
 
-def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
+def _powers(fit: IdentifiedModel, record: SignalRecord, moving: Sequence[int]) -> FloatArray:
     """Powers of a trial's inputs and output, and products of inputs: ``(N, 6)`` of one input.
 
-    Each unfiltered and through the model, powers of the output through the model alone.
+    Each unfiltered and through the model, powers of the output through the model alone. ``moving``
+    are the inputs that move in some trial: those that rest in this one have columns of zeros.
     """
     structure = fit.structure
     assert isinstance(structure, ContinuousStructure)
@@ -205,7 +228,6 @@ def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
         return alone.responses(x, filtered)[:, : numerator.size] @ numerator
 
     run = _standardised(fit.simulate(record))
-    moving = [i for i in range(structure.inputs) if np.ptp(record.inputs[:, i]) > 0.0]
     inputs = {i: _standardised(record.inputs[:, i]) for i in moving}
     columns: list[FloatArray] = []
     for power in _POWERS:
@@ -220,6 +242,8 @@ def _powers(fit: IdentifiedModel, record: SignalRecord) -> FloatArray:
 
 
 def _standardised(values: FloatArray) -> FloatArray:
+    if np.ptp(values) == 0.0:
+        return np.zeros_like(values)
     return (values - np.mean(values)) / np.std(values)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from pamsim.core.computation import versions
 from pamsim.core.encoding import to_dict, write_json
+from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
 from pamsim.core.units import PA_PER_KPA
 from pamsim.identification.choose import AICC, LIKELIHOOD, Choice
@@ -121,12 +122,17 @@ class Identification:
             columns' units.
 
         Raises:
-            InputError: for data that cannot be read, without these columns, or a model that
-                integrates or drifts, so that it has no output at rest.
+            InputError: for data that cannot be read, without these columns or in units of another
+                quantity, or a model that integrates or drifts, so that it has no output at rest.
         """
         tables = load_data(data, time=time, dt=dt, hold=hold).tables
         for one in (*self.inputs, self.output):
-            signal(one.text, tables)  # must be there
+            found = signal(one.text, tables)
+            if found.si_unit != one.si_unit:  # kPa for bar is converted
+                raise InputError(
+                    f"{one.text!r} is in {found.unit}, in the fitted trials in {one.unit}"
+                    " (1: no unit is stated); state the same quantity in both"
+                )
         records = [used_trial(table, self.inputs, self.output)[0].record for table in tables]
         fit = self.shown.fit
         return tuple(

@@ -254,7 +254,12 @@ def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tup
     Where a held input already differs in the first row from where the trial rests, five rows at
     rest are put before it: that is how a step at time 0 becomes visible, to ARX models as well,
     whose first equations need rows of the past. A note says if its clock was not uniform.
+
+    Raises:
+        InputError: for a trial of one row, or that `SignalRecord` refuses.
     """
+    if table.time.size < 2:
+        raise InputError(f"trial {table.name}: one row alone shows no change; exclude it")
     held = [all(name in table.held for _, name in into.terms) for into in inputs]
     time, output = table.time, out.of(table.columns)
     given = [into.of(table.columns) for into in inputs]

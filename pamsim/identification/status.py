@@ -38,8 +38,8 @@ class Verdict(NamedTuple):
 def judged(fit: IdentifiedModel, data: Data, latest: Mapping[int, float], white: bool) -> Verdict:
     """Judge a fit to data; the first rule that objects decides.
 
-    ``latest`` holds the upper end of each dead time that was found to be 0, by input [s]; ``white``
-    is whether the intervals take the residuals to be white.
+    ``latest`` holds the upper end of each dead time that was found to be 0, by input [s]: 0 where
+    it would lie below. ``white`` is whether the intervals take the residuals to be white.
     """
     for objection in _objections(fit, data):
         return objection
@@ -205,8 +205,13 @@ def _notes(fit: IdentifiedModel, latest: Mapping[int, float], white: bool) -> It
     for i in _idle(fit):
         yield f"input {i} explains nothing of the output, its gain may be 0"
     for i, end in latest.items():
-        which = f" of input {i + 1}" if len(fit.units_input) > 1 else ""
-        yield f"no dead time{which} is detected, it is below {end:.3g} s"
+        several = len(fit.units_input) > 1
+        if end > 0.0:
+            which = f" of input {i + 1}" if several else ""
+            yield f"no dead time{which} is detected, it is below {end:.3g} s"
+        else:
+            given = f"input {i + 1}" if several else "the input"
+            yield f"the output leads {given}; check the order of the rows"
     if fit.disagreement is not None and not fit.weighted:
         yield (
             "weighting by the noise model moves the estimates too far, so the "

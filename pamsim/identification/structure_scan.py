@@ -90,7 +90,7 @@ class StructureScan:
         """
         before: RoughFit | None = None
         least, in_vain = np.inf, 0
-        for order in range(0 if integrators else 1, most + 1):
+        for order in range(most + 1):
             near = [] if before is None else self._one_pole_more(before)
             if beside is not None:
                 near += [fit.x for fit in beside if fit.structure.order == order]
@@ -243,6 +243,10 @@ def rough_fit(
     """Fit one structure until little is gained, from starts of shape ``(searched,)``."""
     problem = structure.problem(records)
     found = rough_minimum(problem, starts)
+    lower = np.append(problem.lower[: structure.order], np.zeros(len(structure.delayed)))
+    if np.any(found.x < lower):
+        # No full fit keeps a dead time below 0: none may win the scan by one.
+        found = rough_minimum(replace(problem, lower=lower), [np.maximum(found.x, lower)])
     residual = problem.solved(found.x, WHITE)[1]
     samples = np.cumsum([record.output.size for record in records])
     moves = sum(float(np.var(record.output)) * record.output.size for record in records)
@@ -266,7 +270,7 @@ def scan_structures(
 ) -> list[RoughFit]:
     """Fit every structure that may describe the records, roughly.
 
-    First 1 to 6 poles, no integrator, then one, then two, as long as the records support that; each
+    First 0 to 6 poles, no integrator, then one, then two, as long as the records support that; each
     with the direct path, with fewer zeros, with a dead time. From a free start the outputs of
     models without integrators may drift, if that is better without a dead time. ``report`` is
     called with each structure before it is fitted.
@@ -289,7 +293,8 @@ def scan_structures(
                 continue
             supported = True
             scan.fewer_zeros(fit)
-            scan.fit(replace(fit.structure, zeros=fit.structure.zeros + 1), [fit.x])
+            if poles > 0:  # a gain is a direct path already
+                scan.fit(replace(fit.structure, zeros=fit.structure.zeros + 1), [fit.x])
         if not supported:
             break
     scan.near_the_best()

@@ -51,7 +51,10 @@ def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) 
         if name[0] in "ab":  # coefficients of discrete models: in the JSON only
             continue
         if name == "L" and item["value"] == 0.0 and item["interval95"] is not None:
-            yield f"    L    none; below {_number(item['interval95'][1], '.4g')} s"
+            end = item["interval95"][1]
+            below = f"none; below {_number(end, '.4g')} s"
+            leads = "none; the output leads the input, check the order of the rows"
+            yield f"    L    {leads if end == 0.0 else below}"
             continue
         unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
         line = f"    {name:5s}{_number(item['value'], '12.5g')}{unit}"

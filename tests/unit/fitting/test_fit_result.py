@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.fitting.fit import fit
+from pamsim.fitting.force_map import _rank
 from pamsim.fitting.scores import grouped, leave_one_group_out, scores
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.published import PUBLISHED
@@ -133,3 +135,36 @@ def test_set_values_make_a_group_each_and_scattered_ones_make_bins():
     assert np.unique(bins).size == 10
     assert np.all(np.diff(bins[np.argsort(scattered)]) >= 0.0)  # bins of neighbours
     assert np.unique(grouped(np.repeat(np.arange(20.0), 3))).size == 20
+
+
+def test_readings_that_scatter_about_levels_make_a_group_of_each_level():
+    draw = np.random.default_rng(1)
+    level = np.repeat([0.0, 1e5, 1.5e5, 4e5, 6e5], 9)
+    for size in (20.0, 200.0, 2e3):  # [Pa] of a regulator
+        readings = level + draw.normal(0.0, size, level.size)
+        for shown in (readings, np.round(readings, -1)):
+            order = draw.permutation(level.size)
+            found = grouped(shown[order])
+            assert np.unique(found).size == 5
+            means = [np.mean(shown[order][level[order] == p]) for p in level[order]]
+            assert found == pytest.approx(np.array(means))
+    sweep = np.append(0.0, np.linspace(1e5, 6e5, 60) + draw.normal(0.0, 1e3, 60))
+    assert np.unique(grouped(sweep)).size == 12  # a first row apart makes no levels of a sweep
+
+
+def test_without_held_out_points_a_perfect_law_comes_first_and_one_with_too_many_numbers_last():
+    y = np.arange(8.0)
+    miss = np.array([1.0, -1.0] * 4)
+    cases = {"perfect": (y, 2), "poor": (y + 3.0 * miss, 1), "good": (y + miss, 2)}
+    cases["as many"] = (y + 0.1 * miss, 6)
+    fits = {name: SimpleNamespace(scores=scores(y, *case)) for name, case in cases.items()}
+    ranked = sorted(fits, key=lambda name: _rank(SimpleNamespace(held_out=None, fit=fits[name])))
+    assert ranked == ["perfect", "good", "poor", "as many"]
+
+
+def test_a_branch_is_not_held_where_no_pressure_moves_it(tmp_path):
+    path = tmp_path / "loop.csv"
+    rows = [f"{p},{18.0 + 0.5 * math.atan(2.4 - 0.008 * p)!r}" for p in range(0, 601, 50)]
+    path.write_text("\n".join(["p_kpa,length_cm", *rows]), encoding="utf-8")
+    with refused("`held` k1 = 0"):
+        fit(path, model="arctangent", held={"k1": 0.0})

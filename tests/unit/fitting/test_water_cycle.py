@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
-from pamsim.fitting.maxwell import MAXWELL, loop_points, maxwell_loop, maxwell_residual
+from pamsim.fitting.maxwell import (
+    MAXWELL,
+    _harmonic,
+    loop_points,
+    maxwell_loop,
+    maxwell_residual,
+)
 from pamsim.fitting.search_comparison import compare_searches
 from pamsim.fitting.water_cycle import _shares, water_cycle
 from tests.unit.core.refusals import all_refused
@@ -70,6 +76,23 @@ def test_points_of_a_loop_are_read_off_its_record():
     result = loop_points(t + 3.0, 150.0 * np.sin(turned) + 20.0, x)
     for name in ("frequency", "force", "at_force", "at_zero"):
         assert getattr(result, name) == pytest.approx(getattr(model, name), rel=1e-3)
+
+
+def test_a_long_record_takes_no_more_harmonics_than_a_short_one(monkeypatch):
+    counted = []
+
+    def count(*args):
+        counted.append(args)
+        return _harmonic(*args)
+
+    monkeypatch.setattr("pamsim.fitting.maxwell._harmonic", count)
+    for periods in (1.2, 3.0, 700.0):
+        t = np.linspace(0.0, 1.0, 5000)
+        turned = 2.0 * np.pi * periods * t + 0.7
+        counted.clear()
+        result = loop_points(t, 150.0 * np.sin(turned) + 20.0, np.sin(turned - 0.3))
+        assert result.frequency == pytest.approx(2.0 * np.pi * periods, rel=1e-4)
+        assert len(counted) < 150
 
 
 def test_what_cannot_be_searched_and_records_without_a_loop_are_refused():

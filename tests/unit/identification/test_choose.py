@@ -102,6 +102,16 @@ def test_a_bent_plant_whose_record_rests_at_its_end_is_judged_by_aicc():
     assert "the best by AICc" in identified(record)[1].reason
 
 
+def test_a_bent_plant_that_rests_at_first_is_judged_by_aicc():
+    draw = np.random.default_rng(8)
+    given = np.concatenate([0.01 * steps(draw, 280, 10), steps(draw, 120, 10)])
+    output = np.round(sampled(*LAG, given, TS), 1)  # a coarse sensor does not show the small steps
+    record = SignalRecord("late", TS * np.arange(400), given, output)
+    assert np.ptp(output[:267]) == 0.0
+    fit = rough_fit(ContinuousStructure(1, start="free"), [record], [np.log([0.4])])
+    assert by_free_run([fit], [record], []).judged_by == "AICc"
+
+
 def test_the_drift_of_an_output_is_estimated_instead_of_taken_for_poles():
     _, chosen, best = identified(trial(*LAG, 4, drift=0.5))
     assert chosen.name == "first_order_drift"

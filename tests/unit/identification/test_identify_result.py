@@ -126,3 +126,36 @@ def test_another_day_is_predicted_from_its_inputs_alone(result):
     refuses("no output at rest", replace(fit, level=None).predict, record)
     other = replace(day, measured={"pressure_1": day.command[:, 0]})
     refuses("no column 'angle_deg'", result.predict, TrialSet(rig="x", trials=(other,)))
+
+
+def test_an_output_that_leads_its_input_is_no_absent_dead_time(tmp_path):
+    draw = np.random.default_rng(6)
+    given = np.repeat(draw.uniform(-1.0, 1.0, 40), 10)
+    output = sampled([10.0], [0.1, 1.0], np.append(given, 0.0), TS)[1:]
+    table = np.column_stack([TS * np.arange(400), given, output + 0.1 * draw.normal(size=400)])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header="time_s,valve,travel_mm", comments="")
+    found = identify(path, **{**FEW, "dead_time": "free"})
+    assert "L    none; the output leads the input" in found.summary()
+    assert "the output leads the input; check the order of the rows" in found.shown.fit.sentence
+    assert found.shown.fit["L"].interval95 == (0.0, 0.0)
+
+
+def test_another_day_in_other_units_is_converted_or_refused(tmp_path):
+    given = record(7, constants=(LAG,), gain=2.0, noise=0.01, n=400)
+    columns = given.time, given.input, given.output
+
+    def written(name, units, factor):
+        rows = zip(columns[0], factor * columns[1], columns[2], strict=True)
+        lines = ["time_s,u,y", units, *(",".join(map(repr, map(float, row))) for row in rows)]
+        (tmp_path / name).write_text("\n".join(filter(None, lines)))
+        return tmp_path / name
+
+    found = identify(written("kpa.csv", "s,kPa,deg", 100.0), **FEW)
+    same, other = (
+        found.predict(path)[0].model
+        for path in (written("kpa.csv", "s,kPa,deg", 100.0), written("bar.csv", "s,bar,deg", 1.0))
+    )
+    np.testing.assert_allclose(other, same, rtol=1e-9)
+    refuses("'y' is in mm, in the fitted", found.predict, written("mm.csv", "s,kPa,mm", 100.0))
+    refuses("'u' is in 1, in the fitted", found.predict, written("none.csv", "", 100.0))

@@ -135,6 +135,7 @@ def test_a_gap_of_the_clock_makes_two_trials(path):
     data = load_data(path)
     found = [(t.name, t.time.size, t.moving) for t in data.tables]
     assert found == [("log_1", 100, False), ("log_2", 140, True)]
+    assert [t.protocol for t in data.tables] == ["log_1", "log_2"]  # none repeats another
     np.testing.assert_array_equal(np.concatenate([t.columns["y"] for t in data.tables]), OUTPUT)
     assert any("gaps" in note for note in data.notes)
 
@@ -146,8 +147,21 @@ def test_several_tables_are_fitted_together_and_one_may_be_held_out(tmp_path):
         one.write_text(table(["t", "u", "y"], 2.0 * K))
     to_fit, to_test = select_trials(load_data([a, b]), (), (), ["b"])
     assert ([t.name for t in to_fit], [t.name for t in to_test]) == (["a"], ["b"])
+    assert [t.name for t in select_trials(load_data([a, b]), "a", (), ())[0]] == ["a"]
+    refuses("'30%' is not in the data", select_trials, load_data([a, b]), (), (), "30%")
     refuses("/a' is there twice", load_data, [a, a])
-    assert [t.name for t in load_data([a, day]).tables] == [f"{tmp_path.name}/a", "day/a"]
+    apart = load_data([a, day]).tables
+    assert [t.name for t in apart] == [t.protocol for t in apart] == [f"{tmp_path.name}/a", "day/a"]
+
+
+def test_a_row_alone_is_left_out_or_refused(path):
+    few = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1), "local": False}
+    path.write_text(table(["t", "u", "y"], np.where(K < N - 1, 2.0 * K, 2.0 * K + 50.0)))
+    found = identify(path, **few)
+    assert [trial.table.name for trial in found.used] == ["log_1"]
+    assert "not used: trial log_2: one row alone shows no change; exclude it" in found.notes
+    path.write_text("t,u,y\n0,1,2\n")
+    refuses("trial log: one row alone", identify, path, **few)
 
 
 def test_few_values_are_held_unless_it_is_stated(path):

@@ -102,6 +102,18 @@ def test_the_scan_finds_which_input_has_the_zero_and_which_the_dead_time():
     assert same == ContinuousStructure(2, zeros=1, inputs=2)
 
 
+def test_an_input_may_rest_in_one_of_the_trials():
+    u = given(5)
+    u[:, 1] = 0.1
+    y = sampled([GAINS[0]], lags(*CONSTANTS), u[:, 0], TS, DELAY)
+    y += 0.02 * np.random.default_rng(6).standard_normal(N)
+    alone = SignalRecord("first alone", TS * np.arange(N), u, y, ("Pa", "V"), "rad")
+    for squares, bent in ((0.0, False), (0.3, True)):
+        records = [record(squares=squares), alone]
+        test = residual_nonlinearity(fit_continuous(records, **ASKED), records)
+        assert (test.p_value < 1e-3) is bent
+
+
 def test_what_one_input_does_not_have_is_said_of_it_alone():
     found = fit_continuous([record(2)], order=2, zeros=(0, 1), dead_time=True)
     low, high = found["L[2]"].interval95

@@ -124,3 +124,26 @@ def test_a_drift_is_in_the_scan_where_the_record_shows_it_and_did_not_begin_at_r
     best = min(scan_structures([record], start="free"), key=lambda fit: fit.criterion)
     assert (best.structure.order, best.structure.drift) == (1, True)
     assert not any(fit.structure.drift for fit in scan_structures([record], start="rest"))
+
+
+def test_no_structure_wins_by_an_output_that_leads_its_input():
+    given = np.repeat(np.random.default_rng(11).uniform(-1.0, 1.0, 40), 10)
+    given[:10] = 0.0
+    late = sampled([2.0], lags(0.3), np.append(given, given[-1]), TS)
+    # Each row's output is read after its input acted.
+    output = late[1:] + 0.01 * np.random.default_rng(12).normal(size=N)
+    fits = scan_structures([SignalRecord("early", TS * np.arange(N), given, output)], start="rest")
+    assert all(np.all(fit.structure.delays(fit.coordinates) >= 0.0) for fit in fits)
+    best = min(fits, key=lambda fit: fit.criterion)
+    assert (best.structure.order, best.structure.zeros, best.structure.dead_time) == (1, 1, False)
+    assert best.theta[0] == pytest.approx(2.0, rel=0.01)
+
+
+def test_a_plant_without_memory_is_a_gain():
+    draw = np.random.default_rng(13)
+    given = steps(draw, N, 12)
+    output = 2.0 * given + 0.01 * draw.normal(size=N)
+    record = SignalRecord("gain", TS * np.arange(N), given, output)
+    best = min(scan_structures([record], start="rest"), key=lambda fit: fit.criterion)
+    assert best.structure.sentence == "a gain"
+    assert best.theta == pytest.approx([2.0], rel=0.01)
