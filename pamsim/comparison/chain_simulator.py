@@ -10,11 +10,13 @@ that a trial's inputs bring along counts as noise of its residual, and costs one
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
 from pamsim.comparison.chain_runs import (
     COARSE,
+    MIDDLE,
     OF_REPEATS,
     ChainRuns,
     Values,
@@ -32,6 +34,7 @@ from pamsim.engine.parameter_names import ParameterName
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import Block
+from pamsim.recordings.trial import Trial
 
 _OF_VALVES = frozenset({"valve", "chamber"})
 _OF_FORCE_ALONE = frozenset({"creep", "friction", "learned", "joint", "body"})
@@ -72,12 +75,7 @@ class ChainSimulator:
     ) -> None:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
-        by_link = link_residuals(rig, trials, divided=divided, threads=threads, steps=OF_REPEATS)
-        own = {
-            (link, block.trial, block.channel): block.residual
-            for link, blocks in by_link.items()
-            for block in blocks
-        }
+        own, self._of_repeats = _of_trials(rig, trials, divided, threads)
         if not own:
             raise InputError("no link can be compared: nothing is measured that drives nothing")
         self.links = tuple(dict.fromkeys(link for link, _, _ in own))
@@ -90,11 +88,11 @@ class ChainSimulator:
         self._runs = [(group, run) for group, _, run in driven]
         self._simulator = ChainRuns(rig, [(mean, run) for _, mean, run in driven], threads=threads)
         self._rows = self._places()
-        fine, long = self._of_means(1), self._of_means(OF_REPEATS)
+        fine, long = self._of_means(1), self._of_means(self._of_repeats)
         self.stated = fine - long
         for (number, trial, channel), rows in self._rows.items():
             self.stated[rows] += own[self._runs[number][1].link, trial, channel]
-        self._corrections = {1: self.stated - fine, OF_REPEATS: self.stated - long}
+        self._corrections = {1: self.stated - fine, self._of_repeats: self.stated - long}
         exact = {
             (self._runs[number][1].link, trial, channel): self.stated[rows]
             for (number, trial, channel), rows in self._rows.items()
@@ -137,13 +135,15 @@ class ChainSimulator:
             links: of each set, those to simulate.
             others: residual (n,) that the rows of the other links and trials are taken from [SI].
             only: names of groups of repeats to simulate; all if left out.
-            steps: fine time steps in one, at most: `COARSE`, `MIDDLE` or 1.
+            steps: fine time steps in one, at most: `COARSE`, `MIDDLE` or 1. Where the rig as it is
+                breaks down in so long ones, they are shorter.
 
         Returns:
             (n,) [SI] for each; None where a value is out of range or a simulation breaks down.
         """
+        most = steps if steps <= self._of_repeats else self._most
         found: list[FloatArray | None] = []
-        for outputs in self._simulator.simulate(sets, links, only, steps):
+        for outputs in self._simulator.simulate(sets, links, only, most):
             if outputs is None:
                 found.append(None)
                 continue
@@ -154,6 +154,17 @@ class ChainSimulator:
                     residual[rows] = missed + correction[rows]
             found.append(residual)
         return found
+
+    @cached_property
+    def _most(self) -> int:
+        """Fine time steps in one, at most: in longer ones the rig as it is breaks down."""
+        if self._of_repeats < OF_REPEATS:
+            return self._of_repeats
+        try:
+            self._correction(COARSE)
+        except InputError:
+            return OF_REPEATS
+        return COARSE
 
     def _correction(self, steps: int) -> FloatArray:
         """What means of inputs and long time steps change at the rig as it is, (n,) [SI]."""
@@ -169,7 +180,11 @@ class ChainSimulator:
         """
         (outputs,) = self._simulator.simulate([{}], [frozenset(self.links)], None, steps)
         if outputs is None:
-            raise InputError(f"{self.rig.name}: a link breaks down in coarse time steps")
+            step = steps * 1e3 * float(self.rig.model.opt.timestep)
+            raise InputError(
+                f"{self.rig.name}: a link breaks down in time steps of {step:g} ms; state a shorter"
+                " timestep in the rig's file"
+            )
         found = np.empty(max(rows.stop for rows in self._rows.values()))
         for number, (signals, _) in outputs.items():
             for rows, missed in self._missed(number, signals):
@@ -205,3 +220,24 @@ class ChainSimulator:
             blocks.append(block)
             link_of.append(self.links.index(link))
         return tuple(blocks), tuple(link_of)
+
+
+def _of_trials(
+    rig: Rig, trials: Sequence[Trial], divided: Runs, threads: int | None
+) -> tuple[dict[tuple[Link, str, str], FloatArray], int]:
+    """Residuals of link, trial and channel with the trial's own inputs, and the time steps.
+
+    These are the longest in which no run breaks down, of those that what repeats differ by allows.
+    """
+    outputs = sum(len(run.outputs) for trial in trials for run in divided(rig, trial))
+    own: dict[tuple[Link, str, str], FloatArray] = {}
+    for steps in (OF_REPEATS, MIDDLE, 1):
+        by_link = link_residuals(rig, trials, divided=divided, threads=threads, steps=steps)
+        own = {
+            (link, block.trial, block.channel): block.residual
+            for link, blocks in by_link.items()
+            for block in blocks
+        }
+        if sum(map(len, by_link.values())) == outputs:
+            return own, steps
+    return own, 1

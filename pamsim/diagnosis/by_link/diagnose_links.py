@@ -13,7 +13,7 @@ from pamsim.comparison.links import JOINT, Link, whole_run
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
 from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
-from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
 from pamsim.diagnosis.by_link.judge import claimed, judge
 from pamsim.diagnosis.by_link.judged import ALPHA, Judged
 from pamsim.diagnosis.by_link.judged_units import judged_trials, units_of
@@ -115,8 +115,8 @@ def diagnose_links(
         progress: called as each fit begins.
 
     Raises:
-        InputError: for trials that do not fit the rig, nothing to fit, or trials that are too short
-            to judge by.
+        InputError: for trials that do not fit the rig, nothing to fit, trials that are too short to
+            judge by, or a link that no judged trial measures.
     """
     steps = Steps(progress, FITS)
     steps.begin("the links of the rig as it is")
@@ -125,6 +125,7 @@ def diagnose_links(
     simulator = ChainSimulator(rig, groups, threads=threads)
     units = units_of(simulator, trials, judged, alpha)
     fitter = LinkFitter(simulator, nuisance, units)
+    refuse_unjudged(fitter)
     searched = search(fitter, candidates, material=material, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
     model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)

@@ -13,6 +13,7 @@ import numpy as np
 
 from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.links import Link
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
@@ -43,29 +44,16 @@ class HeldOut:
         self._known: dict[tuple[tuple[str, float], ...], FloatArray | None] = {}
 
     def losses(self, model: LinkModel) -> dict[Link, FloatArray]:
-        """Mean square of the whitened rows of every link in every unit, (u,); 1 is noise."""
-        residual, judged = self._residual(model), self._units.judged
-        count = len(judged.units)
-        if residual is None:  # a model that cannot be simulated predicts nothing
-            return {link: np.full(count, np.inf) for link in self.links}
-        squares = self._units.whiten_judged(residual) ** 2
-        found: dict[Link, FloatArray] = {}
-        for number, link in enumerate(self.links):
-            own = judged.link_of == number
-            units = judged.unit_of[own]
-            sums = np.bincount(units, weights=squares[own], minlength=count)
-            there = np.unique(units)
-            if there.size:
-                found[link] = sums[there] / np.bincount(units, minlength=count)[there]
-        return found
+        """Mean square of the whitened rows of every link in its units, (u,); 1 is noise."""
+        return {link: loss[~np.isnan(loss)] for link, loss in self._by_unit(model).items()}
 
     def beyond_noise(self, model: LinkModel) -> dict[Link, float]:
         """What a model leaves in every link beyond the noise, a mean square [noise variance]."""
         return {link: one.excess for link, one in self.remainders(model).items()}
 
     def better(self, model: LinkModel, rest: LinkModel, links: Collection[Link]) -> Difference:
-        """How much better a model predicts some links than another."""
-        own, other = (_mean_loss(self.losses(m), links) for m in (model, rest))
+        """How much better a model predicts some links than another, in units that measure any."""
+        own, other = (_mean_loss(self._by_unit(m), links) for m in (model, rest))
         found = compare_with_reference(other, own[:, np.newaxis], seed=self._seed)
         return Difference(gain=float(found.gain[0]), p_value=float(found.p_value[0]))
 
@@ -101,6 +89,24 @@ class HeldOut:
             found.setdefault(link, []).append(rows)
         return found
 
+    def _by_unit(self, model: LinkModel) -> dict[Link, FloatArray]:
+        """Loss of every link in every unit, (u,); NaN in those that do not measure the link."""
+        residual, judged = self._residual(model), self._units.judged
+        count = len(judged.units)
+        if residual is None:  # a model that cannot be simulated predicts nothing
+            return {link: np.full(count, np.inf) for link in self.links}
+        squares = self._units.whiten_judged(residual) ** 2
+        found: dict[Link, FloatArray] = {}
+        for number, link in enumerate(self.links):
+            own = judged.link_of == number
+            units = judged.unit_of[own]
+            sums = np.bincount(units, weights=squares[own], minlength=count)
+            there = np.unique(units)
+            if there.size:
+                found[link] = np.full(count, np.nan)
+                found[link][there] = sums[there] / np.bincount(units, minlength=count)[there]
+        return found
+
     def _by_input(
         self, side: Rows, whitened: FloatArray
     ) -> dict[tuple[Link, str, str], dict[str, FloatArray]]:
@@ -127,6 +133,25 @@ class HeldOut:
         return self._known[key]
 
 
+def refuse_unjudged(fitter: LinkFitter) -> None:
+    """Refuse links that no judged unit measures: what is missing there would be fitted unjudged.
+
+    Raises:
+        InputError: naming the first, and a trial of it.
+    """
+    simulator, judged = fitter.simulator, fitter.units.judged
+    for number, link in enumerate(simulator.links):
+        if number not in judged.link_of:
+            blocks = zip(simulator.blocks, simulator.link_of, strict=True)
+            trials = list(dict.fromkeys(block.unit for block, of in blocks if of == number))
+            raise InputError(
+                f"{link.name} ({' to '.join(link.ends)}): {len(trials)} trials measure it, such as"
+                f" {trials[0]}, and none of them is judged; name some of them in `hold_out`, or"
+                " leave out what only they measure"
+            )
+
+
 def _mean_loss(losses: Mapping[Link, FloatArray], links: Collection[Link]) -> FloatArray:
-    """Loss of each unit over some links, (u,)."""
-    return np.mean([losses[link] for link in losses if link in links], axis=0)
+    """Loss over those of some links that a unit measures, for each unit that does, (u,)."""
+    own = np.array([losses[link] for link in losses if link in links])
+    return np.nanmean(own[:, ~np.all(np.isnan(own), axis=0)], axis=0)

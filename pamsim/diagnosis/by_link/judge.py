@@ -157,13 +157,13 @@ def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -
 
     The share that they take is that of the fitted rows. What is left there is known to a standard
     error, which is added to what is left with and without these formulas: where little is left,
-    little is known of its cause.
+    little is known of its cause. All is left of a link that no fitted trial measures.
     """
     fitter = case.fitter
     formulas = of_families(model, case.searched.known)
     with_them, without_them = (
         np.clip(fitter.by_link(left_beside(model, forms) ** 2) - fitter.counts, 0.0, None)
-        + np.sqrt(2.0 * fitter.counts)
+        + np.sqrt(2.0 * np.maximum(fitter.counts, 1.0))
         for forms in (formulas, None)
     )
     shares = np.clip(with_them / without_them, 0.0, 1.0).tolist()

@@ -18,11 +18,11 @@ ARM = load_rig("mas20_arm")
 SETTINGS = {"protocols": ("bursts",), "repeats": 2, "duration": 1.0}
 
 
-def recorded(folder, effects=None, **settings):
-    hide(ARM, effects or {}, **{"forces": False, **SETTINGS, **settings}).save(folder)
+def recorded(folder, effects=None, rig=ARM, **settings):
+    hide(rig, effects or {}, **{"forces": False, **SETTINGS, **settings}).save(folder)
     read = read_recordings(folder)
     data = CalibrationData(sources=(), rig=read.rig, trials=read.trials, tables=())
-    return data.of_rig(ARM).trials
+    return data.of_rig(rig).trials
 
 
 @pytest.fixture(scope="module")
@@ -76,6 +76,26 @@ def test_the_rig_as_it_is_has_the_residual_of_its_trials_own_inputs(chain, trial
             if key in alone:
                 np.testing.assert_allclose(alone[key], block.residual, rtol=0.0, atol=1e-9)
     for steps in (COARSE, 2, 1):
+        np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("protocol", ["bursts", "staircase"])
+def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, protocol):
+    """The bench with its joint pulled by measured forces: bursts in 10, a staircase in 5, too."""
+    bench = load_rig("muscle_bench")
+    trials = recorded(tmp_path / "data", rig=bench, protocols=(protocol,), forces=True)
+    chain = ChainSimulator(bench, repeats(trials))
+    assert {link.name for link in link_residuals(bench, trials, steps=COARSE)} == {
+        "valves and air",
+        "muscle",
+    }
+    assert "joint and transmission" in links_of(chain)
+    for link in range(len(chain.links)):
+        units = {
+            block.unit for block, of in zip(chain.blocks, chain.link_of, strict=True) if of == link
+        }
+        assert units == {trial.name for trial in trials}
+    for steps in (COARSE, 2):
         np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
 
 

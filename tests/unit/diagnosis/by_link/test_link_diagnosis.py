@@ -1,16 +1,19 @@
 """Effects planted in two links are found in theirs, judged by trials that no fit has seen."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from pamsim.comparison.chain_runs import COARSE, MIDDLE, in_link
+from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link import judge
-from pamsim.diagnosis.by_link.held_out import HeldOut
+from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
 from pamsim.diagnosis.by_link.promise import forms_of, signatures
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.sizes import sizes
+from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.projected_effect import orthonormal
 from tests.unit.diagnosis.by_link.toy_chain import (
     AIR,
@@ -331,3 +334,36 @@ def test_an_interval_is_wider_where_the_formula_is_not_exact():
         return high - low
 
     assert width(1.0) > 3.0 * width(0.0)
+
+
+def ragged(planted, without):
+    """A chain of which some trials do not measure the last link, as those without load cells."""
+
+    class Ragged(ToyChain):
+        def units(self):
+            pairs = zip(self.blocks, self.link_of, strict=True)
+            kept = [(b, n) for b, n in pairs if n == 0 or not without(self, b.unit)]
+            blocks, link_of = zip(*kept, strict=True)
+            shown = SimpleNamespace(repeats=self.repeats, blocks=blocks, link_of=link_of)
+            return whole_trials(shown, self.held_out)
+
+    return Ragged(tried("pressure_lag"), planted)
+
+
+def test_trials_that_do_not_measure_a_link_are_judged_by_the_others():
+    (effect,) = tried("pressure_lag")
+    planted = effect.probes[0].values
+    for without in (
+        lambda chain, unit: unit.endswith("2"),
+        lambda chain, unit: unit not in chain.held_out,
+    ):
+        _, model, found = diagnosed(ragged(planted, without), [effect])
+        assert found["pressure_lag"].links <= {AIR, ARMLINK}
+        assert found["pressure_lag"].level()
+        assert model.values == pytest.approx({**model.values, **planted}, rel=0.05)
+
+
+def test_a_link_that_no_judged_trial_measures_is_refused_by_name():
+    chain = ragged({}, lambda chain, unit: unit in chain.held_out)
+    with pytest.raises(InputError, match=r"muscle and joint \(pressure to position\)"):
+        refuse_unjudged(fitter_of(chain))
