@@ -439,7 +439,7 @@ TESTS: Mapping[str, VirtualTest] = {
     "leak_between_muscles": _stated(
         "chamber.cross_leak_conductance", "flow_per_difference", "m^3/(s*Pa)"
     ),
-    "supply_sag": _difference("pressure_drop_per_flow_at_0.2_g/s", "Pa*s/kg", _sag),
+    "supply_sag": _difference("pressure_drop_per_flow_at_200_mg/s", "Pa*s/kg", _sag),
     "valve_dead_zone": _dead_zones,
     "valve_hysteresis": _stated("valve.hysteresis", "lost_opening", "1"),
     "regulator_dead_band": _stated("valve.regulator_dead_band", "pressure_left_alone", "Pa"),
@@ -448,7 +448,7 @@ TESTS: Mapping[str, VirtualTest] = {
     "valve_asymmetry": _choked_flow,
     "valve_mismatch": _choked_flow,
     "tube_resistance": _difference(
-        "pressure_drop_per_flow_at_0.2_g/s", "Pa*s/kg", _tube, "at_pressure"
+        "pressure_drop_per_flow_at_200_mg/s", "Pa*s/kg", _tube, "at_pressure"
     ),
     "thermal_relaxation": _heat,
     "valve_delay": _stated("valve.delay", "mean_dead_time", "s"),

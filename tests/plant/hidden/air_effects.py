@@ -86,7 +86,7 @@ EFFECTS = (
         change=on_joint(
             lambda s: {"refill": 0.1 * s, "refill_square": 0.9 * s / _FLOW}, reservoir=1e-4
         ),
-        stated="pressure_drop_per_flow_at_0.2_g/s",
+        stated="pressure_drop_per_flow_at_200_mg/s",
         equals="valve.supply_resistance",
     ),
     PlantEffect(
