@@ -193,8 +193,8 @@ def test_every_structure_of_a_scan_is_drawn_once(result, page):
         ]
         result["scan"] = {"judged_by": judged_by, "structures": every}
         source, _ = page(result)
-        assert f"judged by {judged_by}. The choice is" in source
-        assert "by 2 at most" in source
+        assert f"judged by {judged_by}. Chosen: the simplest" in source
+        assert "worse than the best by 2 at most" in source
         (ax,) = scan(result).axes
         assert ax.get_ylabel() == f"{label} above the best"
         shown = ax.lines[-1]
