@@ -35,7 +35,7 @@ from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import refuse_file
 from pamsim.core.units import FloatArray
-from pamsim.engine.parameters import rig_parameters
+from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import above_supply
 from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.inference.fit_simulator import fit_simulator, shown
@@ -317,9 +317,8 @@ def _comparisons(problem: CalibrationProblem, values: FloatArray, held: bool) ->
 
 def _differing(rig: Rig, freed: Sequence[FreedParameter]) -> list[str]:
     """Freed parameters that name one number of all muscles, which differ in it."""
-    apart = [one.name for one in rig_parameters(rig)]  # such a number once for each muscle
-    names = [name for one in freed for name in one.names]
-    return [name for name in names if any(own.endswith(f":{name}") for own in apart)]
+    values = {name: one.before.value for one in freed for name in one.names}
+    return [name for name in values if name not in each_muscle(rig, values)]
 
 
 def _at_the_start(comparisons: Sequence[Comparison]) -> dict[str, dict[str, FloatArray]]:

@@ -44,9 +44,14 @@ _UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviation
 
 def sample_noise(values: FloatArray) -> float:
     """Standard deviation of evenly sampled values (n,) from one to the next, rounding included."""
+    return max(rough_noise(values), rounding_noise(values))
+
+
+def rounding_noise(values: FloatArray) -> float:
+    """Standard deviation of the rounding of values (n,); a reading in steps may not change."""
     # Neighbouring values of a converter are a step apart, those of a finer record are not.
     step = float(np.min(np.diff(np.unique(values)), initial=np.inf))
-    return max(rough_noise(values), step / _UNIFORM if np.isfinite(step) else 0.0)
+    return step / _UNIFORM if np.isfinite(step) else 0.0
 
 
 def smoothed(time: FloatArray, values: FloatArray, noise: float | None = None) -> FloatArray:

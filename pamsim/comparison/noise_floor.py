@@ -21,6 +21,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pamsim.comparison.link_inputs import rounding_noise
 from pamsim.comparison.repeats import periods
 from pamsim.core.units import FloatArray
 from pamsim.inference.noise_model import Scatter, pooled_deviation, repeat_scatter
@@ -35,7 +36,6 @@ SETTLED = 0.5
 """Time after a change of the command at which a hold begins to count [s]."""
 
 _ENOUGH = 0.25  # share of the trial's samples that its holds must give
-_UNIFORM = np.sqrt(12.0)  # of a uniform distribution, in its standard deviations
 
 
 class FloorRoute(StrEnum):
@@ -101,7 +101,7 @@ def noise_floor(
                 first.block.sample_interval or 1.0,
                 None if own is None else own.command,
             )
-            least = 0.0 if own is None else _rounding(own.measured[first.block.channel])
+            least = 0.0 if own is None else rounding_noise(own.measured[first.block.channel])
             square = max(within.square, least**2 * within.freedom)
             scatter[key] = Scatter(square, within.freedom)
     return NoiseFloor(
@@ -118,12 +118,6 @@ def noise_floor(
         },
         routes=routes,
     )
-
-
-def _rounding(values: FloatArray) -> float:
-    """A reading in steps, which may not change for long, has the noise of its rounding [SI]."""
-    step = float(np.min(np.diff(np.unique(values)), initial=np.inf))
-    return step / _UNIFORM if np.isfinite(step) else 0.0
 
 
 def _smallest(places: Sequence[BlockPlace], channel: str) -> float:

@@ -81,7 +81,9 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
     import pint
 
     try:
-        if bool(_HERTZ.search(unit)) != bool(_HERTZ.search(si_unit)) and _turns(unit + si_unit):
+        if bool(_HERTZ.search(unit)) != bool(_HERTZ.search(si_unit)) and _TURN.search(
+            unit + si_unit
+        ):
             # A radian has no dimension, so that a turn per second would be a radian per second.
             raise pint.DimensionalityError(unit, si_unit)
         factor = _factor(unit, si_unit)
@@ -97,10 +99,7 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
 
 
 _HERTZ = re.compile(r"hz|hertz", re.IGNORECASE)
-
-
-def _turns(units: str) -> bool:
-    return re.search(r"rad|deg|turn|rev|rpm", units) is not None
+_TURN = re.compile(r"rad|deg|turn|rev|rpm")
 
 
 @functools.lru_cache(maxsize=1024)

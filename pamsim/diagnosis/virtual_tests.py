@@ -106,17 +106,22 @@ def _position_sensed(field: str, quantity: str) -> VirtualTest:
 def _angle_scale(there: Bench, without: Bench, _: int) -> Quantities:
     """Relative error of a joint's position, at one that is far from 0."""
     place = there.motion.at_place
-    at = CONDITIONS[place][0]
-    read, base = (rig.sensor.angle_scale + rig.sensor.angle_bend * at for rig in (there, without))
-    return _chosen({"relative_error": (read / base - 1.0, "1")}, place)
+    error = _read_at(there, "angle", CONDITIONS[place][0], without)
+    return _chosen({"relative_error": (error, "1")}, place)
 
 
 def _pressure_scale(there: Bench, without: Bench, _: int) -> Quantities:
+    error = _read_at(there, "pressure", _READ_PRESSURE, without)
+    return {"relative_error_at_3_bar": (error, "1")}
+
+
+def _read_at(there: Bench, what: str, true: float, without: Bench) -> float:
+    """Relative difference of what is read of a true value [SI], bend of the scale included."""
+    scale, bend = f"{what}_scale", f"{what}_bend"
     read, base = (
-        rig.sensor.pressure_scale + rig.sensor.pressure_bend * _READ_PRESSURE
-        for rig in (there, without)
+        getattr(rig.sensor, scale) + getattr(rig.sensor, bend) * true for rig in (there, without)
     )
-    return {"relative_error_at_3_bar": (read / base - 1.0, "1")}
+    return read / base - 1.0
 
 
 def _weight(there: Bench, without: Bench, _: int) -> Quantities:

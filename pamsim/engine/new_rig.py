@@ -32,6 +32,7 @@ from pamsim.physics.force_laws.mckibben import IdealMcKibben
 from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.muscle import MUSCLE_ONLY, PLAIN_GROUPS, PUSHING_ONLY
 from pamsim.recordings.rig_file import SCHEMA
+from pamsim.recordings.rig_writer import references
 from pamsim.recordings.sensors import MeasurementChain
 
 KINDS = {
@@ -103,7 +104,7 @@ def new_rig(
         _require_names(model, given)
         if not (target.is_file() and target.samefile(given)):
             files[target] = text
-            if re.search(r"<include\b|\bfile\s*=", text):
+            if references(given):
                 raise InputError(
                     f"{given} refers to other files, so it cannot be copied alone; give its own"
                     " folder as `out`"

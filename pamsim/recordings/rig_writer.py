@@ -69,7 +69,7 @@ def write_rig(
     files = {key: (source.folder / name).resolve() for key, name in named.items()}
     outside = {key: file for key, file in files.items() if not file.is_relative_to(old)}
     copied = set(outside.values())
-    if any(_references(file) - copied for file in copied):
+    if any(references(file) - copied for file in copied):
         copied = set[Path]()
     for key, file in outside.items():
         place = file.name if file in copied else os.path.relpath(file, new)
@@ -89,7 +89,7 @@ def write_rig(
     return path
 
 
-def _references(mjcf: Path) -> set[Path]:
+def references(mjcf: Path) -> set[Path]:
     """The files that an MJCF names, but for where it states that meshes and textures are."""
     text = mjcf.read_text(encoding="utf-8", errors="replace")
     return {mjcf.parent / name for name in _REFERENCE.findall(text)}

@@ -214,9 +214,9 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
         own = _levels(one.effect)[:2]  # place and family
         kin = [o.gain for o in judged if o is not one and _levels(o.effect)[:2] == own]
         second = one.gain < BESIDE_OTHERS * max(kin, default=0.0)
-        before_both = next(filter(None, (_before_both(one, other) for other in judged)), "")
-        known = replace(one, second=second, upstream=before_both)
-        found.append(replace(known, error=max([one.error, *unknown])))
+        upstream = next(filter(None, (_before_both(one, other) for other in judged)), "")
+        error = max([one.error, *unknown])
+        found.append(replace(one, error=error, second=second, upstream=upstream))
     return tuple(found)
 
 
