@@ -81,9 +81,8 @@ def to_si(value: float, unit: str, si_unit: str, *, where: str) -> float:
     import pint
 
     try:
-        if bool(_HERTZ.search(unit)) != bool(_HERTZ.search(si_unit)) and _TURN.search(
-            unit + si_unit
-        ):
+        hertz = [bool(_HERTZ.search(one)) for one in (unit, si_unit)]
+        if hertz[0] != hertz[1] and _TURN.search(unit + si_unit):
             # A radian has no dimension, so that a turn per second would be a radian per second.
             raise pint.DimensionalityError(unit, si_unit)
         factor = _factor(unit, si_unit)
