@@ -17,6 +17,9 @@ from pamsim.core.units import FloatArray
 from pamsim.numba_cache import numba
 
 _TERMS = 15  # of the exponential, of a norm below 1/2: less than rounding is left
+_GONE = 1e-30
+"""Size of a free state over its largest, below which nothing of it is left in any derivative: long
+records go on for thousands of time constants."""
 _compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 
@@ -196,7 +199,8 @@ def _derivatives(
     before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
     rows, direct = _differentiated(chain, entry, count)
     step = _product(after[:n, :n], before[:n, :n])
-    result = np.empty((samples, count))
+    result = np.zeros((samples, count))
+    largest = 0.0
     state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
     if kicked:
         state[:] = entry
@@ -211,6 +215,11 @@ def _derivatives(
             for i in range(n):
                 value += rows[c, i] * state[i]
             result[k, c] = value.real
+        if kicked:
+            size = np.max(np.abs(state))
+            largest = max(largest, size)
+            if size < _GONE * largest:
+                break
         for i in range(n):
             value = early[i, 0] * start[k] + after[i, n] * now[k]
             if rising.size:

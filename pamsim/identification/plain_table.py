@@ -49,6 +49,7 @@ _SPANS: Mapping[str, float] = {
 }
 """Unit of a clock -> [s]."""
 _NAMED_BY_UNIT = {"s", "sec", "seconds", "ms", "msec", "min", "minutes", "hours", "days"}
+_DECIMAL = re.compile(r"[-+]?\d*\.?(\d*)(?:e([-+]?\d+))?", re.IGNORECASE)
 _OF_DAY = re.compile(r"(\d+):([0-5]\d):([0-5]\d(?:\.\d+)?)")
 _SI_UNITS = {"pressure": "Pa", "angle": "rad", "position": "m", "force": "N", "torque": "N*m"}
 _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": "degC"}
@@ -237,7 +238,7 @@ def _even(time: FloatArray, cells: Iterable[str]) -> FloatArray:
 
 def _last_place(cell: str) -> float:
     """Unit in the last place of a number as it is written; 0 of what is no decimal number."""
-    match = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:e([-+]?\d+))?", cell, re.IGNORECASE)
+    match = _DECIMAL.fullmatch(cell)
     return 10.0 ** (int(match[2] or 0) - len(match[1])) if match else 0.0
 
 

@@ -27,7 +27,7 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import SignalRecord, checked_records
-from pamsim.identification.separable import column_scale, linearise
+from pamsim.identification.separable import column_scale, linearise, triangular_factor
 from pamsim.inference.trial_noise import WHITE
 
 _f_tail: Any = scipy.special.fdtrc
@@ -194,9 +194,9 @@ def _explains(residual: FloatArray, columns: FloatArray, freedom: int) -> Regres
 def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     """Return an orthonormal basis of the columns without directions weaker than ``weakest``."""
     # By way of the triangular factor: a tall SVD is far dearer.
-    tall, triangle = np.linalg.qr(columns)
-    left, sizes, _ = np.linalg.svd(triangle)
-    return tall @ left[:, sizes > weakest * sizes[0]]
+    _, sizes, back = np.linalg.svd(triangular_factor(columns))
+    some = sizes > weakest * sizes[0]
+    return columns @ (back[some].T / sizes[some])
 
 
 def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:

@@ -15,8 +15,9 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.held_input import chain_derivatives, chain_modes
+from pamsim.identification.long_records import growing_parts, shows
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
-from pamsim.identification.separable import column_scale, scaled_solution
+from pamsim.identification.separable import column_scale, minimise, scaled_solution
 from pamsim.inference.trial_noise import WHITE
 
 _lfilter: Any = scipy.signal.lfilter
@@ -39,16 +40,27 @@ _WIDEST = 30.0  # a time constant at most, in longest records; at least, its inv
 def starts_of(structure: Structure, data: Data) -> list[FloatArray]:
     """Return where to begin the search of a fit, each of shape ``(searched,)``.
 
-    Always the same ones, so that a fit is reproducible.
+    Always the same ones, so that a fit is reproducible. Of long records where the search of a part
+    has ended.
     """
-    if isinstance(structure, ContinuousStructure):
-        if isinstance(data, FrequencyRecord):
-            late = data.dead_times(structure.zeros) if structure.dead_time else np.zeros(1)
-            return [_linearised(structure, data, float(delay)) for delay in late]
-        return _grid(structure, data)
-    assert isinstance(structure, DiscreteStructure)
-    assert not isinstance(data, FrequencyRecord)
-    return _filtered(structure, data) if structure.searched else [np.empty(0)]
+    if isinstance(data, FrequencyRecord):
+        assert isinstance(structure, ContinuousStructure)
+        late = data.dead_times(structure.zeros) if structure.dead_time else np.zeros(1)
+        return [_linearised(structure, data, float(delay)) for delay in late]
+    if not structure.searched:
+        return [np.empty(0)]
+    starts: list[FloatArray] = []
+    for part in growing_parts(data):
+        if isinstance(structure, DiscreteStructure):
+            starts = _filtered(structure, part)
+        else:
+            starts = _grid(structure, part)
+        if part is not data:
+            found = minimise(structure.problem(part), starts)
+            starts = [found.x]
+            if shows(part, structure.slowest(found.coordinates)):
+                break
+    return starts
 
 
 def _grid(structure: ContinuousStructure, records: Sequence[SignalRecord]) -> list[FloatArray]:

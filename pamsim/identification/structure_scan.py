@@ -13,6 +13,7 @@ from pamsim.identification.continuous import (
     MOST_INTEGRATORS,
     ContinuousStructure,
 )
+from pamsim.identification.long_records import growing_parts, shows
 from pamsim.identification.records import SignalRecord, time_range
 from pamsim.identification.separable import Solution, rough_minimum
 from pamsim.identification.starts import (
@@ -79,6 +80,36 @@ class StructureScan:
         result = rough_fit(structure, self.records, starts)
         self.fits[structure] = result
         return result
+
+    def every_kind(self) -> None:
+        """Fit poles one after the other, without and with integrators, and what is beside each."""
+        least: dict[int, float] = {}
+        for integrators, most in (
+            (0, HIGHEST_ORDER), (1, _INTEGRATED_POLES), (2, _INTEGRATED_POLES),
+        ):  # fmt: skip
+            supported = False
+            chain = list(self.poles(integrators, most)) if integrators else self.stable()
+            best = min(chain, key=lambda fit: fit.criterion, default=None)
+            for fit in chain:
+                poles = fit.structure.order + integrators
+                least[poles] = min(fit.criterion, least.get(poles, fit.criterion))
+                if best is not None and fit.structure.order > best.structure.order:
+                    least[poles] = min(least[poles], best.criterion)
+                if fit.criterion > least[poles] + NO_SUPPORT:
+                    continue
+                supported = True
+                self.fewer_zeros(fit)
+                if poles > 0:  # a gain is a direct path already
+                    self.fit(replace(fit.structure, zeros=fit.structure.zeros + 1), [fit.x])
+            if not supported:
+                break
+
+    def continued(self, records: Sequence[SignalRecord]) -> StructureScan:
+        """Return a scan of other records that begins with what may be chosen by these."""
+        other = replace(self, records=records, fits={})
+        for fit in self._may_be_chosen():
+            other._beside(fit.structure, fit.x)
+        return other
 
     def poles(
         self, integrators: int, most: int, beside: Sequence[RoughFit] | None = None
@@ -272,30 +303,21 @@ def scan_structures(
 
     First 0 to 6 poles, no integrator, then one, then two, as long as the records support that; each
     with the direct path, with fewer zeros, with a dead time. From a free start the outputs of
-    models without integrators may drift, if that is better without a dead time. ``report`` is
-    called with each structure before it is fitted.
+    models without integrators may drift, if that is better without a dead time. Of long records all
+    are fitted to a part, and those that may be chosen by it to the whole. ``report`` is called with
+    each structure before it is fitted.
 
     Returns:
         The fits, simplest first.
     """
     scan = StructureScan(records=records, start=start, report=report)
-    least: dict[int, float] = {}
-    for integrators, most in ((0, HIGHEST_ORDER), (1, _INTEGRATED_POLES), (2, _INTEGRATED_POLES)):
-        supported = False
-        chain = list(scan.poles(integrators, most)) if integrators else scan.stable()
-        best = min(chain, key=lambda fit: fit.criterion, default=None)
-        for fit in chain:
-            poles = fit.structure.order + integrators
-            least[poles] = min(fit.criterion, least.get(poles, fit.criterion))
-            if best is not None and fit.structure.order > best.structure.order:
-                least[poles] = min(least[poles], best.criterion)
-            if fit.criterion > least[poles] + NO_SUPPORT:
-                continue
-            supported = True
-            scan.fewer_zeros(fit)
-            if poles > 0:  # a gain is a direct path already
-                scan.fit(replace(fit.structure, zeros=fit.structure.zeros + 1), [fit.x])
-        if not supported:
+    for part in growing_parts(records):
+        scan = StructureScan(records=part, start=start, report=report)
+        scan.every_kind()
+        best = min(scan.fits.values(), key=lambda fit: fit.criterion, default=None)
+        if best is None or shows(part, best.structure.slowest(best.coordinates)):
             break
+    if scan.records is not records:
+        scan = scan.continued(records)
     scan.near_the_best()
     return sorted(scan.fits.values(), key=lambda fit: (fit.structure.unknowns, fit.structure.drift))

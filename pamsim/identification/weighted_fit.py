@@ -14,21 +14,29 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-import scipy.linalg
+import scipy.signal
 import scipy.special
 
 from pamsim.core.units import FloatArray
 from pamsim.identification.optimum import Optimum, student_quantile
-from pamsim.identification.separable import Linearised, Separable, Solution, linearise, minimise
+from pamsim.identification.separable import (
+    Linearised,
+    Separable,
+    Solution,
+    linearise,
+    minimise,
+    triangular_factor,
+)
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.trial_noise import WHITE, TrialNoise, fit_trial_noise
 
 _chi2_tail: Any = scipy.special.chdtrc
-_toeplitz_product: Any = scipy.linalg.matmul_toeplitz
+_convolve: Any = scipy.signal.oaconvolve
 
 _SINGULAR = 1e-8
 """Smallest over largest singular value of a column-scaled Jacobian by differences, which has errors
 of this size."""
+_SMALL = 1e-15  # covariance over variance, from which it is rounding
 _ROUNDS = 4  # of noise model and weighted fit: it settles in two or three
 _SETTLED = 0.02  # change between rounds, in standard errors
 _DISAGREE = 0.01  # p-value below which the weighted estimates are rejected
@@ -140,8 +148,7 @@ def _inverse_information(line: Linearised) -> FloatArray | None:
     if not np.all(np.isfinite(norms)) or np.any(norms == 0.0):
         return None
     # The triangular factor has the same singular values; a tall SVD is far dearer.
-    triangle = np.linalg.qr(jacobian / norms, mode="r")
-    _, sizes, vt = np.linalg.svd(triangle)
+    _, sizes, vt = np.linalg.svd(triangular_factor(jacobian / norms))
     rounding = jacobian.shape[0] * float(np.finfo(float).eps)
     if sizes[-1] <= (rounding if line.exact else _SINGULAR) * sizes[0]:
         return None
@@ -169,5 +176,8 @@ def _sandwich_covariance(line: Linearised, noise: TrialNoise) -> FloatArray | No
     meat = np.zeros_like(inverse)
     for block, own in zip(line.jacobians, noise.models, strict=True):
         covariance = own.autocovariance(block.shape[0])
-        meat += block.T @ _toeplitz_product(covariance, block)
+        some = np.abs(covariance) > _SMALL * covariance[0]
+        covariance = covariance[: np.flatnonzero(some)[-1] + 1]
+        both_ways = np.append(covariance[:0:-1], covariance)[:, np.newaxis]
+        meat += block.T @ _convolve(block, both_ways, mode="same", axes=0)
     return inverse @ meat @ inverse

@@ -104,3 +104,15 @@ def test_modes_span_every_free_response():
     for free in (np.exp(-time / 0.1), np.exp(-time / 0.4)):
         left = free - modes @ np.linalg.lstsq(modes, free, rcond=None)[0]
         assert np.max(np.abs(left)) < 1e-12
+
+
+def test_modes_of_a_long_record_have_their_values_and_end():
+    constants, time = np.array([0.1, 0.4]), 0.02 * np.arange(5000)
+    modes = chain_modes(constants, time.size, 0.02)
+    rates = np.exp(-time[:, np.newaxis] / constants)
+    early = slice(0, 900)  # 45 times the longer one
+    left = modes[early] - rates[early] @ np.linalg.lstsq(rates[early], modes[early], rcond=None)[0]
+    assert np.max(np.abs(left)) < 1e-12
+    slow = np.abs(modes[700:1300, 0])
+    np.testing.assert_allclose(slow[1:] / slow[:-1], np.exp(-0.02 / 0.4), rtol=1e-6)
+    assert not np.any(modes[1500:])
