@@ -1,7 +1,8 @@
 """Runs of a rig's links beside trials or the means of repeats, simulated with many parameter sets.
 
 What depends on the measured signals alone is found once for all sets: smoothed inputs, the way to
-rest, how each run is driven, the time steps that its sampling allows, moment arms.
+rest, how each run is driven, the time steps that its sampling allows, moment arms of rigs whose
+tendons run as the rig's as it is.
 
 A parameter may have a value of its own in each link (`in_link`), as nuisance parameters have: what
 is wrong in one link is then not made up for in another.
@@ -13,6 +14,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from pamsim.comparison.experiments import grid_rate, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
@@ -49,9 +51,6 @@ A rig or a sampling rate that needs shorter steps gets them, as the bristles of 
 _STEPS = (COARSE, OF_REPEATS, MIDDLE, 1)
 _SETTLE, _SETTLED = 4, 20  # time steps in one in which rigs come to rest at most; fine ones
 
-_Torques = Mapping[tuple[int, str], Mapping[str, FloatArray]]
-"""Number of the parameter set and trial to joint to (n,) torque [N m] or force [N]."""
-
 
 def in_link(name: str, link: Link) -> str:
     """Name of a parameter's value in one link alone."""
@@ -84,6 +83,10 @@ class _Job:
     steps: int = 1
 
 
+_Torques = Mapping[_Job, FloatArray]
+"""Run of a joint that is pulled to (n,) torque [N m] or force [N]."""
+
+
 class ChainRuns:
     """Runs that are simulated with many parameter sets.
 
@@ -109,10 +112,9 @@ class ChainRuns:
         self._inputs = inputs_of_runs(rig, runs)
         begun = {mean.name: mean for mean, run in runs if run.pressures and run.moved}
         self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
-        self._pulls = {
-            mean.name: (forces_read(rig, mean), moment_arms(rig, self._inputs[mean.name]))
-            for mean in {mean.name: mean for mean, run in runs if run.pulled}.values()
-        }
+        pulled = {mean.name: mean for mean, run in runs if run.pulled}
+        self._forces = {name: forces_read(rig, mean) for name, mean in pulled.items()}
+        self._arms = {name: moment_arms(rig, self._inputs[name]) for name in pulled}
         self._data = mujoco.MjData(rig.model)  # in which the constants of other rigs are found
         self._driven: dict[tuple[object, ...], tuple[Trial, Experiment]] = {}  # own sensors
         self._possible = [self._possible_steps(number) for number in range(len(runs))]
@@ -174,18 +176,34 @@ class ChainRuns:
     def _given(self, jobs: Sequence[_Job]) -> dict[_Job, Signals | None]:
         """What runs give; those of joints that are pulled come after the forces that pull them."""
         signals = self._signals([job for job in jobs if not job.how.pulled], {})
-        torques = {
-            (job.number, job.mean.name): torques_beyond(job.rig, *self._pulls[job.mean.name], seen)
+        exerted = {
+            (job.number, job.mean.name): seen
             for job, seen in signals.items()
-            if job.mean.name in self._pulls and job.how.gives_forces and seen is not None
+            if job.how.gives_forces and seen is not None
         }
-        signals |= self._signals([job for job in jobs if job.how.pulled], torques)
+        pulled = [job for job in jobs if job.how.pulled]
+        torques = {
+            job: self._torque(job, exerted[job.number, job.mean.name])
+            for job in pulled
+            if (job.number, job.mean.name) in exerted
+        }
+        signals |= self._signals(pulled, torques)
         for job, seen in signals.items():
             # Where a machine moves the joint, the torque is taken off what the motion takes.
             if seen is not None and job.how.pulled in job.how.moved:
-                less = torques[job.number, job.mean.name][job.how.pulled]
+                less = torques[job]
                 signals[job] = {channel: seen[channel] - less for channel in job.how.outputs}
         return signals
+
+    def _torque(self, job: _Job, exerted: Signals) -> FloatArray:
+        """What cells read beyond the forces that muscles exert in a simulation, at the joint."""
+        name, model, own = job.mean.name, job.rig.model, self._rig.model
+        # Where tendons run, of what a parameter may change.
+        same = all(
+            np.array_equal(getattr(model, of), getattr(own, of)) for of in ("wrap_prm", "body_quat")
+        )
+        arms = self._arms[name] if same else moment_arms(job.rig, self._inputs[name])
+        return torques_beyond(job.rig, self._forces[name], arms, exerted)[job.how.pulled]
 
     def _rigs(
         self, sets: Sequence[Values], links: Sequence[Collection[Link]]
@@ -198,7 +216,7 @@ class ChainRuns:
         found: list[dict[Link, tuple[Rig, int]] | None] = []
         for values, wanted in zip(sets, links, strict=True):
             own: dict[Link, tuple[Rig, int]] = {}
-            needed = self._links if self._pulls else wanted
+            needed = self._links if self._forces else wanted
             for link in needed:
                 inside = {plain(n): v for n, v in values.items() if place(n) == link.name}
                 inside = {n: v for n, v in values.items() if not place(n)} | inside
@@ -259,7 +277,7 @@ class ChainRuns:
         # Rest is shared by what is simulated together, and is another with other drives.
         together: dict[tuple[int, object], dict[_Job, tuple[Rig, Trial, Experiment]]] = {}
         for job in jobs:
-            if not job.how.pulled or (job.number, job.mean.name) in torques:
+            if not job.how.pulled or job in torques:
                 trial, experiment = self._experiment(job, torques)
                 own = together.setdefault((job.steps, experiment.drives.muscles), {})
                 own[job] = job.rig, trial, experiment
@@ -288,7 +306,7 @@ class ChainRuns:
                 run,
                 self._inputs[mean.name],
                 way=self._ways.get(mean.name) if leads else None,
-                torque=torques[job.number, mean.name][run.pulled] if run.pulled else None,
+                torque=torques[job] if run.pulled else None,
             )
             if not run.pulled and sensor == self._rig.sensor:
                 self._driven[key] = known

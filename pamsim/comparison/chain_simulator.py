@@ -61,8 +61,8 @@ class ChainSimulator:
         noise: of every output of every link.
 
     Raises:
-        InputError: for a trial that does not fit the rig or does not give its start pressures, or
-            no channel to compare.
+        InputError: for a trial that does not fit the rig or does not give its start pressures, no
+            channel to compare, or if every simulation breaks down.
     """
 
     def __init__(
@@ -75,9 +75,14 @@ class ChainSimulator:
     ) -> None:
         self.rig, self.repeats = rig, tuple(groups)
         trials = [trial for group in groups for trial in group.trials]
+        if not any(divided(rig, trial) for trial in trials):
+            raise InputError("no link can be compared: nothing is measured that drives nothing")
         own, self._of_repeats = _of_trials(rig, trials, divided, threads)
         if not own:
-            raise InputError("no link can be compared: nothing is measured that drives nothing")
+            raise InputError(
+                f"{rig.name}: the simulation of every link breaks down; check the rig's parameters"
+                " and the units of the recordings"
+            )
         self.links = tuple(dict.fromkeys(link for link, _, _ in own))
         driven = [
             (group, mean, run)

@@ -128,7 +128,9 @@ def _on_rig(rig: Rig, parameter: EffectParameter) -> tuple[EffectParameter, RigP
             f"{own.name} of this rig's force law is in {own.spec.unit}, not {parameter.unit}"
         )
     if parameter.scaled_by:
-        parameter = parameter.scaled(rig_parameter(rig, parameter.scaled_by).value)
+        muscle = ParameterName.parse(own.name).muscle
+        scale = f"{muscle}:{parameter.scaled_by}" if muscle else parameter.scaled_by
+        parameter = parameter.scaled(rig_parameter(rig, scale).value)
     return parameter, own
 
 

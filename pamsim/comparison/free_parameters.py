@@ -45,7 +45,7 @@ _FIRST = (
     "valve.conductance_exhaust",
     "chamber.dead_volume",
 )
-_LENGTH, _SCALE = "mounting.length_at_zero", "braid.nominal_length"
+_LENGTH = "mounting.length_at_zero"
 _FRICTION = "frictionloss"
 # Without forces measured, the size of all forces together shows at rest by the load alone.
 _AT_REST = ("passive.stiffness", "passive.locking")
@@ -131,12 +131,16 @@ def first_names(rig: Rig) -> tuple[str, ...]:
     joint, and how the air flows into which volume, as far as the rig's file states them.
     """
     stated = _stated(rig)
-    each = [f"{m}:{_LENGTH}" for m in rig.muscles] if len(rig.muscles) > 1 else [_LENGTH]
-    lengths = each if _SCALE in stated else []  # those of bellows lie between their pins
+    each = [f"{m}:{_LENGTH}" for m in _braided(rig)]  # those of bellows lie between their pins
+    lengths = each if len(rig.muscles) > 1 else [_LENGTH] * len(each)
     known = [name for name in _FIRST if name in stated]
     damping = [f"joint.{joint}.damping" for joint in rig.joints]
     usual = [name for name in (*known, *damping) if rig_parameter(rig, name).value != 0.0]
     return (*lengths, *usual, *(f"joint.{joint}.{_FRICTION}" for joint in rig.joints))
+
+
+def _braided(rig: Rig) -> list[str]:
+    return [name for name, muscle in rig.muscles.items() if muscle.braid is not None]
 
 
 def _stated(rig: Rig) -> dict[str, Sourced | str]:
@@ -183,6 +187,8 @@ def freed_parameters(
                     f"`free` {name}: {other} is free already, which sets the same number"
                 )
         limits = [given.pop(name) for name in names if name in given]
+        if len(limits) > 1:
+            raise InputError(f"`bounds` of {group}: one number has one range; give it once")
         freed.append(_freed(rig, names, parameters, limits[0] if limits else None, prior))
     if given:
         known = [name for parameter in freed for name in parameter.names]
@@ -251,8 +257,8 @@ def _range(rig: Rig, parameter: RigParameter, limits: Bounds | None) -> tuple[fl
 
 def _of_effect(rig: Rig, parameter: RigParameter) -> tuple[float, float, str] | None:
     """Range of a parameter whose value does not show it, as of the effect that changes it."""
-    name = ParameterName.parse(parameter.name)
-    if name.parameter == _LENGTH and _SCALE in _stated(rig):
+    name, braided = ParameterName.parse(parameter.name), _braided(rig)
+    if name.parameter == _LENGTH and (name.muscle in braided if name.muscle else braided):
         effect, place = "rest_length", name.muscle
     elif parameter.value == 0.0 and name.parameter.endswith(f".{_FRICTION}"):
         effect, joint = "coulomb_friction", parameter.name.split(".")[1]

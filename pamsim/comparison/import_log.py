@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -13,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pamsim.comparison.joined_logs import join_all, schedule_all
+from pamsim.comparison.joined_logs import join_all, schedule_all, without_number
 from pamsim.comparison.joint_signs import turned_joints
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
@@ -168,10 +167,18 @@ def import_log(
                 joined, found_out = schedule_all(
                     files, schedules, place, names=names, stated=stated, offset=offset
                 )
+            # The clock of the second table is not in the joined one.
+            second = read_columns((others or schedules)[0], numbers_only=True).cells
+            gone = second.keys() - read_columns(joined[0]).cells.keys()
+            known = [
+                text
+                for text, one in zip(columns, stated, strict=True)
+                if one.quantity != "time" or one.column not in gone
+            ]
             try:
                 found = import_log(
                     joined, rig=loaded, out=out, schedule=schedules if others else (),
-                    columns=columns, drive=drive, protocol=protocol, rate=rate, period=period,
+                    columns=known, drive=drive, protocol=protocol, rate=rate, period=period,
                     segments=segments, lead_in=lead_in, load=load, force=force,
                 )  # fmt: skip
             except InputError as error:
@@ -203,7 +210,7 @@ def import_log(
     entries = [
         {
             "file": file.name,
-            "protocol": own or protocol or re.sub(r"[\W_]*\d+$", "", file.stem) or file.stem,
+            "protocol": own or protocol or without_number(file.stem),
             "drive": kind,
             "load_kg": float(load),
             **cut,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pamsim.comparison.protocols import DURATION, RATE
+from pamsim.comparison.protocols import DURATION, RATE, share_of_supply
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
@@ -32,7 +32,8 @@ class ImposedMotion:
     Attributes:
         name: as in recordings.
         shows: what it is for.
-        pressure: times (n,) [s] and random numbers to set points (n,) [Pa].
+        pressure: times (n,) [s] and random numbers to set points (n,) [Pa] of a supply of 5 bar;
+            they are lower in proportion where a rig's is.
         motion: to positions (n,), -1 and 1 at the ends of the part of the range that is used.
     """
 
@@ -55,7 +56,8 @@ class ImposedMotion:
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE) + 1) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
-        pressures = [self.pressure(time, rng) for _ in rig.muscles]
+        lower = share_of_supply(rig.supply_pressure)
+        pressures = [lower * self.pressure(time, rng) for _ in rig.muscles]
         shares = [_rounded(self.motion(time, rng)) for _ in rig.joints]
         ranges = [_range(rig, joint) for joint in rig.joints]
         moved = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -50,7 +51,7 @@ def join_all(
     """
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
     join = partial(join_logs, names=names, stated=stated, shared=shared, offset=known)
-    return _each(logs, others, "`beside` them", folder, "{}_and_{}.csv", join)
+    return _each(logs, others, "`beside` them", folder, "{}_and_{}", join)
 
 
 def schedule_all(
@@ -73,7 +74,7 @@ def schedule_all(
     """
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
     join = partial(with_schedule, names=names, stated=stated, offset=known)
-    return _each(logs, schedules, "`schedule`", folder, "{}_commanded.csv", join)
+    return _each(logs, schedules, "`schedule`", folder, "{}_commanded", join)
 
 
 def _each(
@@ -87,8 +88,17 @@ def _each(
     if len(tables) != len(logs):
         raise InputError(f"{len(logs)} logs and {len(tables)} {what}; give one for each")
     pairs = list(zip(logs, tables, strict=True))
-    files = [folder / name.format(log.stem, table.stem) for log, table in pairs]
+    files: list[Path] = []
+    for log, table in pairs:
+        own, other = (without_number(path.stem) for path in (log, table))
+        # The log's number comes last: logs that differ in it alone stay repeats.
+        files.append(folder / f"{name.format(own, other)}{log.stem.removeprefix(own)}.csv")
     return files, [join(*pair, out) for pair, out in zip(pairs, files, strict=True)]
+
+
+def without_number(stem: str) -> str:
+    """The name of a log without the number at its end, by which repeats differ."""
+    return re.sub(r"[\W_]*\d+$", "", stem) or stem
 
 
 def join_logs(

@@ -28,7 +28,7 @@ import numpy as np
 import scipy.linalg
 
 from pamsim.comparison.chain_runs import link_residuals
-from pamsim.comparison.link_inputs import sample_noise
+from pamsim.comparison.link_inputs import rounding_noise, sample_noise
 from pamsim.comparison.links import Link, Runs, joined_runs
 from pamsim.comparison.noise_floor import FloorRoute, settled_holds
 from pamsim.comparison.repeats import Repeats, periods, repeats
@@ -36,6 +36,7 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.blocks import noise_from_repeats
 from pamsim.inference.coloured_noise import ArNoise, fit_ar_noise
+from pamsim.recordings.signals import DRIVES, kind_of
 from pamsim.recordings.trial import Trial
 
 _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
@@ -108,9 +109,11 @@ def link_noise(
                 one = OutputNoise(
                     noise=again, source=FloorRoute.REPEATS if repeated else unrepeated
                 )
-        # A reading that does not change while a command is held has the noise of its rounding.
-        least = float(np.mean([sample_noise(trial.measured[channel]) for trial, _ in logs]))
-        if repeated is None and one.noise.standard_deviation < least:
+        # A reading that does not change while a command is held has the noise of its rounding, as
+        # have repeats that read the same.
+        shown = sample_noise if repeated is None else rounding_noise
+        least = float(np.mean([shown(trial.measured[channel]) for trial, _ in logs]))
+        if one.noise.standard_deviation < least:
             one = replace(one, noise=ArNoise((), least**2))
         found[link, channel] = one
     return found
@@ -178,16 +181,7 @@ def _read_again(
 ) -> Residuals:
     """By what residuals change if every signal has its noise once more."""
     rng = np.random.default_rng(0)
-    second = [
-        replace(
-            trial,
-            measured={
-                channel: values + _noise_of(trial, channel, rng)
-                for channel, values in trial.measured.items()
-            },
-        )
-        for trial in trials
-    ]
+    second = [_second_reading(rig, trial, rng) for trial in trials]
     found = link_residuals(rig, second, divided=divided, threads=threads)
     return {
         (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
@@ -195,6 +189,20 @@ def _read_again(
         for block in blocks
         if (link, block.trial, block.channel) in exact
     }
+
+
+def _second_reading(rig: Rig, trial: Trial, rng: np.random.Generator) -> Trial:
+    """A trial whose signals have their noise once more, those that drive it included."""
+    measured = {
+        channel: values + _noise_of(trial, channel, rng)
+        for channel, values in trial.measured.items()
+    }
+    command, drives = trial.command.copy(), trial.drives
+    channels = (*trial.pressure_channels, *map(rig.names.joint_channel, drives.joints))
+    for column, (channel, kind) in enumerate(zip(channels, drives.kinds, strict=True)):
+        if channel in measured and DRIVES[kind].quantity == kind_of(channel):
+            command[:, column] = measured[channel]
+    return replace(trial, measured=measured, command=command)
 
 
 def _noise_of(trial: Trial, channel: str, rng: np.random.Generator) -> FloatArray:

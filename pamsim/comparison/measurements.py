@@ -99,7 +99,7 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     )
     for name in data.names:
         if data.names.count(name) > 1:
-            raise InputError(f"{name!r} is given twice; rename one of the files")
+            raise InputError(f"{name!r} is given twice; rename one of the files or their folders")
     return data
 
 

@@ -15,7 +15,7 @@ None of these is less than the rounding of what was read.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 
@@ -86,35 +86,42 @@ def noise_floor(
     of_trial = {trial.name: trial for trial in trials}
     in_protocol: dict[tuple[str, str], list[BlockPlace]] = {}
     stated: dict[str, float] = {}
+    readings: dict[tuple[str, str], list[FloatArray]] = {}
     for place in places:
         channel, trial = place.block.channel, of_trial.get(place.block.trial)
-        in_protocol.setdefault((channel, place.block.protocol), []).append(place)
-        if trial is not None and channel in trial.noise:
+        key = channel, place.block.protocol
+        in_protocol.setdefault(key, []).append(place)
+        if trial is None:
+            continue
+        if channel in trial.noise:
             stated[channel] = max(trial.noise[channel].rms, stated.get(channel, 0.0))
+        readings.setdefault(key, []).append(trial.measured[channel])
     scatter = repeat_scatter(places, residual)
     routes = dict.fromkeys(scatter, FloorRoute.REPEATS)
     for key, (first, *_) in in_protocol.items():
         if key not in scatter:
             own = of_trial.get(first.block.trial)
-            routes[key], within = noise_within_trial(
+            routes[key], scatter[key] = noise_within_trial(
                 residual[first.rows],
                 first.block.sample_interval or 1.0,
                 None if own is None else own.command,
             )
-            least = 0.0 if own is None else rounding_noise(own.measured[first.block.channel])
-            square = max(within.square, least**2 * within.freedom)
-            scatter[key] = Scatter(square, within.freedom)
+    for key, own in readings.items():
+        shown, least = scatter[key], rounding_noise(np.concatenate(own))
+        scatter[key] = replace(shown, square=max(shown.square, least**2 * shown.freedom))
+    smallest = {channel: _smallest(places, channel) for channel, _ in in_protocol}
     return NoiseFloor(
         sd={
             channel: max(
                 pooled_deviation([s for (name, _), s in scatter.items() if name == channel]),
-                _smallest(places, channel),
+                least,
                 stated.get(channel, 0.0),
             )
-            for channel in dict.fromkeys(place.block.channel for place in places)
+            for channel, least in smallest.items()
         },
         variance={
-            key: max(scatter[key].variance, stated.get(key[0], 0.0) ** 2) for key in in_protocol
+            key: max(scatter[key].variance, stated.get(key[0], 0.0) ** 2, smallest[key[0]] ** 2)
+            for key in in_protocol
         },
         routes=routes,
     )

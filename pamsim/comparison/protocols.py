@@ -37,7 +37,7 @@ class Protocol:
     Attributes:
         name: as in recordings.
         shows: what it is for.
-        command: ``pressure`` or ``valve``.
+        command: drive of all muscles, ``pressure_set`` or ``valve``.
         drive: times (n,) [s] and random numbers to commands (n, 2) of a pair [Pa or -].
         load: mass on the arm [kg].
     """
@@ -66,7 +66,7 @@ class Protocol:
             supply: gauge pressure of the rig's supply [Pa]. Below 5 bar all pressures are lower in
                 proportion.
         """
-        share = min(supply / _SUPPLY, 1.0)
+        share = share_of_supply(supply)
         duration = DURATION if duration is None else duration
         time = np.arange(round(duration * RATE)) / RATE
         rng = np.random.default_rng([seed, zlib.crc32(self.name.encode())])
@@ -86,6 +86,11 @@ class Protocol:
             load=self.load,
             name=self.name,
         )
+
+
+def share_of_supply(supply: float) -> float:
+    """Share of the library's pressures that a rig gets, by its supply's gauge pressure [Pa]."""
+    return min(supply / _SUPPLY, 1.0)
 
 
 def _apart(difference: FloatArray, common: float | FloatArray = _MIDDLE) -> FloatArray:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pamsim.core.units import PA_PER_KPA, FloatArray
+from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.signals import KINDS, column_of, command_columns, kind_of
 from pamsim.recordings.trial import Trial
 
-_ATMOSPHERE = 101.325  # kPa, ISO 2533
 _UNITS: Mapping[str, tuple[tuple[str, float], ...]] = {
     "angle": (("rad", 57.29578), ("turns", 360.0)),
     "position": (("m", 1000.0), ("cm", 10.0), ("in", 25.4)),
@@ -129,8 +129,8 @@ def _of_pressures(trial: Trial, missed: Collection[str]) -> Iterator[Correction]
             whose = f"{name} ({_several(columns)})"
             yield from _units("pressure", f"{whose} look", columns)
             yield Correction(
-                text=f"{whose} look absolute: subtract {_ATMOSPHERE:g} kPa",
-                changed=dict.fromkeys(columns, (1.0, -_ATMOSPHERE * PA_PER_KPA)),
+                text=f"{whose} look absolute: subtract {ATMOSPHERE / PA_PER_KPA:g} kPa",
+                changed=dict.fromkeys(columns, (1.0, -ATMOSPHERE)),
             )
 
 

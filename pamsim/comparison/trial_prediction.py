@@ -30,7 +30,7 @@ from pamsim.recordings.signals import KINDS, kind_of
 from pamsim.recordings.trial import Trial
 
 CHANNELS = tuple(KINDS)
-"""Kinds of channel: ``angle``, ``position``, ``pressure``, ``force``."""
+"""Kinds of channel: ``angle``, ``position``, ``pressure``, ``force``, ``torque``."""
 
 AT_REST = "angle_at_rest"
 """Channel of static tables: its misfit is of another kind than the noise of a recorded angle."""
@@ -90,10 +90,10 @@ class TrialPredictor:
                 )
         for table in data.tables:
             self._check_muscles(table.name, table.pressure.shape[1])
-            if len(rig.joints) != 1:
+            if not rig.names.short:
                 raise InputError(
-                    f"{table.name!r} gives angles at rest of one joint, rig {rig.name!r} has"
-                    f" {', '.join(rig.joints)}"
+                    f"{table.name!r} gives angles at rest of one joint that turns, rig"
+                    f" {rig.name!r} has {', '.join(rig.joints)}; compare recordings over time"
                 )
         self._of_trial = [0] * len(data.trials)
         self._start_of = [np.zeros(0)] * len(data.trials)

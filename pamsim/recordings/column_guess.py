@@ -37,6 +37,10 @@ _SET = {"set", "setpoint", "sp", "cmd", "command", "commanded"}
 _SET |= {"ref", "reference", "des", "desired", "target", "soll"}
 _RATE = {"vel", "velocity", "speed", "rate", "dot", "omega", "acc", "accel"}
 _PULSE = {"pwm", "duty"}
+_ELSEWHERE = {"supply", "source", "tank", "reservoir", "ambient", "error", "err", "std"}
+"""Words of what is no reading of a joint or muscle."""
+_OF_CONVERTER = {"v", "mv", "volt", "volts", "ma", "counts", "ticks"}
+"""Ends of names in units that only a calibration converts to those of a quantity."""
 
 _SPELLINGS = {
     "time": "s ms us min sec=s seconds=s msec=ms µs=us",
@@ -175,14 +179,18 @@ def _by_name(columns: Columns, name: str, names: SignalNames) -> Guess | str:
     kinds = _kinds(words, unit)
     if not kinds:
         return f"unit {unknown!r} is not known" if unknown else "name not known"
-    if _RATE & set(words):
+    if _RATE & set(words) or words[-2:] in (("rad", "s"), ("deg", "s")):
         return "a rate; rates follow from positions"
+    if _ELSEWHERE & set(words) - set(_words([*names.joints, *names.muscles])):
+        return "no reading of a joint or muscle by its name"
+    if not unit and words[-1] in _OF_CONVERTER:
+        unknown = words[-1]
     set_point = bool(_SET & set(words))
     for kind in kinds:
         owner, warning = ("time", "") if kind == "time" else _owner(kind, words, names)
         if not owner:
             continue
-        if set_point and kind in JOINT_KINDS:
+        if set_point and (kind in JOINT_KINDS or (kind == "force" and owner in names.muscles)):
             return f"a reference for {owner}, which drives no muscle by itself"
         own = "pressure_set" if kind == "pressure" and set_point else kind
         own = "pulse" if kind == "valve" and _PULSE & set(words) else own
@@ -259,6 +267,8 @@ def _owner(kind: str, words: Sequence[str], names: SignalNames) -> tuple[str, st
 def _unit_by_size(kind: str, values: FloatArray, supply: float) -> tuple[str, tuple[str, ...]]:
     """Unit that numbers of a kind may be in, and the warning about it."""
     size = float(np.median(np.diff(values)) if kind == "time" else np.abs(values).max())
+    if kind == "time" and size == 0.0:  # most rows repeat a time stamp
+        size = float(np.ptp(values)) / values.size
 
     def fits(unit: str, above: float, most: float) -> bool:
         si_unit, scale = {"time": ("s", 1.0), "pressure": ("Pa", supply)}.get(kind, (unit, 1.0))

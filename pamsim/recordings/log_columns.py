@@ -120,7 +120,7 @@ def _quantity(
     column: str = stated["column"]
     columns.require(column, f" for {quantity}")
     zero = stated["offset"] * per_unit - (ATMOSPHERE * shown if stated["absolute"] else 0.0)
-    values = columns.numbers(column) * (stated["sign"] * per_unit) + zero
+    values = columns.numbers(column) * (stated["sign"] * per_unit)
     end = stated.get("wraps", 0.0) * per_unit
     if end > 0.0:
         late = f"but should begin again after {end:g} s"
@@ -128,7 +128,7 @@ def _quantity(
             values >= end, lambda i: f"{column}: the clock is at {values[i]:g} s, {late}"
         )
         values = values + end * np.cumsum(np.diff(values, prepend=values[0]) < 0.0)
-    return name, values, column
+    return name, values + zero, column
 
 
 def _own_name(quantity: str, where: str) -> tuple[str, str, float]:

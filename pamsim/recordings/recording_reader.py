@@ -32,6 +32,7 @@ from pamsim.recordings.columns import Columns
 from pamsim.recordings.log_columns import in_own_format
 from pamsim.recordings.recording import SCHEMA
 from pamsim.recordings.signals import (
+    DRIVES,
     EFFORTS,
     ENDINGS,
     JOINT_KINDS,
@@ -103,6 +104,9 @@ def read_recordings(path: str | os.PathLike[str]) -> TrialSet:
             columns = in_own_format(columns, table["columns"], f"{index}: [columns]")
         read.append(_trial(one, columns, notes))
         trials += segments.trials_of(read[-1].trial, one, f"{index}: trial {number}")
+    for name, count in Counter(trial.name for trial in trials).items():
+        if count > 1:
+            raise InputError(f"{index}: two trials are called {name!r}; rename one of the files")
     if table["columns"] is None:  # a log states its units itself, and bellows work at a few kPa
         recording_checks.units_of_all([one.columns for one in read])
     first, of_first = _muscles(read[0].trial), read[0].columns.path.name
@@ -170,23 +174,28 @@ def _index(path: Path) -> Mapping[str, Any]:
     index["trial"] = [
         _checked(one, f"{path}: trial {number}") for number, one in enumerate(index["trial"], 1)
     ]
-    for file, count in Counter(one["file"] for one in index["trial"]).items():
-        if count > 1:
-            _named_apart([one for one in index["trial"] if one["file"] == file], f"{path}: {file}")
+    for file in dict.fromkeys(one["file"] for one in index["trial"]):
+        own, where = [one for one in index["trial"] if one["file"] == file], f"{path}: {file}"
+        if len(own) > 1:
+            _named_apart(own, where)
+        _refuse_overlap(own, where)
     return index
 
 
 def _named_apart(entries: list[dict[str, Any]], where: str) -> None:
-    """Name the trials of one file by their protocols; no row may be in two of them."""
-    spans: list[tuple[float, float]] = []
+    """Name the trials of one file by their protocols."""
     for one in entries:
         if not one["segments"]:
             raise InputError(f"{where} is several trials; give each its segments")
-        spans += segments.spans_of(one["segments"], f"{where}: segments")
         one["name"] = f"{Path(one['file']).with_suffix('').as_posix()}_{one['protocol']}"
     if len({one["name"] for one in entries}) < len(entries):
         raise InputError(f"{where} is two trials of one protocol; write all segments into one")
-    spans.sort()
+
+
+def _refuse_overlap(entries: Sequence[Mapping[str, Any]], where: str) -> None:
+    """Refuse segments of one file that share rows: repeats must be independent."""
+    each = (segments.spans_of(one["segments"] or [], f"{where}: segments") for one in entries)
+    spans = sorted(itertools.chain.from_iterable(each))
     for (_, end), (begin, _) in itertools.pairwise(spans):
         if begin < end:
             raise InputError(f"{where}: segments overlap at {begin:g} s; no row counts twice")
@@ -272,5 +281,5 @@ def _joints(columns: Columns, drives: Drive) -> tuple[str, ...]:
             for name in columns.cells
             if name.endswith(end)
         ),
-        *(f"{joint}.force" for joint in drives.joints),
+        *(f"{j}.force" for j, kind in drives.joints.items() if DRIVES[kind].of == "position"),
     )

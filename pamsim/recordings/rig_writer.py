@@ -19,6 +19,7 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import LOCK, complete_file, is_part
 from pamsim.core.parameters import Sourced, specs
 from pamsim.core.units import to_si
+from pamsim.physics.hysteresis.bouc_wen import BoucWen
 from pamsim.physics.hysteresis.group import Hysteresis
 from pamsim.recordings.rig_file import RigFile
 from pamsim.recordings.sensors import MeasurementChain
@@ -110,13 +111,16 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
     owner, _, parameter = name.rpartition(":")
     group, _, field = parameter.partition(".")
     muscles = document["muscles"]
+    if group == Hysteresis.group:
+        law, _, field = field.rpartition(".")
+        if not any("law" in one.get(group, {}) for one in (document["muscle"], *muscles.values())):
+            law = law or BoucWen.law  # that of muscles which state none
+        if law:
+            _operator(document["muscle"], muscles, source.operators[law].group)
     if owner:
         if owner not in source.tendons:
             raise InputError(f"no muscle {owner!r}; {nearest(owner, source.tendons)}")
         section = _table(muscles[owner], group)
-    elif group == Hysteresis.group and "." in field:
-        law, _, field = field.partition(".")
-        section = _operator(_table(document, "muscle"), muscles, source.operators[law].group)
     elif name in source.native or "." in field:
         section, field = _table(document, "native"), name
     elif group == MeasurementChain.group:
@@ -128,20 +132,24 @@ def _put(document: Any, source: RigFile, name: str, number: Sourced) -> None:
     _revise(section, field, number)
 
 
-def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> Any:
-    """The table of a hysteresis operator; that of another keeps only what all operators share."""
+def _operator(muscle: Any, own: Any, group: type[Hysteresis]) -> None:
+    """Give all muscles a hysteresis operator; of another's tables stays what all operators share.
+
+    So stay the widths that single muscles have, as in `pamsim.engine.rig.Rig.with_operator`.
+    """
     law, section = group.law, _table(muscle, Hysteresis.group)
-    if section.get("law") == law:
-        return section
-    for key in section.keys() - dict(specs(Hysteresis)):
-        section.remove(key)
-    for entries in own.values():
-        entries.pop(Hysteresis.group, None)
+    before = section.get("law")
+    each = [entries[Hysteresis.group] for entries in own.values() if Hysteresis.group in entries]
+    for table in (section, *each):
+        if table.get("law", before) != law:
+            for key in table.keys() - dict(specs(Hysteresis)):
+                table.remove(key)
+    if before == law:
+        return
     section["law"] = law
     units = {name: spec.unit for name, spec in specs(group)}
     for name, value in group.usual.items():
         _revise(section, name, Sourced(value=value, unit=units[name], source="assumed", where=law))
-    return section
 
 
 def _table(parent: Any, key: str) -> Any:

@@ -29,6 +29,7 @@ from pamsim.recordings.columns import Cells, Columns, cells_of
 
 _SMALLER = "cut it into several files, or leave out columns"
 _MARKS = ";\t,|"
+_AROUND = ' "'  # a number
 _NONE = ("", "-", "--", "1")  # in a line of units
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(,\d{3})+")
 _UNGROUPED = re.compile(r"[-+]?\d{1,3}")
@@ -134,7 +135,7 @@ def _header(texts: Sequence[str]) -> tuple[int, str | None]:
     for start, line in enumerate(texts[:half]):
         mark = _mark(line)
         cells = _split(line, mark)
-        if _numeric(cells):
+        if any(cells) and _numeric(filter(None, cells)):
             break
         if len(cells) == _width(texts[half], mark) > 1:
             return start, mark
@@ -159,7 +160,7 @@ def _refuse_grouped(
     for row, text in enumerate(texts):
         cells = text.split(mark)
         for i in list(possible):
-            cell = cells[i].strip()
+            cell = cells[i].strip(_AROUND)
             if _GROUPED.fullmatch(cell):
                 first.setdefault(i, row)
             elif _UNGROUPED.fullmatch(cell):
@@ -169,7 +170,7 @@ def _refuse_grouped(
         if not possible:
             return
     for i in sorted(possible & without & first.keys()):
-        cell = texts[first[i]].split(mark)[i].strip()
+        cell = texts[first[i]].split(mark)[i].strip(_AROUND)
         raise InputError(
             f"{path}: line {lines[first[i]]}: {header[i]} = {cell} looks like"
             f" {cell.replace(',', '')} with a separator of thousands, and would be read as"
@@ -189,6 +190,8 @@ def _numbers(texts: list[str], mark: str | None) -> dict[int, FloatArray]:
         read = np.loadtxt(
             points, delimiter=mark, usecols=sample, comments=None, quotechar='"', ndmin=2
         )
+        if len(read) < len(texts):
+            raise ValueError("a quote that is not closed")  # which numpy closes lines further down
         return dict(zip(sample, np.ascontiguousarray(read.T), strict=True))
     except ValueError:
         found: dict[int, FloatArray] = {}

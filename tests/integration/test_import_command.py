@@ -421,6 +421,32 @@ def test_what_is_stated_of_a_clock_counts_while_tables_are_joined(joined):
         np.testing.assert_allclose(trial.command, np.outer(opened, [1.0, -1.0]))
 
 
+def test_the_clock_of_a_second_table_may_be_stated(joined):
+    other = {"n": 1e3 * TIME, "phi [rad]": ANGLE, "lamp": 0.0 * TIME}
+    for clocks in (["time=n:ms"], ["time=n:ms", "time=t_ms:ms"]):
+        _, trial = joined(AIR, other, columns=clocks)
+        np.testing.assert_allclose(trial.measured["elbow.angle"], ANGLE, atol=1e-9)
+    shut = {"n": SHUT["time_s"], **{name: v for name, v in SHUT.items() if name != "time_s"}}
+    _, trial = joined(AIR | {"phi": ANGLE}, shut, "schedule", columns=["time=n:s"])
+    assert trial.drive == "valve"
+    with refused("no column 'm' for time"):
+        joined(AIR, ARM, columns=["time=m:ms"])
+
+
+def test_numbered_logs_stay_repeats_with_the_tables_that_are_joined_to_them(rig, tmp_path):
+    tables = {"run": AIR, "arm": ARM, "shut": SHUT}
+    logs, arms, shut = (
+        [write(tmp_path / f"{name}_{k}.csv", table) for k in (1, 2)]
+        for name, table in tables.items()
+    )
+    found = pamsim.import_log(
+        logs, rig=rig, out=tmp_path / "out", beside=arms, schedule=shut, offset="0s"
+    )
+    assert found.trials == ("run_and_arm_commanded_1", "run_and_arm_commanded_2")
+    trials = read_recordings(tmp_path / "out").trials
+    assert [trial.protocol for trial in trials] == ["run_and_arm_commanded"] * 2
+
+
 def test_names_may_hold_any_character(imported):
     log = {"𝜃 [deg]" if name == "phi" else name: values for name, values in LOG.items()}
     found, _ = imported(log, columns=["elbow.angle=𝜃:deg"], protocol="𝜃")

@@ -89,10 +89,12 @@ def test_tied_names_one_muscle_and_native_fields_can_be_freed(rig):
 
 
 def test_bad_requests_are_refused(rig):
+    flows = ("valve.conductance_fill", "valve.conductance_exhaust")
     for wanted, bounds, words in (
         (["passive.locking", "passive.locking"], {}, "is free already"),
         (["muscle_1:passive.locking", "passive.locking"], {}, "is free already"),
         (["muscle_3:passive.locking"], {}, "no muscle 'muscle_3'"),
+        (["=".join(flows)], dict.fromkeys(flows, (1e-10, 1e-8)), "one number has one range"),
         (["joint.shaft.armature"], {}, "give its range with `bounds`"),
         (["passive.locking"], {"passive.locking": ("10", "x")}, "not a number"),
         (["chamber.dead_volume"], {"chamber.dead_volume": ("5kg", "20")}, "does not measure"),
@@ -159,6 +161,16 @@ def test_far_off_files_free_each_length_friction_and_the_air(rig):
     assert [(f.start, f.low, f.high) for f in lengths] == [(0.25, 0.1875, 0.3125)] * 2
     friction = next(f for f in arm if f.name == "joint.shaft.frictionloss")
     assert (friction.free.start, friction.free.low, friction.free.high) == (0.0, 0.0, 5.0)
+    braid = {k: v for k, v in rig.file.muscle["braid"].items() if k != "nominal_length"}
+    size = {"braid": {"nominal_length": rig.file.muscle["braid"]["nominal_length"]}}
+    file = dataclasses.replace(
+        rig.file,
+        muscle={**rig.file.muscle, "braid": braid},
+        overrides=dict.fromkeys(rig.muscles, size),  # each muscle states its own
+    )
+    each = dataclasses.replace(rig, file=file)
+    assert first_names(each) == first_names(rig)
+    assert of(each, "muscle_2:mounting.length_at_zero").free == arm[1].free
     bellows = first_names(load_rig("equimus_leg"))
     assert "joint.hip.damping" in bellows
     assert not any("length_at_zero" in name for name in bellows)

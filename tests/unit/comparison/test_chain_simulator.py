@@ -1,11 +1,14 @@
 """Links simulated with many parameter sets: exact at the rig as it is, near it elsewhere."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from pamsim.comparison.chain_runs import COARSE, in_link, link_residuals, plain
+from pamsim.comparison.chain_runs import COARSE, ChainRuns, in_link, link_residuals, plain
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
+from pamsim.comparison.links import link_runs
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeats import repeats
@@ -13,6 +16,7 @@ from pamsim.engine.rig import load_rig
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.twins.hide import hide
+from tests.unit.core.refusals import refused
 
 ARM = load_rig("mas20_arm")
 SETTINGS = {"protocols": ("bursts",), "repeats": 2, "duration": 1.0}
@@ -99,6 +103,18 @@ def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, p
         np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
 
 
+def test_a_rig_that_breaks_down_everywhere_is_not_mistaken_for_one_without_measurements(
+    trials, monkeypatch
+):
+    monkeypatch.setattr(
+        "pamsim.comparison.chain_runs.sensed_signals", lambda jobs, **_: [None for _ in jobs]
+    )
+    with refused("mas20_arm: the simulation of every link breaks down; check"):
+        ChainSimulator(ARM, repeats(trials[:1]))
+    with refused("nothing is measured that drives nothing"):
+        ChainSimulator(ARM, repeats([replace(trials[0], measured={})]))
+
+
 def test_a_rig_without_a_gap_leaves_noise_and_coarse_steps_change_an_effect_by_little(chain):
     # Single trials of a second scatter by a quarter beside the noise that two repeats show.
     assert np.mean(losses_of(chain)) == pytest.approx(1.0, abs=0.2)
@@ -106,6 +122,25 @@ def test_a_rig_without_a_gap_leaves_noise_and_coarse_steps_change_an_effect_by_l
     coarse, fine = run(chain, values), run(chain, values, steps=1)
     moved = fine - chain.stated
     assert np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(moved)
+
+
+def test_measured_forces_act_at_the_radius_that_is_simulated(tmp_path):
+    """Muscles that pull less than the model's are made up for at the radius of each set."""
+    weak, value = ARM.with_parameters({"force.scale": 0.8}), {"tendon.chain_1.coef": 0.0115}
+    trial, *_ = recorded(tmp_path / "data", rig=weak, repeats=1, forces=True)
+
+    def runs_of(rig):
+        runs = [(trial, run) for run in link_runs(rig, trial)]
+        return ChainRuns(rig, runs, threads=None), [run for _, run in runs]
+
+    chain, runs = runs_of(ARM)
+    ((found,), other) = (
+        chain.simulate([value], [{run.link for run in runs}], None, 1),
+        {run: signals for _, run, signals in runs_of(ARM.with_parameters(value))[0].as_it_is()},
+    )
+    assert runs[-1].pulled == "shaft"
+    expected = other[runs[-1]]["angle"]
+    np.testing.assert_allclose(found[len(runs) - 1][0]["angle"], expected, atol=1e-3)  # of 0.24 rad
 
 
 def test_values_change_the_links_that_they_act_in_and_no_others(chain):

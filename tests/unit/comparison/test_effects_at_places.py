@@ -37,6 +37,15 @@ def test_an_effect_is_tried_at_each_place_that_it_can_have(tried):
         assert [label for label in tried if label.partition(" at ")[0] == name] == labels
 
 
+def test_the_range_of_an_effect_at_a_muscle_scales_with_that_muscle(rig):
+    """Of the mounting, by the nominal length."""
+    longer = rig.with_parameters({"biceps:braid.nominal_length": 0.3})
+    for muscle, length in (("biceps", 0.3), ("triceps", 0.25)):
+        (size,) = at_size(longer, rig_effect(longer, f"rest_length at {muscle}"), 1.0).values()
+        own = longer.muscles[muscle].mounting.length_at_zero
+        assert size - own == pytest.approx(2e-3 * length)
+
+
 def test_what_is_left_out_is_not_tried(rig):
     found, skipped = candidates(rig, without=["coulomb_friction", "angle_bias"])
     assert skipped == dict.fromkeys(("coulomb_friction", "angle_bias"), "left out on request")

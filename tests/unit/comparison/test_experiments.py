@@ -152,6 +152,9 @@ def test_rows_at_rest_are_simulated_at_the_true_pressures_that_were_read(rig):
             start=start,
         )
 
+    bench, one = pamsim.load_rig("muscle_bench"), of_trials(tables=(table(true[:, :1], None),))
+    with pytest.raises(InputError, match="one joint that turns, rig 'muscle_bench' has rod"):
+        TrialPredictor(bench, one)
     read = table(scale * true + bias, scale * start + bias)
     (right,) = TrialPredictor(rig, of_trials(tables=(table(true, start),))).predictions([rig])
     (found,) = TrialPredictor(wrong, of_trials(tables=(read,))).predictions([wrong])

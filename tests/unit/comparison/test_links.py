@@ -115,6 +115,14 @@ def test_repeats_have_one_protocol_command_load_and_clock():
     assert found == [["one", "b", "c"], ["ramps"], ["loaded"], ["commanded"], ["slower"]]
 
 
+def test_repeats_may_begin_at_any_time_of_their_clocks():
+    """The differences of such times are not equal to the last bit."""
+    a = trial("angle")
+    late = a.time + 1792012500.37
+    (group,) = repeats([a, replace(a, name="late", time=late - late[0])])
+    assert len(group.trials) == 2
+
+
 def test_the_mean_of_repeats_is_that_of_what_was_measured_and_of_what_was_imposed():
     """Measured pressures that drive may differ, by their noise."""
     one = trial("angle", drive="measured")

@@ -94,6 +94,23 @@ def test_a_reading_in_steps_has_the_noise_of_its_rounding():
     assert found.noise.standard_deviation == pytest.approx(1.0 / np.sqrt(12.0))
 
 
+def test_repeats_that_read_the_same_have_the_noise_of_their_rounding():
+    angle = np.round(3.0 * np.sin(TIME))
+    logs = [trial(HELD, angle, name) for name in "ab"]
+    found = noise_of(logs, [np.sin(TIME) - angle for _ in logs])
+    assert found.source is FloorRoute.REPEATS
+    assert found.noise.standard_deviation == pytest.approx(1.0 / np.sqrt(12.0))
+    blocks = [
+        ResidualBlock(
+            trial=log.name, protocol="log", channel="angle", residual=np.sin(TIME) - angle
+        )
+        for log in logs
+    ]
+    floor = noise_floor(layout(blocks), np.concatenate([b.residual for b in blocks]), logs)
+    assert floor.routes["angle", "log"] is FloorRoute.REPEATS
+    assert floor.variance["angle", "log"] == pytest.approx(1.0 / 12.0)
+
+
 def test_the_floor_of_a_reading_in_steps_is_that_of_its_rounding():
     """One that hardly changes shows none, and one that changes fast has no more."""
     for reading, floor in (
@@ -264,6 +281,19 @@ def test_a_filtered_log_hides_its_noise_until_it_is_stated():
     assert stated.noise.correlation_time(0.01) > 3.0 * hidden.noise.correlation_time(0.01)
     # Less than what shows changes nothing.
     assert angle_noise(with_stated(trials, angle=StatedNoise(rms=1e-6))) == hidden
+
+
+def test_the_noise_of_measured_pressures_counts_where_they_drive_the_muscles():
+    """As where set points do: in either case the muscles are given what was measured."""
+    (set_points,) = recorded(noise=StatedNoise(rms=1e-5))
+    rng = np.random.default_rng(6)
+    read = {
+        c: set_points.measured[c] + 2e3 * rng.normal(size=241) for c in ("pressure_1", "pressure_2")
+    }
+    set_points = replace(set_points, measured=set_points.measured | read)
+    driven = replace(set_points, drive="measured", command=np.column_stack([*read.values()]))
+    one, other = (angle_noise([log]).noise.standard_deviation for log in (set_points, driven))
+    assert other == pytest.approx(one, rel=0.05)
 
 
 def test_repeats_stay_repeats_and_have_the_stated_noise_at_least():

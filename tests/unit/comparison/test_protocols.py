@@ -95,6 +95,8 @@ def test_imposed_motion_leaves_the_range_of_no_joint_and_of_no_supply(bench):
         assert not np.array_equal(one.command_value, other.command_value)
         assert one.drives.joints == {"shoulder": "angle", "elbow": "angle"}
         assert prepare(rig, one).external.dofs.tolist() == [0, 1]
+        weak = pamsim.load_rig("equimus_leg")
+        assert motion.experiment(weak).command_value[:, :2].max() <= 0.9 * weak.supply_pressure
 
 
 def test_what_is_imposed_is_not_compared_and_what_it_takes_is(bench, tmp_path):

@@ -103,7 +103,7 @@ def test_a_clock_that_begins_again_runs_on(tmp_path):
         (tmp_path / "recording.toml").write_text(text, encoding="utf-8")
         return pamsim.read_recordings(tmp_path).trials[0]
 
-    trial = read(", wraps = 1", first=0.03)
+    trial = read(", wraps = 1, offset = 0.5", first=0.03)
     np.testing.assert_allclose(trial.time, 0.1 * np.arange(30), atol=1e-9)
     assert trial.command[0].tolist() == [5000.0, 6000.0]  # low, but in a unit that is stated
     late = "line 7: t: the clock is at 0.5 s, but should begin again after 0.5 s"
@@ -167,6 +167,10 @@ UNUSED = [
     ("angle_ref_deg", (0, 10), "a reference for elbow"),
     ("pressure [bar]", (0, 1), "of no joint or muscle"),
     ("remark", ("x", "y"), "numbers"),
+    ("elbow_theta_rad_s", (0, 1), "a rate"),
+    ("F_flexor_ref [N]", (0, 10), "a reference for flexor"),
+    ("flexor_valve_V", (0, 5), "would be flexor.valve, but its unit 'v'"),
+    ("Flexor pressure error [kPa]", (0, 5), "no reading of a joint or muscle"),
 ]
 
 
@@ -182,6 +186,20 @@ def test_a_name_with_quantity_unit_and_place_is_certain_and_others_say_why_not(g
         assert why in unused[column]
     known = {"barg": ("bar", False), "PSIA": ("psi", True), "0.1*bar": ("0.1*bar", False)}
     assert {text: unit_of(text) for text in known} == known
+
+
+def test_the_pressure_of_the_supply_is_not_that_of_the_only_muscle(guess):
+    found, unused = guess(BENCH, {"p_supply [bar]": (6, 6), "p [bar]": (0, 3)})
+    assert found["p [bar]"].quantity == "lifter.pressure"
+    assert set(unused) == {"p_supply [bar]"}
+    boiler = SignalNames(joints={"rail": "position"}, muscles=("supply",))
+    assert set(guess(boiler, {"t_s": (0, 1), "p_supply [bar]": (0, 3)})[0]) >= {"p_supply [bar]"}
+
+
+def test_the_unit_of_a_clock_follows_from_its_rows_where_they_repeat_a_time_stamp(guess):
+    for rows, stamp, unit in ((100, 1, "s"), (3, 1, "ms"), (3, 0.01, "s")):
+        clock = [stamp * (k // rows) for k in range(300)]
+        assert guess(BENCH, {"t": clock})[0]["t"].unit == unit
 
 
 def test_the_unit_of_pressures_follows_from_the_supply(guess):

@@ -152,7 +152,7 @@ def test_a_drive_for_each_muscle_is_read_as_it_was_written(read, tmp_path, names
 
 @pytest.mark.parametrize("names", [LEG, ARM], ids=["by name", "by number"])
 @pytest.mark.parametrize("turned", ["torque", "angle"])
-def test_what_drives_joints_is_read_as_it_was_written(read, names, turned):
+def test_what_drives_joints_is_read_as_it_was_written(read, tmp_path, names, turned):
     """A given torque is no measurement; what an imposed motion takes is one."""
     run = drawn_recording(names, "valve")
     joints = dict(zip(names.joints, (turned, "length"), strict=False))
@@ -166,7 +166,7 @@ def test_what_drives_joints_is_read_as_it_was_written(read, names, turned):
     command = np.column_stack([run.command, *driven])
     done = dataclasses.replace(run, drive=drive, command=command, effort=effort)
     bound, notes = of_rig(read(run=done), names, "my_leg")
-    assert (bound.drive, notes) == (drive, ())
+    assert (bound.drive, notes, read_recordings(tmp_path).notes) == (drive, (), ())
     np.testing.assert_allclose(bound.command, command, rtol=1e-8)
     column, shown = ("torque_nm", "torque") if names.short else ("knee_nm", "knee.torque")
     first = effort[next(iter(joints))]

@@ -171,6 +171,7 @@ BAD_INDEXES = {
     "load in gram": ("load_kg = 1.2", "load_kg = 1200", "write kg, not g"),
     "no file": ("staircase_1.csv", "staircase_9.csv", "cannot read"),
     "file twice": ("[[", AGAIN + "[[", "give each its segments"),
+    "segments overlap": ("load_kg", "segments = [[0, 0.02], [0.01, 0.038]]\nload_kg", "at 0.01 s"),
     "noise of what": ("[[", '[noise]\nknee = { rms = "1 deg" }\n[[', "knee was not measured"),
     "noise in kg": ("[[", '[noise]\nangle = { rms = "1 kg" }\n[[', "[noise]: angle: rms"),
     "noise below 0": ("[[", '[noise]\nangle = { rms = "-1 deg" }\n[[', "must be 0 or more"),
@@ -181,6 +182,13 @@ BAD_INDEXES = {
 def test_a_bad_index_is_one_clear_line(read, tmp_path):
     assert all(old in INDEX for old, *_ in BAD_INDEXES.values())
     all_refused(BAD_INDEXES, lambda old, new: read(P, INDEX.replace(old, new, 1)))
+    write_recording(tmp_path / "names", "mas20_arm", {"a_1": recording("valve", 2, 1)})
+    (tmp_path / "names" / "a_1.txt").write_bytes((tmp_path / "names" / "a_1.csv").read_bytes())
+    index = tmp_path / "names" / "recording.toml"
+    text = index.read_text()
+    index.write_text(text + text[text.index("[[") :].replace("a_1.csv", "a_1.txt"))
+    with refused("two trials are called 'a_1'; rename one of the files"):
+        read_recordings(index)
     name = "a" * 5000  # no folder can be called so: left to load_rig
     assert read(P, INDEX.replace("mas20_arm", name, 1)).rig == name
     empty = tmp_path / "empty"

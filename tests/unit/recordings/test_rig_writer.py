@@ -181,6 +181,31 @@ def test_one_muscle_may_differ_until_a_shared_value_replaces_its_own(written):
         assert "# Both muscles are equal" in text
 
 
+@pytest.mark.parametrize("law", ["bouc_wen", "maxwell_slip"])
+def test_an_operators_number_is_written_as_the_rig_takes_it_where_muscles_differ(written, law):
+    """Of all muscles or of one; the widths of single muscles stay."""
+    field = {"bouc_wen": "yield_contraction", "maxwell_slip": "full_slip"}[law]
+    width, shape = f"hysteresis.{law}.force_per_pressure", f"hysteresis.{law}.{field}"
+    own = {"muscle_1:hysteresis.force_per_pressure": number(1e-5, "N/Pa")}
+    differ, _ = written(own, name="differ")
+    for k, name in enumerate((width, f"muscle_2:{width}", shape, f"muscle_1:{shape}")):
+        value, unit = (3e-5, "N/Pa") if width in name else (0.02, "1")
+        numbers = {name: number(value, unit)}
+        found, _ = written(numbers, differ.file, f"new_{k}")
+        expected = differ.with_parameters({name: value})
+        np.testing.assert_allclose(
+            found.model.actuator_user, expected.model.actuator_user, rtol=1e-9, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("owner", ["", "hip_bellows:"])
+def test_hysteresis_is_added_to_a_rig_that_states_none(written, owner):
+    leg, name = pamsim.load_rig("equimus_leg"), f"{owner}hysteresis.force_share"
+    assert "hysteresis" not in leg.file.muscle
+    found, _ = written({name: number(0.02, "1")}, leg.file)
+    assert same_rig(found, leg.with_parameters({name: 0.02}))
+
+
 def test_bad_requests_are_refused_in_one_line(tmp_path):
     (tmp_path / "file").write_text("", encoding="utf-8")
     new, own = tmp_path / "new", find_rig("mas20_arm")

@@ -79,6 +79,8 @@ def test_separators_of_thousands_are_refused_and_decimal_commas_are_not(columns)
 
     with refused("line 4: y = 1,234 looks like 1234 with a separator"):
         read(["0", "999", "1,234", "-12,345", "1,234,567"])
+    with refused("line 3: y = 1,234 looks like 1234 with a separator"):
+        read(['"999"', '"1,234"'])
     for cells in (
         ["0,000", "999", "1,234"],  # three decimals
         ["1,234", "2,345", "3,456"],  # either; decimals are usual
@@ -95,8 +97,9 @@ def test_what_a_logger_writes_above_the_header_is_left_out_and_units_below_it_ar
     assert found.numbers("p a").tolist() == [1.0, 2.0]
     found = columns("t,u\ns,1\n0,1\n")  # of an opening, which has no unit
     assert (found.lines, found.units) == ([3], {"t": "s"})
-    with refused("line 2 has 3 cells, the header 2"):
-        columns("t,p\n0,1,5\n1,2,5\n2,3,5\n")
+    for more in ("5", ""):
+        with refused("line 2 has 3 cells, the header 2"):
+            columns(f"t,p\n0,1,{more}\n1,2,{more}\n2,3,{more}\n")
 
 
 def test_numbers_and_words_may_stand_in_one_table_and_cells_are_kept_as_written(columns):
@@ -107,6 +110,8 @@ def test_numbers_and_words_may_stand_in_one_table_and_cells_are_kept_as_written(
     assert list(found.cells["t"]) == ["0.10", "0.20", "0.30"]
     with refused("line 2: note = 'a; b' is not a number"):
         found.numbers("note")
+    found = columns('t,note\n0,"a\n1,b\n2,c"\n3,"d\n')  # quotes that are not closed merge no rows
+    assert found.numbers("t").tolist() == [0, 1, 2, 3]
     for cell in ("x", "", "nan"):  # one that is no number spoils its column alone
         found = columns("t,p\n" + "".join(f"{k},{k}\n" for k in range(50)) + f"50,{cell}\n51,1\n")
         assert found.numbers("t").tolist() == list(range(52))
