@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
@@ -33,8 +34,7 @@ def attach(
 ) -> mujoco.MjsActuator:
     """Put a pneumatic muscle on a tendon of a model that is being built.
 
-    The muscle's length is the tendon's plus ``length_at_zero``; it pulls the tendon shorter. Also
-    turns off the engine's automatic reset, which would hide a diverged run.
+    The muscle's length is the tendon's plus ``length_at_zero``; it pulls the tendon shorter.
 
     A process that loads the model from an MJB or a pickle must import pamsim and call
     `pamsim.engine.plugin.register` before: where the muscles' plugin is unknown, MuJoCo itself
@@ -78,9 +78,9 @@ def attach(
     spec.activate_plugin(plugin.NAME)
     if all(instance.name != _INSTANCE for instance in spec.plugins):
         spec.add_plugin(name=_INSTANCE, plugin_name=plugin.NAME, active=True)
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     spec.nuser_actuator = max(spec.nuser_actuator, SIZE)
     row = pack(muscle)
+    ends, limited = control_range(row), mujoco.mjtLimited
     actuator = spec.add_actuator(
         name=name,
         trntype=mujoco.mjtTrn.mjTRN_TENDON,
@@ -90,8 +90,15 @@ def attach(
         dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
         actdim=state_size(muscle),
         userdata=row,
-        ctrlrange=control_range(row) or (0.0, 0.0),
+        ctrlrange=ends or (0.0, 0.0),
+        ctrllimited=limited.mjLIMITED_TRUE if ends else limited.mjLIMITED_FALSE,
+        # Defaults that a model states are for the motors of its own.
+        forcelimited=limited.mjLIMITED_FALSE,
+        actlimited=limited.mjLIMITED_FALSE,
+        gear=(1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+        armature=0.0,
     )
+    actuator.damping = 0.0 * np.asarray(actuator.damping)
     actuator.plugin.name, actuator.plugin.plugin_name = _INSTANCE, plugin.NAME
     actuator.plugin.active = True
     return actuator
@@ -114,7 +121,7 @@ def rig_spec(file: RigFile, muscles: Mapping[str, Muscle], *, scene: bool = Fals
         )
     if not scene:
         leave_out_visual_geoms(spec)
-    for joint in file.rods:
+    for joint in dict.fromkeys(file.rods):
         _put_rod(spec, joint, file.folder / "params.toml")
     for name, tendon in file.tendons.items():
         muscle = muscles[name]
@@ -144,11 +151,14 @@ def _put_rod(spec: mujoco.MjSpec, joint: str, where: Path) -> None:
 def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
     """Compile a model with muscles.
 
+    Turns off the engine's automatic reset, which would hide a diverged run.
+
     Raises:
         InputError: with the engine's own words, if the model does not compile; if muscles on one
             supply or one chain state it differently.
     """
     model = _compiled(spec, "the model does not compile")
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _couple(model)
     check_shared(model)
     return model

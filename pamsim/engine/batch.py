@@ -37,12 +37,12 @@ _Begun: TypeAlias = Callable[[Run], mujoco.MjData]
 class _ReusedData(dict[tuple[int, int], mujoco.MjData]):
     """Data of rigs, of which each thread has its own: making one takes a hundred time steps.
 
-    Models of one rig file are copies of one compiled model, so that they share a data, which holds
-    whatever was last done with it. The rigs have to exist meanwhile.
+    Models that are copies of one compiled model share a data, which holds whatever was last done
+    with it. The rigs have to exist meanwhile.
     """
 
     def of(self, rig: Rig) -> mujoco.MjData:
-        key = threading.get_ident(), id(rig.file)
+        key = threading.get_ident(), id(rig.compiled)
         if key not in self:
             self[key] = mujoco.MjData(rig.model)
         return self[key]

@@ -180,13 +180,15 @@ def still_torques(rig: Rig, load: float, data: mujoco.MjData) -> Torques:
     # Views of the engine's arrays: fetching one costs as much as reading it.
     position, length, passive, bias = data.qpos, data.ten_length, data.qfrc_passive, data.qfrc_bias
     moments, sparse = np.zeros((model.ntendon, model.nv)), sparse_moments(model, data)
+    # Which the engine leaves to the actuators of some joints, and does not count as passive there.
+    lifting, lifted = data.qfrc_gravcomp, model.jnt_actgravcomp[model.dof_jntid]
 
     def torques(where: Sequence[float] | FloatArray, pressure: Sequence[float]) -> list[float]:
         position[:] = where
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
         mujoco.mju_sparse2dense(moments, *sparse)
-        total, arms = (passive - bias).tolist(), moments.tolist()
+        total, arms = (passive - bias + lifted * lifting).tolist(), moments.tolist()
         for (m, tendon), held in zip(muscles, pressure, strict=True):
             at_tendon = float(length[tendon])
             pull = _tension(m, chain_length(m.chain, at_tendon), held)

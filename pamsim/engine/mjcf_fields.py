@@ -85,7 +85,8 @@ def native_value(model: mujoco.MjModel, name: str) -> float:
     array, _, rows = _find(model, name)
     numbers = np.ravel(getattr(model, array)[rows])
     if array == "body_quat":
-        return 2.0 * math.atan2(numbers[1], numbers[0])
+        # Opposite quaternions are one turn.
+        return math.remainder(2.0 * math.atan2(numbers[1], numbers[0]), 2.0 * math.pi)
     return abs(float(numbers[0])) if array == "wrap_prm" else float(numbers[0])
 
 

@@ -141,6 +141,8 @@ def opposing_tension(model: ModelStruct, data: DataStruct, m: Any) -> float:
     if m.chain.backlash == 0.0 or m.partner == 0.0:
         return 0.0
     other = int(m.partner) - 1
+    if switched_off(model, other):
+        return 0.0
     states, memory = act_of(model, data.act, other), memory_size(model, other)
     return tension(
         muscle_at(row_of(model, other)),
@@ -166,7 +168,8 @@ def flow_across(model: ModelStruct, data: DataStruct, index: int, back: float) -
         return 0.0
     other = int(m.partner) - 1
     fed = muscle_at(row_of(model, other))
-    if m.chamber.cross_leak_conductance + fed.chamber.cross_leak_conductance == 0.0:
+    size = m.chamber.cross_leak_conductance + fed.chamber.cross_leak_conductance
+    if size == 0.0 or switched_off(model, other):
         return 0.0
     pressure = _pressure_back(model, data, index, back)
     return cross_flow(m, fed, pressure, _pressure_back(model, data, other, back))
@@ -199,7 +202,7 @@ def supply_fall(model: ModelStruct, data: DataStruct, index: int) -> float:
     on_line = 0
     for other in range(model.nactuator):
         row = row_of(model, other)
-        if row == 0:
+        if row == 0 or switched_off(model, other):
             continue
         fed = muscle_at(row)
         if fed.valve.supply_line != m.valve.supply_line:

@@ -11,7 +11,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -157,7 +157,7 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
     """Text of ``params.toml``."""
     tendons = _tendons(model)
     joints = recorded_joints(model, (), tendons, Path(words["MJCF"]))
-    spans = zip(tendons, *_spans(model), strict=True)
+    spans = zip(_muscle_keys(tendons), tendons, *_spans(model), strict=True)
     muscles = "".join(_muscle(model, *span, pushing=pushing) for span in spans)
     idle, force = (MUSCLE_ONLY, EffectiveArea) if pushing else (PUSHING_ONLY, IdealMcKibben)
     groups = [*(group for group in PLAIN_GROUPS if group not in idle), force, BoucWen]
@@ -183,8 +183,21 @@ mjcf = "{words["MJCF"]}"
 {"".join(_natives(model, joints, source))}{_section("sensor", MeasurementChain, {})}"""
 
 
+def _muscle_keys(tendons: Sequence[str]) -> list[str]:
+    """Muscles' names as TOML takes them: the tendons', without an ending if all then differ."""
+    short = [re.sub(r"_(cable|tendon)$", "", tendon) for tendon in tendons]
+    names = short if all(short) and len({*short}) == len(short) else tendons
+    return [name if name.isascii() else json.dumps(name, ensure_ascii=False) for name in names]
+
+
 def _muscle(
-    model: mujoco.MjModel, tendon: str, shortest: float, longest: float, *, pushing: bool
+    model: mujoco.MjModel,
+    key: str,
+    tendon: str,
+    shortest: float,
+    longest: float,
+    *,
+    pushing: bool,
 ) -> str:
     """Sections of a muscle, or a bellows, on a tendon of least and greatest lengths [m]."""
     middle, stroke = 0.5 * (shortest + longest), longest - shortest
@@ -202,7 +215,7 @@ def _muscle(
         why = f"{_SHORTEST_STROKE:g} of its free stroke where its tendon is shortest"
     else:
         nominal, at_zero = middle, 0.0
-    name = f"muscles.{re.sub(r'_(cable|tendon)$', '', tendon)}"
+    name = f"muscles.{key}"
     return f"""
 [{name}]
 tendon = "{tendon}"

@@ -33,9 +33,10 @@ _SUPPLIED = (
     "chamber.temperature",
     "chamber.atmosphere",
 )
+_CHAINED = ("chain.backlash", "chain.seating_damping", "chain.tooth_compliance")
 _SHARED = {
     "supply": (_FALL, _SUPPLIED, ", or each its own valve.supply_line"),
-    "chain": (("chain.backlash",), ("chain.backlash", "chain.seating_damping"), ""),
+    "chain": (("chain.backlash",), _CHAINED, ""),
 }
 """What muscles share -> fields with which it matters, fields to be equal, what else they can do."""
 

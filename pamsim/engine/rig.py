@@ -45,6 +45,7 @@ class Rig:
         joints: recorded joint -> ``angle`` if it turns, ``position`` if it slides.
         muscles: name -> muscle, in actuator order.
         sensor: measurement chain, or None.
+        scene: whether it is loaded with floor and light, see `load_rig`.
     """
 
     file: RigFile
@@ -53,6 +54,7 @@ class Rig:
     joints: Mapping[str, str]
     muscles: Mapping[str, Muscle]
     sensor: MeasurementChain | None
+    scene: bool
 
     @property
     def name(self) -> str:
@@ -123,7 +125,7 @@ class Rig:
             command: what the control of all muscles, or of each, means, see `set_command`.
             timestep: [s]; the rig's own if left out.
             integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
-            data: of a model of this rig file, overwritten; saves making one.
+            data: of this rig's model or a copy of it, overwritten; saves making one.
 
         Raises:
             InputError: if the rig takes no load, or command or integrator is unknown.
@@ -155,7 +157,7 @@ class Rig:
                 MJCF field, and ``sensor.field`` what `pamsim.recordings.sensors` makes of a
                 recording. ``hysteresis.maxwell_slip.full_slip`` gives the muscles this hysteresis
                 operator, as wide as their own.
-            data: of a model of this rig file, overwritten; saves making one.
+            data: of this rig's model or a copy of it, overwritten; saves making one.
 
         Raises:
             InputError: for an unknown name, or several operators.
@@ -190,7 +192,7 @@ class Rig:
         muscles = {name: with_row(muscle, rows[name]) for name, muscle in self.muscles.items()}
         if [state_size(muscle) for muscle in muscles.values()] != model.actuator_actnum.tolist():
             # Another number of elements needs another memory.
-            fresh = _compiled(self.file, muscles)
+            fresh = _compiled(self.file, muscles, scene=self.scene)
             mjcf_fields.copy_natives(model, fresh.model)
             return dataclasses.replace(fresh, sensor=sensor)
         return dataclasses.replace(self, model=model, muscles=muscles, sensor=sensor)
@@ -232,7 +234,7 @@ class Rig:
                 width = {field: getattr(muscle.hysteresis, field) for field, _ in specs(Hysteresis)}
                 operator = group(**{**numbers, **width})
                 muscles[name] = dataclasses.replace(muscle, hysteresis=operator)
-        fresh = _compiled(file, muscles)
+        fresh = _compiled(file, muscles, scene=self.scene)
         mjcf_fields.copy_natives(self.model, fresh.model)
         return dataclasses.replace(fresh, sensor=self.sensor)
 
@@ -305,6 +307,7 @@ def _compiled(
         joints=joints,
         muscles=muscles,
         sensor=MeasurementChain(**sensor) if sensor else None,
+        scene=scene,
     )
 
 

@@ -30,7 +30,15 @@ from pamsim.engine.sampling import (
     note_tendons,
     take_samples,
 )
-from pamsim.engine.state import put_away, put_back, quieten, restore_state, save_state, settle
+from pamsim.engine.state import (
+    put_away,
+    put_back,
+    quieten,
+    refuse_other_drive,
+    restore_state,
+    save_state,
+    settle,
+)
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.physics.learned import learns
 from pamsim.physics.valves import ValvePair
@@ -152,7 +160,8 @@ def simulate(
         integrator: MJCF name such as ``implicitfast``; the rig's own if left out.
         backend: ``compiled`` or ``python``, see `pamsim.live`.
         from_state: ``final_state`` of an earlier recording to continue from instead of settling;
-            the rig must be the same, without delays of its valves. Time goes on from there.
+            the rig must be the same, without delays of its valves, and a pressure that was measured
+            must be measured on. Time goes on from there.
         each_step: called before every time step, with the command already in ``data.ctrl``, and
             free to change that, the muscles' parameters and states, and ``data.qfrc_applied`` of
             joints that the experiment does not drive. While the rig comes to rest, time is
@@ -183,6 +192,7 @@ def simulate(
             set_off(data, run.external, run.experiment, run.model.opt.timestep)
         else:
             restore_state(run.model, data, from_state)
+            refuse_other_drive(run.model, data)
         recording = record(run, data, backend=backend, each_step=each_step)
         if recording.outcome is not Outcome.COMPLETED and checks.is_on():
             checks.raise_found([run.model])
@@ -200,7 +210,7 @@ def prepare(
 ) -> Run:
     """Check an experiment against a rig and set up its model; arguments as of `simulate`.
 
-    Data of a model of this rig file, overwritten, saves making one.
+    Data of the rig's model or a copy of it, overwritten, saves making one.
 
     Raises:
         InputError: if the experiment does not fit the rig or the time step, or the rig not itself.

@@ -27,6 +27,7 @@ from pamsim.physics.chamber_pressure import gauge_pressure
 from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.record import Parameters, joined_states, slot, split_states, view
 from pamsim.physics.static_muscle import muscle_length
+from pamsim.physics.valves import MEASURED, PULSE, VALVE
 from pamsim.recordings.experiment import Experiment
 
 _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -34,6 +35,7 @@ _FULL = mujoco.mjtState.mjSTATE_INTEGRATION
 _REST_BLOCK = 0.1  # time between two checks whether a rig has come to rest [s]
 _REST = 1e-10  # largest relative change of a state over that time in a rig at rest
 _ROUNDING = 1e-9
+_COMPRESSED = 10.0  # by no motion has a muscle's air so many times the pressure of its supply
 _AWAY = (
     "creep.stiffness",
     "creep.stiffness_2",
@@ -73,7 +75,7 @@ def charge(
     """Set every chamber to a gauge pressure at the present position, and clear all other memory.
 
     Creep is relaxed there, and a lagged command has the value that keeps the valves shut: under
-    the command ``pressure`` that pressure, else 0. Arguments and errors as of `reset`.
+    the command ``pressure_set`` that pressure, else 0. Arguments and errors as of `reset`.
     """
     ids = muscle_ids(model)
     try:
@@ -164,6 +166,30 @@ def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray)
     if state.shape != (size,):
         raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
     mujoco.mj_setState(model, data, state, _FULL)
+
+
+def refuse_other_drive(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Refuse a restored state of a run in which the states of muscles meant something else.
+
+    Raises:
+        InputError: naming the muscle.
+    """
+    measure_tendons(model, data)
+    for index, (m, act, length) in zip(muscle_ids(model), _muscles(model, data), strict=True):
+        s, z = split_states(act)
+        pressure, atmosphere = gauge_pressure(m, s, z, length), m.chamber.atmosphere
+        fits = pressure + atmosphere >= m.chamber.floor
+        if m.command != MEASURED:
+            fits &= pressure <= _COMPRESSED * (m.valve.supply_pressure + atmosphere)
+        has_line = m.valve.line_lag + m.valve.line_slew_time > 0.0
+        if has_line and m.command in (VALVE, PULSE):
+            fits &= abs(s.line) <= 1.0
+        if not fits:
+            raise InputError(
+                f"from_state: muscle {model.actuator(index).name!r} had another drive in the run"
+                f" that it is the state of, and would begin at {pressure / 1e3:.4g} kPa with a"
+                f" command of {s.line:.4g} on its line; give it the drive of that run"
+            )
 
 
 def settle(

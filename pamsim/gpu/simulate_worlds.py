@@ -86,7 +86,7 @@ def _shared(run: Run, plan: Plan) -> dict[str, Any]:
         )
     return {
         "MJCF": run.rig.file.mjcf,
-        "number of states": run.model.na,
+        "number of states": run.model.actuator_actnum.tolist(),
         "time step": run.model.opt.timestep,
         "duration or sample rate": run.samples,
         "sampling period": run.steps,

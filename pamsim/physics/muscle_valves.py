@@ -33,13 +33,15 @@ def asks_too_much(m: Parameters, command: float) -> bool:
     return m.command == PRESSURE_SET and command > (1.0 + SENSOR_ERROR) * m.valve.supply_pressure
 
 
-def wanted_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
+def wanted_opening(
+    m: Parameters, command: float, pressure: float, time: float, timestep: float = 0.0
+) -> float:
     """Signed opening in [-1, 1] to which a command moves the valve pair, dead zone included.
 
-    On/off valves that pulse are open during the first part of each period, which begin at time 0.
-    The regulator is proportional beyond its dead band, and keeps to its least set point where a
-    lower one is sent. The command is the one behind its line, the
-    pressure the gauge pressure at the valves [Pa].
+    On/off valves that pulse are open during the first part of each period, which begin at time 0;
+    over a time step it is the mean, so that no duty is rounded to whole steps. The regulator is
+    proportional beyond its dead band, and keeps to its least set point where a lower one is sent.
+    The command is the one behind its line, the pressure the gauge pressure at the valves [Pa].
     """
     if m.command == VALVE:
         return clamped_opening(command)
@@ -47,10 +49,13 @@ def wanted_opening(m: Parameters, command: float, pressure: float, time: float) 
         return 0.0
     # A NaN must not shut the valves silently, so that what is shut is not a plain 0.
     if m.command == PULSE:
-        periods = time / m.valve.pulse_period
-        if periods - math.floor(periods) < abs(command):
-            return math.copysign(1.0, command)
-        return 0.0 * command
+        begin, width = time / m.valve.pulse_period, timestep / m.valve.pulse_period
+        begin -= math.floor(begin)
+        duty = abs(clamped_opening(command))
+        if width > 0.0:
+            opened = _open_periods(begin + width, duty) - _open_periods(begin, duty)
+            return math.copysign(opened / width, command)
+        return math.copysign(1.0, command) if begin < duty else 0.0 * command
     if command < m.valve.least_set_point and m.valve.least_set_point > 0.0:
         command = m.valve.least_set_point
     error = command - pressure
@@ -60,9 +65,17 @@ def wanted_opening(m: Parameters, command: float, pressure: float, time: float) 
     return 0.0 * error
 
 
-def valve_opening(m: Parameters, command: float, pressure: float, time: float) -> float:
+def _open_periods(periods: float, duty: float) -> float:
+    """How long valves that pulse at a duty have been open after some periods, in periods."""
+    whole = math.floor(periods)
+    return whole * duty + min(periods - whole, duty)
+
+
+def valve_opening(
+    m: Parameters, command: float, pressure: float, time: float, timestep: float = 0.0
+) -> float:
     """Signed opening that a command means, dead zone passed [-]; see `wanted_opening`."""
-    return past_dead_zone(m.valve, wanted_opening(m, command, pressure, time))
+    return past_dead_zone(m.valve, wanted_opening(m, command, pressure, time, timestep))
 
 
 def _has_line(m: Parameters) -> bool:
@@ -76,10 +89,13 @@ def reached_opening(
 
     Proportional valves stick at a reversal: they follow the command through the play operator of
     half the hysteresis; those that pulse snap from end to end. The command is the one sent, before
-    its line; the pressure is that at the valves.
+    its line, whose end reaches the valves as it is at the end of the step: a line without lag is
+    none. The pressure is that at the valves.
     """
-    at_valve = s.line if _has_line(m) else command
-    wanted = wanted_opening(m, at_valve, pressure_abs - m.chamber.atmosphere, time)
+    at_valve = command
+    if _has_line(m):
+        at_valve = s.line + timestep * line_rate(m, s, command, timestep)
+    wanted = wanted_opening(m, at_valve, pressure_abs - m.chamber.atmosphere, time, timestep)
     if m.valve.hysteresis > 0.0 and m.command != PULSE:
         wanted = play(wanted, s.opening, 0.5 * m.valve.hysteresis)
     way = wanted - s.opening

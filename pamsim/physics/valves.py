@@ -98,8 +98,8 @@ class ValvePair(ParameterGroup, group="valve"):
     delay: float = quantity("[0, 1] s", "dead time of the command; in simulate only", 0.0)
     closing_delay: float = quantity(
         "[0, 1] s",
-        "by which a smaller opening arrives later still: an on/off valve stays open for longer than"
-        " its pulse; in simulate only",
+        "by which a smaller opening that is commanded arrives later still: an on/off valve stays"
+        " open for longer than its pulse; not those of a duty, and in simulate only",
         0.0,
     )
 

@@ -102,6 +102,57 @@ def test_a_broken_run_is_not_reset_behind_the_users_back(model):
     assert np.isnan(data.qpos).any()
 
 
+@pytest.mark.parametrize(
+    "stated",
+    [
+        'gear="5"',
+        'forcerange="-10 10"',
+        'actrange="0 1"',
+        'damping="3"',
+        'armature="2"',
+        'ctrlrange="-1 1"',
+    ],
+)
+def test_what_a_model_states_for_its_motors_does_not_change_a_muscle(stated, muscle):
+    """Nor that it wants every limit stated."""
+    ends = []
+    defaults = f'<compiler autolimits="false"/><default><general {stated}/></default>'
+    for head in ("", defaults):
+        text = TWO_JOINTS.replace("<worldbody>", f"{head}<worldbody>")
+        spec = mujoco.MjSpec.from_string(text)
+        pamsim.attach(spec, tendon="elbow_cable", muscle=muscle, length_at_zero=0.25)
+        model = pamsim.compile_model(spec)
+        data = mujoco.MjData(model)
+        pamsim.reset(model, data, 1e5)
+        data.ctrl[:] = 2e5
+        mujoco.mj_step(model, data, 100)
+        ends.append((data.qpos, model.actuator_ctrllimited, model.actuator_ctrlrange))
+    for plain, own in zip(*ends, strict=True):
+        assert np.array_equal(plain, own)
+
+
+def test_models_put_into_one_move_as_alone_and_a_broken_run_of_theirs_is_not_reset(shipped):
+    world = mujoco.MjSpec()
+    for place in range(2):
+        spec = mujoco.MjSpec.from_string(CABLE)
+        pamsim.attach(spec, tendon="cable", muscle=shipped)
+        world.nuser_actuator = spec.nuser_actuator
+        frame = world.worldbody.add_frame(pos=[place, 0, 0])
+        world.attach(spec.copy(), prefix=f"{place}_", frame=frame)
+    ends = []
+    for model in (pamsim.compile_model(spec), pamsim.compile_model(world)):
+        data = mujoco.MjData(model)
+        pamsim.reset(model, data, 1e5)
+        data.ctrl[:] = 2e5
+        mujoco.mj_step(model, data, 100)
+        ends.append(data.qpos.copy())
+    assert ends[1] == pytest.approx(np.repeat(ends[0], 2), rel=1e-9)
+    data.act[:] = np.nan
+    with pamsim.checks(False):
+        mujoco.mj_step(model, data, 10)
+    assert np.isnan(data.qpos).any()
+
+
 def test_a_muscle_of_another_rig_has_its_nominal_length_on_any_tendon(shipped):
     """The arm's muscles sit on fixed tendons, which begin at a length of 0."""
     spec = mujoco.MjSpec.from_string(CABLE)

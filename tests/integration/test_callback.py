@@ -263,6 +263,36 @@ def test_a_run_that_was_saved_continues_bit_equal(rig):
     assert np.array_equal(rest.final_state, whole.final_state)
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "refused"),
+    [
+        ("measured", "valve", True),
+        ("measured", "pressure_set", True),
+        ("pressure_set", "measured", True),
+        ("pressure_set", "valve", True),
+        ("pressure_set", "sealed", True),
+        ("valve", "sealed", False),
+    ],
+)
+def test_a_run_does_not_go_on_where_its_states_would_mean_something_else(
+    rig, before, after, refused
+):
+    lagging = rig.with_parameters({"valve.line_lag": 0.05})
+    step = pamsim.pressure_step((3e5, 3e5), (3e5, 2e5), duration=0.02)
+    shut = replace(step, command_value=0.0 * step.command_value)
+    first, second = (
+        replace(shut if drive in ("valve", "sealed") else step, drive=drive)
+        for drive in (before, after)
+    )
+    part = pamsim.simulate(lagging, first).completed()
+    if refused:
+        with pytest.raises(InputError, match=r"\Afrom_state: muscle 'muscle_1' had another drive"):
+            pamsim.simulate(lagging, second, from_state=part.final_state)
+    else:
+        rest = pamsim.simulate(lagging, second, from_state=part.final_state).completed()
+        assert rest.pressure[0] == pytest.approx(part.pressure[-1], rel=1e-9)
+
+
 def test_two_rigs_stepped_alternately_equal_two_run_apart(rig):
     stiff = rig.with_parameters({"passive.stiffness": 5e4, "valve.conductance_fill": 2e-9})
     apart = []

@@ -187,6 +187,7 @@ def test_a_chain_whose_ends_state_different_play_is_refused():
     for changes in (
         {"muscle_1:chain.backlash": PLAY},
         {"chain.backlash": PLAY, "muscle_2:chain.seating_damping": 500.0},
+        {"chain.backlash": PLAY, "muscle_2:chain.tooth_compliance": 1e-6},
     ):
         with pytest.raises(InputError, match=r"\Amuscle_1 and muscle_2 share a chain: [^\n]*\Z"):
             pamsim.simulate(rig.with_parameters(changes), STEP)

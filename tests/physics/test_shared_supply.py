@@ -194,6 +194,24 @@ def test_while_the_other_draws_nothing_a_shared_supply_is_one_s_own_to_the_bit(s
         assert np.array_equal(one.act[air], other.act[air]) == equal
 
 
+def test_a_muscle_that_is_switched_off_takes_and_gives_no_air_and_does_not_pull_the_chain():
+    """Its neighbour feels what it feels beside a vented one that is shut and does not leak."""
+
+    def rates(leak, held, opening, off):
+        rig = rig_with(**LINE, **{"chamber.cross_leak_conductance": leak, "chain.backlash": 1e-3})
+        model = rig.model_for(command="valve")
+        model.actuator_group[1], model.opt.disableactuator = 1, 2 * off
+        data = mujoco.MjData(model)
+        pamsim.reset(model, data, (1e5, held))
+        data.ctrl[:] = 0.5, opening
+        mujoco.mj_forward(model, data)
+        return data.act_dot[: model.actuator_actnum[0]].copy()
+
+    alone = rates(0.0, 0.0, 0.0, False)
+    assert np.array_equal(rates(1e-10, 4e5, 1.0, True), alone)
+    assert not np.array_equal(rates(1e-10, 4e5, 1.0, False), alone)
+
+
 def test_hundreds_of_stiff_supplies_stay_between_source_and_muscles():
     """Any resistance, volume and valve at any step: the line's pressure cannot overshoot."""
     rng = np.random.default_rng(11)

@@ -63,6 +63,16 @@ def test_a_batch_equals_its_simulations_to_the_last_bit(rig):
     assert found.meta["timestep_s"] == 2.5e-4
 
 
+def test_rigs_of_one_file_whose_memories_differ_in_size_go_together(rig):
+    few = rig.with_parameters({"hysteresis.maxwell_slip.elements": 3, "hysteresis.force": 20.0})
+    many = few.with_parameters({"hysteresis.elements": 30})
+    assert few.file is many.file
+    assert few.model.na < many.model.na
+    for jobs in itertools.permutations([(few, pressures()), (many, pressures())]):
+        for job, found in zip(jobs, simulate_batch(jobs, threads=1), strict=True):
+            assert_same(found, pamsim.simulate(*job))
+
+
 def test_a_shared_start_leaves_no_trace_of_the_other_experiment(rig):
     """The same start, but other kinds of command: the settled state must not carry any."""
     step = pressures()

@@ -135,6 +135,14 @@ def test_muscles_of_an_mjcf_work_between_no_contraction_and_a_quarter(own, tmp_p
     assert (tmp_path / "rig" / "knee.xml").read_text() == SPATIAL
 
 
+@pytest.mark.parametrize("other", ["flexor_cable", "flexor_tendon", "_cable", "bück_cable"])
+def test_every_muscle_of_an_mjcf_has_a_name_of_its_own(other, own, tmp_path):
+    own.write_text(SPATIAL.replace("extensor_tendon", other), encoding="utf-8")
+    rig = pamsim.load_rig(new_rig("my_knee", mjcf=own, out=tmp_path / "rig"))
+    kept = other if other.startswith(("flexor", "_")) else "bück"
+    assert rig.file.tendons == {kept: other, "flexor": "flexor"}
+
+
 def test_an_mjcf_in_the_folder_stays_as_it_is_and_nothing_is_replaced_unasked(own, tmp_path):
     new_rig("my_knee", mjcf=own, out=tmp_path)
     assert own.read_text() == SPATIAL

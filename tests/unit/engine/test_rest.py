@@ -71,6 +71,22 @@ def test_an_arm_rests_where_its_muscles_go_slack_or_at_its_stop(rig, tmp_path):
     assert rest_angles(near, pressure, none) == pytest.approx([0.2, -0.1])
 
 
+def test_an_arm_that_is_held_against_gravity_rests_as_one_whose_actuators_hold_it(tmp_path):
+    found = []
+    for holding in ("false", "true"):
+        mjcf = tmp_path / f"{holding}.xml"
+        mjcf.write_text(
+            "<mujoco><worldbody><body gravcomp='0.5'><geom type='capsule' size='.02' mass='1'"
+            " fromto='0 0 0 .3 0 0'/><joint name='j' axis='0 1 0' range='-40 40'"
+            f" actuatorgravcomp='{holding}'/></body></worldbody><tendon><fixed name='flexor'>"
+            "<joint joint='j' coef='.02'/></fixed></tendon></mujoco>"
+        )
+        rig = pamsim.load_rig(new_rig("arm", mjcf=mjcf, out=tmp_path / holding))
+        found.append(rest_angles(rig, np.array([[1e5]]), np.zeros(1))[0])
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
+    assert abs(found[0]) < 0.6  # not at its stop
+
+
 def test_a_row_without_a_balance_is_not_a_number_and_two_joints_are_refused(rig):
     weak = rig.with_parameters({"passive.stiffness": 0.0, "force.a": 0.0, "force.d": 0.0})
     assert rest_angles(weak, np.array([[3e5, 1e5]]), np.zeros(1)) == weak.model.jnt_range[0, 1]

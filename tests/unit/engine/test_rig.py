@@ -112,6 +112,13 @@ def test_an_operator_with_more_elements_is_that_of_a_rig_made_with_them(rig, mon
         assert np.array_equal(made.model.dof_damping, changed.model.dof_damping)
 
 
+def test_what_is_only_seen_stays_with_another_operator_or_another_number_of_elements():
+    seen = pamsim.load_rig("mas20_arm", scene=True)
+    slipping = seen.with_parameters({"hysteresis.maxwell_slip.full_slip": 0.01})
+    more = slipping.with_parameters({"hysteresis.elements": 20})
+    assert slipping.model.ngeom == more.model.ngeom == seen.model.ngeom > 0
+
+
 def test_dry_friction_sticks_again_without_a_friction_speed_whatever_operator_follows(rig):
     smooth = rig.with_parameters({"joint.shaft.friction_speed": 0.1, "joint.shaft.frictionloss": 1})
     assert smooth.model.opt.noslip_iterations == 0
@@ -129,6 +136,28 @@ def test_a_body_that_is_turned_about_another_axis_has_no_tilt(tmp_path):
         InputError, match=r"body\.rig\.tilt: the MJCF turns this body about another"
     ):
         pamsim.load_rig(folder)
+
+
+@pytest.mark.parametrize(("turned", "tilt"), [("180", 180.0), ("190", -170.0), ("-350", 10.0)])
+def test_a_tilt_is_the_shortest_turn_that_gives_the_body_its_place(turned, tilt):
+    text = f'<body name="frame" axisangle="1 0 0 {turned}"><geom size="1"/></body>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{text}</worldbody></mujoco>")
+    assert np.degrees(native_value(model, "body.frame.tilt")) == pytest.approx(tilt)
+
+
+def test_two_actuators_on_one_sliding_joint_share_its_load(tmp_path):
+    folder = shutil.copytree(shipped_rigs() / "muscle_bench", tmp_path / "rig")
+    file = folder / "params.toml"
+    text = file.read_text(encoding="utf-8")
+    both = "left = { joint = 'rod' }\nright = { joint = 'rod' }"
+    file.write_text(text.replace('muscle = { tendon = "line" }', both), encoding="utf-8")
+    hold = dataclasses.replace(pamsim.pressure_step((1e5, 1e5), (1e5, 1e5), duration=0.1), settle=8)
+    pulls = [
+        pamsim.simulate(folder, dataclasses.replace(hold, load=load)).completed().tension[-1]
+        for load in (1.0, 3.0)
+    ]
+    assert pulls[0][0] == pulls[0][1]
+    assert pulls[1] - pulls[0] == pytest.approx(2.0 * 9.81 / 2.0, rel=1e-3)
 
 
 def test_bad_parameters_are_refused_by_name(rig):

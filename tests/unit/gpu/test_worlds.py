@@ -159,9 +159,13 @@ def test_what_does_not_run_is_refused(monkeypatch):
     smooth = RIG.with_parameters(
         {"joint.shaft.frictionloss": 0.4, "joint.shaft.friction_speed": 0.5}
     )
+    slipping = RIG.with_parameters({"hysteresis.maxwell_slip.elements": 3})
+    first = slipping.with_parameters({"muscle_1:hysteresis.elements": 5})
+    second = slipping.with_parameters({"muscle_2:hysteresis.elements": 5})
     approaching = dataclasses.replace(step(), approach=0.05)
     for jobs, options, message in (
         ([(RIG, step()), (smooth, step())], {}, "world 1 has dry friction of another kind"),
+        ([(first, step()), (second, step())], {}, "job 1 has another number of states"),
         ([(RIG, approaching)], {}, "an approach at rest"),
         ([(RIG, step())], {"precision": "float16"}, "no precision 'float16'"),
         ([(RIG, step()), (RIG, step(duration=0.7))], {}, "job 1 has another duration"),

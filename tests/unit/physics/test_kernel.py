@@ -162,7 +162,10 @@ def test_rates_are_the_laws_put_together(command):
             act = charged(muscle, tendon, pressure, z, carried=carried)
             kappa, pull = contraction(muscle, act, tendon), composed_tension(muscle, act, tendon)
             inside = chamber_pressure(row, act, tendon)
-            opening = valve_opening(row, carried, inside - muscle.chamber.atmosphere, TIME)
+            moving = towards(meant, carried, muscle.valve.line_lag)
+            arrived = carried + TIMESTEP * moving
+            gauge = inside - muscle.chamber.atmosphere
+            opening = valve_opening(row, arrived, gauge, TIME, TIMESTEP)
             half = 0.5 * chain.backlash
             after = SHIFT - TIMESTEP * (pull - OPPOSING) / chain.seating_damping
             rubbed = dry_friction(muscle.friction, RUBBED, pull, velocity, TIMESTEP, BONDED)
@@ -173,7 +176,7 @@ def test_rates_are_the_laws_put_together(command):
                 "shift": (min(max(after, -half), half) - SHIFT) / TIMESTEP,
                 "creep": towards(kappa, RELAXED, creep.relaxation_time),
                 "creep_2": towards(kappa, RELAXED_2, creep.relaxation_time_2),
-                "line": towards(meant, carried, muscle.valve.line_lag),
+                "line": moving,
                 "friction": (rubbed - RUBBED) / TIMESTEP,
                 "bonds": bond_rate(muscle.friction, BONDED, velocity, TIMESTEP),
                 "last_pressure": inside / TIMESTEP,  # for the next search; none was made before

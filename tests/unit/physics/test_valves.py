@@ -103,6 +103,17 @@ def test_pulses_have_the_duty_for_their_mean():
             assert np.all(np.diff(np.abs(openings)) <= 0.0)  # open first, then shut
 
 
+@pytest.mark.parametrize("steps", [0.3, 1.0, 7.0, 40.0, 41.7])
+def test_pulses_have_the_duty_for_their_mean_at_any_time_step(steps):
+    """Of so many steps in a period: as many periods as make whole steps."""
+    timestep, count = PERIOD / steps, round(10 * steps)
+    for duty in (0.0, 0.001, 0.31, 0.9995, 1.0):
+        m = made(PULSE)
+        means = [wanted_opening(m, -duty, 0.0, k * timestep, timestep) for k in range(count)]
+        assert -np.mean(means) == pytest.approx(duty, abs=1e-12)
+        assert np.all((np.array(means) <= 0.0) & (np.array(means) >= -1.0 - 1e-12))
+
+
 @pytest.mark.parametrize("dead", [0.0, 2e3])
 def test_regulator_is_odd_continuous_and_opens_a_band_beyond_its_dead_band(dead):
     band = 1e4
@@ -219,7 +230,12 @@ def reached(opening, before, command=VALVE, **valve):
         valve=SimpleNamespace(**slow | valve, pulse_period=1.0),
         chamber=SimpleNamespace(atmosphere=1e5),
     )
-    return reached_opening(m, SimpleNamespace(opening=before), opening, 1e5, 0.0, 5e-4)
+    return reached_opening(m, SimpleNamespace(opening=before, line=0.0), opening, 1e5, 0.0, 5e-4)
+
+
+@pytest.mark.parametrize("line", [{"line_lag": 1e-9}, {"line_slew_time": 1e-9}])
+def test_a_line_that_hardly_takes_time_leaves_the_valve_where_it_is_without(line):
+    assert reached(0.5, 0.0, **line) == pytest.approx(reached(0.5, 0.0), rel=1e-9)
 
 
 def test_a_slow_valve_moves_at_its_speed_and_stops_where_it_is_wanted():
