@@ -54,7 +54,7 @@ _COUNTS = ("evaluations", "calls", "iterations", "diverged")
 
 @one_blas_thread()
 def calibrate(
-    sources: Sequence[str | os.PathLike[str]],
+    sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     rig: str | os.PathLike[str] | Rig | None = None,
     free: Sequence[str] = (),
@@ -75,7 +75,7 @@ def calibrate(
     """Fit parameters of a rig to measurements, all trials at once, each channel by its own noise.
 
     Args:
-        sources: see `pamsim.comparison.measurements.read_calibration_data`.
+        sources: one or more, see `pamsim.comparison.measurements.read_calibration_data`.
         rig: name or folder of the rig, or a loaded one; the recordings' own if left out, or
             ``mas20_arm`` for static tables alone.
         free: parameters to fit, see `freed_parameters`; if left out, those of `default_names` that
@@ -104,7 +104,8 @@ def calibrate(
         ParameterError: for a range that is empty or leaves the present value out.
     """
     began = time.perf_counter()
-    data = read_calibration_data(sources)
+    given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
+    data = read_calibration_data(given)
     loaded = given_or_recorded(rig, data.rig or DEFAULT_RIG)
     data = data.of_rig(loaded)
     fitted, held_out = split_held_out(data, hold_out)

@@ -147,7 +147,7 @@ def _residuals(
             else [
                 ResidualBlock(
                     trial=f"{mean.name} {run.link.name}",
-                    protocol=mean.protocol,
+                    protocol=mean.name,  # trials of one with other loads or inputs are no repeats
                     channel=channel,
                     residual=signals[channel] - mean.measured[channel],
                     sample_interval=mean.sample_interval,

@@ -65,7 +65,7 @@ class RecordingCheck:
     Attributes:
         rig: its name.
         protocols: name -> number of trials.
-        held_out: trials, or parts of trials, that would be judged by.
+        held_out: trials that would be judged by; empty if that were parts of all trials.
         seconds: of all trials together.
         channels: compared ones.
         links: the gap per link of the rig as it is, see `pamsim.comparison.links`.
@@ -107,7 +107,7 @@ class RecordingCheck:
         lines = [
             f"rig {self.rig}: {_trials(sum(self.protocols.values()))}, {self.seconds:.4g} s:"
             f" {repeats}",
-            f"held out: {_some(self.held_out)}",
+            f"held out: {_some(self.held_out) or 'parts of all trials'}",
             f"{'channel':20s}{'from':>10s}{'to':>10s}{'noise':>10s}{'missed':>10s}",
         ]
         for name, one in self.channels.items():

@@ -26,6 +26,7 @@ from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
 from pamsim.recordings.static_table import read_static_table
+from pamsim.recordings.table_reader import read_columns
 
 Source = str | os.PathLike[str]
 
@@ -125,17 +126,9 @@ def kind_of(sources: Sequence[Source]) -> Kind:
         return Kind.TABLE
     if path.suffix.lower() != ".csv" or not path.exists():  # of what is not there errors say more
         return Kind.RECORDINGS
-    return Kind.LOOP if _has_length(path) else Kind.TABLE
-
-
-def _has_length(path: Path) -> bool:
-    """Whether a CSV has a column of lengths, which a table of angles has not."""
-    try:
-        with path.open(encoding="utf-8-sig") as lines:
-            header = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read {path}: {error}") from None
-    return any(cell.strip().startswith("length") for cell in header.split(","))
+    # A table of angles has no column of lengths.
+    has_length = any(name.lower().startswith("length") for name in read_columns(path).cells)
+    return Kind.LOOP if has_length else Kind.TABLE
 
 
 def _diagnose_loop(source: str, options: Options) -> LinkReport:

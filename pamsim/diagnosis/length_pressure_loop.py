@@ -83,8 +83,8 @@ def diagnose_length_loop(
         warnings: what a reader should know of the readings.
 
     Raises:
-        InputError: for an effect that opens no loop, or too few pressures that were read on both
-            branches.
+        InputError: for an effect that opens no loop, too few pressures that were read on both
+            branches, or branches that are the same.
     """
     began = time.perf_counter()
     known = dict.fromkeys(own.effect.name for own in LOOP_EFFECTS)
@@ -93,6 +93,11 @@ def diagnose_length_loop(
             raise InputError(f"no effect {name!r} that opens a loop; {nearest(name, known)}")
     named = options.effects or [own.effect.name for own in LOOP_EFFECTS if not own.moving]
     rows = LoopRows(loop, [own for own in LOOP_EFFECTS if own.effect.name in named])
+    if not np.any(rows.apart):
+        raise InputError(
+            f"{source}: rising and falling lengths are the same at every pressure; nothing opens"
+            " this loop, or its readings need more digits"
+        )
     found = diagnose_rest(
         lambda variance, _: rows.simulator(variance),
         rows.candidates,

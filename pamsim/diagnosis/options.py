@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pamsim.core.computation import Progress
+from pamsim.core.errors import InputError
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 
@@ -23,11 +25,28 @@ def usual_nuisance(rig: Rig) -> tuple[str, ...]:
     return tuple(name for name in has if rig_parameter(rig, name).value != 0.0)
 
 
+def refuse_zero(nuisance: Mapping[str, float]) -> None:
+    """Refuse nuisance parameters, name -> value [SI], of which no share can vary.
+
+    Raises:
+        InputError: for the first that is 0.
+    """
+    for name, value in nuisance.items():
+        if value == 0.0:
+            raise InputError(
+                f"`nuisance` {name} is 0, of which no share can vary; leave it out, or state a"
+                " value in params.toml"
+            )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Options:
     """Options of a diagnosis, as `pamsim.diagnosis.diagnose.diagnose` takes them.
 
     Empty ones are chosen by rule, and the usual nuisance parameters are those of data and rig.
+
+    Raises:
+        InputError: for a seed below 0.
     """
 
     effects: tuple[str, ...] = ()
@@ -37,6 +56,10 @@ class Options:
     seed: int = 0
     threads: int | None = None
     progress: Progress | None = None
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise InputError(f"`seed` is {self.seed}; it must be 0 or above")
 
 
 AS_USUAL = Options()

@@ -1,10 +1,10 @@
-"""One radius for the pulleys (sprockets) of all tendons: a nuisance parameter of tables at rest."""
+"""The radius of all tendons' pulleys (sprockets): one nuisance parameter of tables at rest."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pamsim.engine.parameters import RigParameter, rig_parameter
+from pamsim.engine.parameters import RigParameter, each_muscle, rig_parameter
 from pamsim.engine.rig import Rig
 
 PULLEY = "pulley radius"
@@ -28,10 +28,14 @@ def stated(rig: Rig, name: str) -> RigParameter:
 def with_fitted(rig: Rig, values: Mapping[str, float]) -> Rig:
     """The rig with fitted parameters, name -> value [SI], `PULLEY` perhaps among them.
 
+    Radii that differ keep their ratio, as do numbers in which muscles differ (`each_muscle`).
+
     Raises:
         ParameterError: for a value outside its range.
     """
     named = {name: value for name, value in values.items() if name != PULLEY}
     if PULLEY in values:
-        named |= dict.fromkeys(pulleys(rig), values[PULLEY])
-    return rig.with_parameters(named)
+        radii = {name: rig_parameter(rig, name).value for name in pulleys(rig)}
+        first = stated(rig, PULLEY).value
+        named |= {name: values[PULLEY] * (radius / first) for name, radius in radii.items()}
+    return rig.with_parameters(each_muscle(rig, named))

@@ -12,7 +12,6 @@ from pamsim.comparison.effects_on_rig import candidates
 from pamsim.comparison.experiments import experiment_of
 from pamsim.comparison.likely_mistakes import likely_mistakes
 from pamsim.comparison.measurements import CalibrationData
-from pamsim.core.errors import InputError
 from pamsim.diagnosis.about_the_rig import about_the_drive
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
@@ -28,7 +27,7 @@ from pamsim.diagnosis.by_link.learned_entry import learned_entries
 from pamsim.diagnosis.by_link.next_experiment import next_experiment
 from pamsim.diagnosis.by_link.result import LinkReport, Run
 from pamsim.diagnosis.by_link.whole_chain import whole_chain
-from pamsim.diagnosis.options import AS_USUAL, Options, usual_nuisance
+from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero, usual_nuisance
 from pamsim.diagnosis.repaired_rig import Repair, repair
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.preflight import above_supply
@@ -50,12 +49,7 @@ def diagnose_recordings(data: CalibrationData, rig: Rig, options: Options = AS_U
     began = time.perf_counter()
     data = data.of_rig(rig)
     held_out, warnings = held_out_split(data, options.hold_out)
-    for name in options.nuisance:
-        if rig_parameter(rig, name).value == 0.0:
-            raise InputError(
-                f"`nuisance` {name} is 0, of which no share can vary; leave it out, or state a"
-                " value in params.toml"
-            )
+    refuse_zero({name: rig_parameter(rig, name).value for name in options.nuisance})
     nuisance = options.nuisance or usual_nuisance(rig)
     tried, skipped = _tried(rig, options, nuisance)
     found = diagnose_links(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -85,12 +86,13 @@ def repair(
     Args:
         rig: without effects.
         values: of the effects' and the refitted parameters [SI].
-        intervals: 95 % intervals of those whose interval is known [SI].
+        intervals: 95 % intervals [SI]; infinite ends, which are not written, if not known.
         effect_of: parameter -> its effect; those of none were refitted.
         origin: names of the recordings.
     """
     numbers: dict[str, Sourced] = {}
-    low, high = (each_muscle(rig, {n: of[end] for n, of in intervals.items()}) for end in (0, 1))
+    known = {name: ends for name, ends in intervals.items() if all(map(math.isfinite, ends))}
+    low, high = (each_muscle(rig, {n: of[end] for n, of in known.items()}) for end in (0, 1))
     for name, value in each_muscle(rig, values).items():
         before, shared = rig_parameter(rig, name), name.rpartition(":")[2]
         interval = (low[name], high[name]) if name in low else None

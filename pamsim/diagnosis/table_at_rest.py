@@ -20,7 +20,7 @@ from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
 from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
-from pamsim.diagnosis.options import AS_USUAL, Options
+from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero
 from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.engine.rig import Rig
@@ -53,8 +53,8 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
             all tendons' pulleys.
 
     Raises:
-        InputError: for an unknown effect or parameter, rows that the rig does not fit, too few
-            rows, or a rig of several joints.
+        InputError: for an unknown effect or parameter, a nuisance parameter that is 0, rows that
+            the rig does not fit, too few rows, or a rig of several joints.
     """
     began = time.perf_counter()
     if table.pressure.shape[1] != len(rig.muscles):
@@ -65,6 +65,7 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
     _ = rig.only_joint
     nuisance = [n for n in options.nuisance or NUISANCE if n != PULLEY or pulleys(rig)]
     own = {name: stated(rig, name).value for name in nuisance}
+    refuse_zero(own)
     predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=options.threads)
     inputs = np.column_stack([table.pressure, table.load])
     least = max(_resolution(rig), _PRINTED) ** 2

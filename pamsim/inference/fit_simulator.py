@@ -69,10 +69,11 @@ def fit_simulator(
         The fit; read its status before its numbers.
 
     Raises:
-        InputError: no parameters, a name twice, a weight for an unknown channel, a simulation that
-            diverges everywhere, residuals whose layout changes, another fit's checkpoint.
+        InputError: no parameters, a name twice, no starts or steps, a seed below 0, a weight for an
+            unknown channel, a simulation that diverges everywhere, residuals whose layout changes,
+            another fit's checkpoint.
     """
-    _check(parameters, starts, max_iterations)
+    _check(parameters, starts, max_iterations, seed)
     residual = BatchedResidual(simulate, parameters)
     starting = starting_places(residual, parameters, starts, seed)
     first = starting[0][1]
@@ -165,7 +166,7 @@ def _sharpened(
     return end
 
 
-def _check(parameters: Sequence[FreeParameter], starts: int, steps: int) -> None:
+def _check(parameters: Sequence[FreeParameter], starts: int, steps: int, seed: int) -> None:
     if not parameters:
         raise InputError("no parameter to fit; free at least one")
     names = [p.name for p in parameters]
@@ -174,6 +175,8 @@ def _check(parameters: Sequence[FreeParameter], starts: int, steps: int) -> None
         raise InputError(f"parameter {twice[0]!r} is given twice")
     if starts < 1 or steps < 1:
         raise InputError(f"{starts} starts of {steps} steps: at least one of each is needed")
+    if seed < 0:
+        raise InputError(f"`seed` is {seed}; it must be 0 or above")
 
 
 def _weights(weights: Mapping[str, float] | None, residual: BatchedResidual) -> dict[str, float]:

@@ -125,6 +125,9 @@ def _parameters(
 ) -> tuple[Estimate, ...]:
     scale = cost.residual.scale
     values, slope = scale.from_unit(place), scale.slope(place)
+    # Where the data do not depend on a number, a start on a bound was moved off it to no purpose.
+    none = split.dead & split.open
+    values = np.where(none, [p.start for p in parameters], values)
     error = np.sqrt(np.diag(spread.matrix))
     low = scale.from_unit(np.clip(place - spread.quantile * error, 0.0, 1.0))
     high = scale.from_unit(np.clip(place + spread.quantile * error, 0.0, 1.0))

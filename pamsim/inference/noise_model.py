@@ -17,6 +17,7 @@ import numpy as np
 from pamsim.core.units import FloatArray
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.simulator_fit import NoiseSource
+from pamsim.inference.trial_noise import same_rates
 
 _EXACT = 1e-6  # of the first residual; below, a channel is matched and its weight stops growing
 _SMALLEST = 1e-12  # [SI unit of the channel], for a channel that is exact from the start
@@ -49,25 +50,28 @@ def pooled_deviation(scatter: Sequence[Scatter]) -> float:
 def repeat_scatter(
     places: Sequence[BlockPlace], residual: FloatArray
 ) -> dict[tuple[str, str], Scatter]:
-    """How far the repeats of each protocol scatter, cut to the shortest of them.
+    """How far the repeats of each protocol with one clock scatter, cut to the shortest of them.
 
     Args:
         places: blocks of all trials.
         residual: shape (n,) [SI units of the channels].
 
     Returns:
-        (channel, protocol) -> scatter, for protocols with two trials or more.
+        (channel, protocol) -> scatter, for protocols with two such trials or more.
     """
-    groups: dict[tuple[str, str], list[FloatArray]] = {}
+    groups: dict[tuple[str, str], list[BlockPlace]] = {}
     for place in places:
-        key = place.block.channel, place.block.protocol
-        groups.setdefault(key, []).append(residual[place.rows])
+        groups.setdefault((place.block.channel, place.block.protocol), []).append(place)
     scatter: dict[tuple[str, str], Scatter] = {}
-    for key, trials in groups.items():
-        if len(trials) > 1:
-            runs = np.stack([trial[: min(map(len, trials))] for trial in trials])
-            square = float(np.sum((runs - runs.mean(axis=0)) ** 2))
-            scatter[key] = Scatter(square, (runs.shape[0] - 1) * runs.shape[1])
+    for key, group in groups.items():
+        for same in same_rates([place.block.sample_interval or 0.0 for place in group]):
+            trials = [residual[group[k].rows] for k in same]
+            if len(trials) > 1:
+                runs = np.stack([trial[: min(map(len, trials))] for trial in trials])
+                square = float(np.sum((runs - runs.mean(axis=0)) ** 2))
+                other = scatter.get(key, Scatter(0.0, 0))
+                freedom = (runs.shape[0] - 1) * runs.shape[1]
+                scatter[key] = Scatter(other.square + square, other.freedom + freedom)
     return scatter
 
 

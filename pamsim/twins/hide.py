@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,7 @@ from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Recording
 from pamsim.recordings.rig_file import shipped_rigs
-from pamsim.recordings.sensors import distorted, quantised
+from pamsim.recordings.sensors import MeasurementChain, distorted, quantised
 from pamsim.recordings.signals import IMPOSED
 from pamsim.recordings.trial import HELD_OUT_SUFFIX
 from pamsim.twins.noise import with_noise, with_variation
@@ -57,7 +58,9 @@ def hide(
 
     Raises:
         InputError: for an unknown effect or protocol, an effect that the rig cannot have, a size
-            without meaning, no repeats, or a protocol that needs more pressure than the supply has.
+            without meaning, no repeats, too short or endless trials, a protocol that is named twice
+            or needs more pressure than the supply has, or steps of a rig that states neither
+            encoder nor converter.
         SimulationError: if the rig with the effects breaks down.
     """
     settings = HideSettings(**options)
@@ -98,10 +101,12 @@ def library_parameters(rig: Rig, effects: Mapping[str, float]) -> dict[str, floa
         own = at_size(rig, known, size)
         if not math.isfinite(size) or (size and own == at_size(rig, known, 0.0)):
             raise InputError(f"{name}: a size of {size:g} hides nothing; give one such as 1")
-        for parameter in own.keys() & values.keys():
-            if own[parameter] != values[parameter]:
+        for parameter, before in itertools.product(own, values):
+            # That of a single muscle is the same number as that of all.
+            one_muscle = parameter.endswith(f":{before}") or before.endswith(f":{parameter}")
+            if one_muscle or (parameter == before and own[parameter] != values[before]):
                 raise InputError(
-                    f"{name}: another hidden effect has set {parameter}; hide one of the two"
+                    f"{name}: another hidden effect has set {before}; hide one of the two"
                 )
         values |= own
     return values
@@ -155,8 +160,15 @@ def recorded(
         progress: called as each trial is simulated.
 
     Raises:
-        InputError: for a protocol that needs more pressure than the supply has.
+        InputError: for a protocol that is named twice or needs more pressure than the supply has,
+            or steps of a rig that states neither encoder nor converter.
     """
+    sensor = rig.sensor or MeasurementChain()
+    if settings.quantised and not (sensor.encoder_increments or sensor.pressure_step):
+        raise InputError(
+            f"`quantised`: {rig.name} states neither encoder nor converter; state them under"
+            " [sensor] in its params.toml, or leave it out"
+        )
     rng = np.random.default_rng([settings.seed, 77])
     protocols: dict[str, str] = {}
     jobs: list[tuple[Rig, Experiment]] = []
@@ -165,7 +177,13 @@ def recorded(
             seed = 2 * settings.seed + setting
             made = experiment(rig, protocol_name, seed, settings.duration)
             for repeat in range(1, settings.repeats + 1):
-                protocols[f"{protocol_name}{end}_{repeat}"] = f"{protocol_name}{end}"
+                stem = f"{protocol_name}{end}_{repeat}"
+                if stem in protocols:
+                    raise InputError(
+                        f"`protocols` has {protocol_name} twice; name it once, and ask for more"
+                        " `repeats`"
+                    )
+                protocols[stem] = f"{protocol_name}{end}"
                 jobs.append((with_variation(changed, rng, settings.variation), made))
     for above in above_supply(changed.muscles, (made for _, made in jobs)):
         raise InputError(f"{above}; choose other protocols, or raise valve.supply_pressure")
@@ -174,8 +192,8 @@ def recorded(
         stem: with_noise(one, rng, settings.noise, coloured=settings.coloured)
         for stem, one in zip(protocols, runs, strict=True)
     }
-    if settings.quantised and rig.sensor is not None:
-        trials = {stem: quantised(one, rig.sensor) for stem, one in trials.items()}
+    if settings.quantised:
+        trials = {stem: _in_steps(one, sensor) for stem, one in trials.items()}
     return SyntheticRecording(
         rig=rig,
         reference=reference,
@@ -195,6 +213,13 @@ def _simulated(jobs: Jobs, steps: Steps) -> list[Recording]:
         one if there.sensor is None else distorted(one, there.sensor)
         for one, (there, _) in zip(runs, jobs, strict=True)
     ]
+
+
+def _in_steps(run: Recording, sensor: MeasurementChain) -> Recording:
+    """A recording in steps of the rig's sensors; a machine reads the joint that it moves itself."""
+    imposed = np.array([joint in run.drives.imposed for joint in run.joints])
+    read = quantised(run, sensor)
+    return dataclasses.replace(read, positions=np.where(imposed, run.positions, read.positions))
 
 
 def _as_recorded(run: Recording, measured: bool) -> Recording:

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pamsim.comparison.protocols import RATE
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_file
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Recording, write_recording
+from pamsim.recordings.recording_checks import FEWEST_ROWS
 
 SCHEMA = "pamsim-ground-truth/3"
 
@@ -41,7 +43,8 @@ class HideSettings:
         seed: random seed.
 
     Raises:
-        InputError: for no repeats, no duration, or a factor or seed below 0.
+        InputError: for no repeats, a duration of too few samples or without end, or a factor or
+            seed below 0.
     """
 
     protocols: tuple[str, ...] = ()
@@ -58,8 +61,12 @@ class HideSettings:
     def __post_init__(self) -> None:
         if self.repeats < 1:
             raise InputError(f"{self.repeats} repeats: at least one trial is needed")
-        if self.duration is not None and not self.duration > 0.0:
-            raise InputError(f"`duration` is {self.duration:g} s; a trial needs some time")
+        least = FEWEST_ROWS / RATE
+        if self.duration is not None and not least <= self.duration < math.inf:
+            raise InputError(
+                f"`duration` is {self.duration:g} s; a trial needs some time, {least:g} s or more,"
+                " and an end"
+            )
         for name in ("noise", "variation", "seed"):
             value = getattr(self, name)
             if not 0.0 <= value < math.inf:

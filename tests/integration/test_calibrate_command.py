@@ -12,6 +12,7 @@ from pamsim.calibration.calibrate import calibrate
 from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
+from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.recordings.recording import write_recording
 
@@ -204,6 +205,11 @@ def test_before_a_fit_each_muscle_has_its_own_number(rig, tmp_path):
         assert any("force.scale" in note and "one number" in note for note in found.notes)
 
 
+def test_a_single_recording_needs_no_list():
+    with pytest.raises(InputError, match="no data at nowhere"):
+        calibrate("nowhere")
+
+
 def test_what_is_free_by_default_is_what_the_data_show(rig, tmp_path):
     """Valves play no part where the measured pressures drive."""
     triangle = {"protocols": ("triangle",), "duration": 0.6, "repeats": 2, "measured_drive": True}
@@ -270,6 +276,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path):
         (f"{locking} --bounds passive.locking=30", "NAME=LOW:HIGH"),
         (f"{locking} --bounds passive.locking=1:2:3", "NAME=LOW:HIGH"),
         (f"{locking} --bounds braid.diameter=1:2", "it is not free"),
+        (f"{locking}{2 * ' --bounds passive.locking=1:90'}", "has a range already"),
         (f"{locking} --bounds passive.locking=40:50", "is outside"),
         (f"{locking} --profile force.scale", "it is not free"),
         ("DATA --hold-out swng", "did you mean 'swing'"),

@@ -103,6 +103,7 @@ def test_a_turned_sign_and_a_channel_that_stands_still_are_suspicious(recorded, 
 
 def test_trials_that_are_all_held_out_show_their_effects_all_the_same(recorded):
     every = pamsim.check(recorded, effects=ONE)
+    assert pamsim.plot(every).axes
     held = pamsim.check(recorded, effects=ONE, hold_out=["triangle"])
     assert [one.name for one in held.effects] == [one.name for one in every.effects]
 

@@ -194,3 +194,7 @@ def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch)
         assert len(err.strip().splitlines()) == 1
     with pytest.raises(InputError, match="`hold_out` does not apply"):
         pamsim.diagnose("mas20", hold_out=["angle"])
+    with pytest.raises(InputError, match="`seed` is -1"):
+        pamsim.diagnose("mas20", seed=-1)
+    with pytest.raises(InputError, match="locking is 0, of which no share"):
+        pamsim.diagnose("mas20", nuisance=["pulley radius", "passive.locking"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,8 @@ from pamsim.calibration.first_values import first_values
 from pamsim.comparison.free_parameters import first_names, freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.core.errors import InputError
+from pamsim.inference.fit_simulator import fit_simulator
+from pamsim.inference.simulator_fit import NoiseSource
 
 PLANTED = {
     "muscle_1:mounting.length_at_zero": 0.2455,
@@ -91,3 +95,17 @@ def test_tables_at_rest_cannot_lead_link_by_link(rig):
 
 def test_what_is_freed_is_what_a_file_seldom_has_measured(rig):
     assert set(PLANTED) < set(first_names(rig))
+
+
+def test_one_input_with_two_loads_is_no_repeat(rig, recording, monkeypatch):
+    fits = []
+
+    def fitted(*arguments, **options):
+        fits.append(fit_simulator(*arguments, **options))
+        return fits[-1]
+
+    monkeypatch.setattr("pamsim.calibration.first_values.fit_simulator", fitted)
+    trial = read_calibration_data([recording]).of_rig(rig).trials[0]
+    both = [trial, replace(trial, name="loaded", load=1.0)]
+    first_values(rig, both, freed_parameters(rig, ["joint.shaft.damping"]))
+    assert [one.source for one in fits[0].noise.values()] == [NoiseSource.RESIDUAL]

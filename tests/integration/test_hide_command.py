@@ -55,13 +55,18 @@ def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
         ("air_leak --size 1,2", "2 sizes for 1 effects"),
         ("none --protocols bursts --repeats 0", "at least one trial"),
         ("none --protocols bursts --duration 0", "a trial needs some time"),
+        ("none --protocols bursts --duration 20ms", "is 0.02 s; a trial needs some time"),
+        ("none --protocols bursts --duration inf", "--duration"),
+        ("none --protocols bursts,bursts", "--protocols has bursts twice; name it once"),
         ("none --protocols bursts --noise nan", "--noise is nan; it must be 0 or above"),
         ("none --protocols bursts --variation -1", "--variation is -1"),
         ("none --seed -1", "-1 is not in the range"),
         ("air_leak --size -1", "air_leak: a size of -1 hides nothing"),
         ("air_leak+air_leak --size 1,3", "has an effect twice"),
         ("valve_flow+valve_asymmetry", "another hidden effect has set valve.conductance_exhaust"),
+        ("valve_flow+valve_mismatch", "another hidden effect has set valve.conductance_fill"),
         ("none --rig mas30_arm", "did you mean 'mas20_arm'"),
+        ("none --rig equimus_leg --quantised", "states neither encoder nor converter"),
     ):
         args = (*line.split(), "--out", tmp_path / "d")
         code, _, err = run("hide", *args)
@@ -107,3 +112,11 @@ def test_what_is_hidden_is_in_the_result(rig, clean, tmp_path):
     locked = recorded(rig, {"braid_locking": 1.0})
     assert locked.effects[0].stands_for == ("braid_locking",)
     assert set(locked.hidden) == {"passive.locking", "passive.stiffness"}
+
+
+def test_steps_are_those_of_the_rig_s_encoder_and_not_of_a_machine_that_moves_the_joint(rig):
+    step = 2.0 * np.pi / rig.sensor.encoder_increments
+    for protocol, in_steps in (("bursts", True), ("stretch", False)):
+        found = recorded(rig, protocols=(protocol,), duration=0.5, quantised=True)
+        turns = found.trials[f"{protocol}_1"].angle / step
+        assert np.allclose(turns, np.round(turns), atol=1e-6) is in_steps

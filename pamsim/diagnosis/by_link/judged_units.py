@@ -9,9 +9,10 @@ from pamsim.comparison.chain_runs import MIDDLE
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import LAG, FloorRoute
-from pamsim.comparison.repeats import repeats
+from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
+from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_model import as_columns
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
@@ -40,10 +41,10 @@ def held_out_split(
     Args:
         data: the recordings.
         wanted: names of trials or protocols; if there are none, protocols whose name ends in
-            ``_check``, or else every second repeat.
+            ``_check``, or else every second repeat, or else as `judged_trials`.
 
     Returns:
-        Names of the trials that are held out, none where every input was recorded once; and
+        Names of the trials that are held out, none of a few inputs that were recorded once; and
         warnings about the choice.
 
     Raises:
@@ -63,12 +64,12 @@ def held_out_split(
         return check, ()
     seen: Counter[str] = Counter()
     second: list[str] = []
-    for trial in data.trials:
-        seen[trial.protocol] += 1
-        if seen[trial.protocol] % 2 == 0:
-            second.append(trial.name)
+    for name, protocol in protocols_by_load(data.trials).items():
+        seen[protocol] += 1
+        if seen[protocol] % 2 == 0:
+            second.append(name)
     if not second:
-        return (), ()
+        return tuple(judged_trials(data.trials, (), ALPHA)), ()
     return tuple(second), (
         "no protocol is held out (by a name that ends in _check, or by choice), so every second"
         " repeat is; this does not show whether the result holds for other inputs",

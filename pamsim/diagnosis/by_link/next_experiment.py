@@ -99,7 +99,12 @@ def _between(
         step = step if low <= value + step <= high else -step
         sets.append({**values, parameter.name: value + step})
     runs = _simulated(rig, sets, threads)
-    menu = {name: _distance(own, noise) for name, own in runs.items()}
+    # The effort on a joint that a machine moved is in no trial in which it moves freely.
+    menu = {
+        name: _distance(own, shared)
+        for name, own in runs.items()
+        if (shared := {channel: sd for channel, sd in noise.items() if channel in own[0]})
+    }
     if not menu:
         return NextExperiment(advice=advice)
     chosen = max(menu, key=lambda name: menu[name])
@@ -144,9 +149,7 @@ def _simulated(
 def _distance(signals: list[Mapping[str, FloatArray]], noise: Mapping[str, float]) -> float:
     """Mean square between the models that no size of the rival takes away, over the noise."""
     best, rival, *moved = (
-        np.concatenate(
-            [own[c] / (sd * np.sqrt(own[c].size)) for c, sd in noise.items() if c in own]
-        )
+        np.concatenate([own[c] / (sd * np.sqrt(own[c].size)) for c, sd in noise.items()])
         for own in signals
     )
     basis = orthonormal(np.column_stack([own - rival for own in moved]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -25,7 +26,8 @@ class ChannelGap:
     Attributes:
         unit: of all.
         floor: noise, as repeats or one trial show it; None if it is not known.
-        before: what the rig misses, its nuisance parameters refitted; None if it breaks down.
+        before: what the rig misses, its nuisance parameters refitted; None if it breaks down, or
+            parts of trials are held out and no whole one.
         after: what it misses with the effects that were found; None without any.
     """
 
@@ -119,12 +121,14 @@ def _gap(
         found[channel] = ChannelGap(
             unit=unit,
             floor=floor[channel] * scale,
-            before=_rms([part.rms(part.before) for part in own]),
-            after=_rms([part.rms(part.after) for part in own]),
+            before=_rms([(part.rms(part.before), part.measured.size) for part in own]),
+            after=_rms([(part.rms(part.after), part.measured.size) for part in own]),
         )
     return found
 
 
-def _rms(levels: list[float | None]) -> float | None:
-    known = [level for level in levels if level is not None]
-    return float(np.sqrt(np.mean(np.square(known)))) if known else None
+def _rms(levels: list[tuple[float | None, int]]) -> float | None:
+    """Root mean square of all samples, by that of each trial and its number of samples."""
+    known = [(level, count) for level, count in levels if level is not None]
+    squares = sum(level**2 * count for level, count in known)
+    return math.sqrt(squares / sum(count for _, count in known)) if known else None

@@ -5,9 +5,14 @@ import json
 import numpy as np
 import pytest
 
+from pamsim.comparison.loop_simulator import Loop
 from pamsim.core.errors import InputError
 from pamsim.diagnosis.diagnose import Kind, diagnose, kind_of
-from pamsim.diagnosis.length_pressure_loop import PRINTED_LOOPS, printed_loop
+from pamsim.diagnosis.length_pressure_loop import (
+    PRINTED_LOOPS,
+    diagnose_length_loop,
+    printed_loop,
+)
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +85,16 @@ def test_what_does_not_apply_to_a_loop_or_opens_none_is_refused():
         diagnose("alraouf2025", hold_out=["up"])
     with pytest.raises(InputError, match="did you mean 'viscous_friction'"):
         diagnose("alraouf2025", effects=["viscous_frictio"])
+    there = np.linspace(0.0, 4e5, 6)
+    path = np.concatenate([there, there[::-1]])
+    closed = Loop(pressure=path, length=0.3 - 1e-7 * path, rising=np.arange(12) < 6)
+    with pytest.raises(InputError, match="the same at every pressure"):
+        diagnose_length_loop(closed, "loop.csv")
+
+
+@pytest.mark.parametrize("header", ["p_kpa;length_mm", "P_kPa,Length_mm", '"p_kpa"\t"length_mm"'])
+def test_a_loop_is_known_however_a_spreadsheet_writes_it(tmp_path, header):
+    separator = next(mark for mark in ",;\t" if mark in header)
+    rows = [f"{pressure}{separator}300" for pressure in (0, 100, 0)]
+    (tmp_path / "loop.csv").write_text("\n".join([header, *rows]), encoding="utf-8")
+    assert kind_of([tmp_path / "loop.csv"]) is Kind.LOOP

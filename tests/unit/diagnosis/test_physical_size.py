@@ -427,3 +427,18 @@ def test_teeth_are_tested_at_the_joint_that_their_muscle_moves():
     values = {**at_size(arm, one.effect, 1.0), "triceps:chain.ripple": 2e-5}
     model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(3))
     assert physical_sizes(arm, model, one)["travel_amplitude"].value == pytest.approx(2e-5)
+
+
+def test_what_is_refitted_keeps_the_share_in_which_muscles_differ(rig):
+    uneven = rig.with_parameters({"muscle_2:force.scale": 0.5})
+    one = candidate(uneven, rig_effect(uneven, "load_dependent_friction"))
+    own = {parameter.name: parameter.start for parameter in one.parameters}
+    found = [
+        physical_sizes(
+            uneven,
+            Fitted(values=values, intervals={}, parameters=list(own), jacobian=np.eye(len(own))),
+            one,
+        )
+        for values in (own, {**own, "force.scale": 1.0})
+    ]
+    assert found[0] == found[1]

@@ -94,3 +94,11 @@ def test_a_folder_that_cannot_take_the_rig_is_refused_beforehand(rig, tmp_path):
     for out in (tmp_path, Path(folder)):
         with pytest.raises(InputError, match="the folder of the rig it is made from"):
             check_folder(out, str(folder))
+
+
+def test_an_interval_that_is_not_known_is_not_written(rig):
+    intervals = {"chain.compliance": (-np.inf, np.inf), "chain.backlash": (1e-4, 3e-4)}
+    values = {"chain.compliance": 1e-6, "chain.backlash": 2e-4}
+    numbers = repair(rig, values, intervals, {}, "bench").numbers
+    assert numbers["chain.compliance"].interval95 is None
+    assert numbers["chain.backlash"].interval95 == pytest.approx((0.1, 0.3))

@@ -1,10 +1,14 @@
 """What rows at rest are searched for on a rig, and what is refitted with every effect."""
 
+import pytest
+
 import pamsim
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.diagnosis.options import NUISANCE, usual_nuisance
 from pamsim.diagnosis.published_rig import published_rig
+from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.diagnosis.table_at_rest import candidates_at_rest
+from pamsim.engine.parameters import rig_parameter
 
 RIG = published_rig()
 
@@ -42,3 +46,13 @@ def test_every_template_has_its_nuisance_parameters(tmp_path):
         left_out = {"passive.locking"} if kind == "bellows" else set()
         assert set(NUISANCE) - set(names) == left_out
         assert [freed.name for freed in freed_parameters(rig, names)] == list(names)
+
+
+def test_pulleys_that_differ_keep_their_ratio():
+    first, second = pulleys(RIG)
+    radius = stated(RIG, PULLEY).value
+    uneven = RIG.with_parameters({second: 0.9 * radius})
+    for factor in (1.0, 1.5):
+        refitted = with_fitted(uneven, {PULLEY: factor * radius})
+        assert rig_parameter(refitted, first).value == factor * radius
+        assert rig_parameter(refitted, second).value == pytest.approx(0.9 * factor * radius)

@@ -309,6 +309,7 @@ def test_refusals():
         (rig, (), {}, "no parameter"),
         (rig, (DECAY[0], DECAY[0]), {}, "given twice"),
         (rig, DECAY, {"starts": 0}, "0 starts"),
+        (rig, DECAY, {"seed": -1}, "`seed` is -1"),
         (rig, DECAY, {"weights": {"force": 1.0}}, "unknown channel 'force'"),
         (rig, DECAY, {"weights": {"angle": -1.0}}, "of channel angle is not a number from 0"),
         (never, DECAY, {}, "diverges at all 25 starts"),

@@ -125,3 +125,10 @@ def test_flags_do_not_depend_on_units():
     fit = fit_simulator(rig(scaled, [2e6, 3e-6, 1.0]), three)
     assert fit.status is FitStatus.NOT_IDENTIFIABLE
     assert flags(fit)["rate"] == set()
+
+
+def test_a_number_that_the_data_do_not_depend_on_stays_as_it_was():
+    line = rig(lambda v: v[0] * np.exp(-TIME) + 0.0 * v[1], [2.0, 0.0])
+    fit = fit_simulator(line, (free("a"), free("idle", 0.0, 0.0, 5.0)))
+    assert flags(fit) == {"a": set(), "idle": {Flag.DEAD}}
+    assert fit.values[1] == 0.0

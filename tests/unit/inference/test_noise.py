@@ -127,6 +127,24 @@ def test_repeats_scatter_about_their_mean_cut_to_the_shortest():
     assert part.variance == pytest.approx(np.mean(np.var([long[:30], short], axis=0, ddof=1)))
 
 
+def test_repeats_at_another_rate_are_compared_among_themselves():
+    residuals = {f"{rate:g} Hz": np.sin(np.arange(50) / rate) for rate in (100.0, 200.0)}
+    blocks = [
+        ResidualBlock(
+            trial=f"{rate} {k}",
+            protocol="sine",
+            channel="angle",
+            residual=residual + k,
+            sample_interval=1.0 / float(rate.partition(" ")[0]),
+        )
+        for rate, residual in residuals.items()
+        for k in (0.0, 0.2)
+    ]
+    residual = np.concatenate([block.residual for block in blocks])
+    (part,) = repeat_scatter(layout(blocks), residual).values()
+    assert (part.freedom, part.variance) == (100, pytest.approx(0.02))
+
+
 def test_calibrate_and_diagnose_take_the_same_noise_from_the_same_repeats():
     rng = np.random.default_rng(1)
     wave = 3.0 * np.sin(np.arange(400) / 9.0)  # what the simulator misses

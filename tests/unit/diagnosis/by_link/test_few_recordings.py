@@ -1,7 +1,11 @@
 """One log, or two repeats of each input: nothing is claimed that they do not show."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from pamsim.diagnosis.by_link.judged import ALPHA
+from pamsim.diagnosis.by_link.judged_units import held_out_split, judged_trials
 from tests.unit.diagnosis.by_link.toy_chain import ToyChain, diagnosed, tried
 from tests.unit.diagnosis.by_link.toy_log import ToyLog
 
@@ -48,3 +52,23 @@ def test_a_fitted_repeat_shows_whether_the_formula_is_exact():
     bent = diagnosed(Twice(EFFECTS, planted, bent=0.5), EFFECTS)[2]["passive_stiffness"]
     assert not bent.exact
     assert bent.level() == "family"
+
+
+def held_out(trials):
+    return held_out_split(SimpleNamespace(trials=trials), ())[0]
+
+
+def trial(name, protocol, load=0.0):
+    return SimpleNamespace(name=name, protocol=protocol, load=load)
+
+
+def test_another_load_is_no_repeat():
+    alternating = [trial(f"{k}_{load}", "step", load) for k in range(2) for load in (0.0, 1.2)]
+    assert held_out(alternating) == ("1_0.0", "1_1.2")
+    assert held_out(alternating[:2]) == ()
+
+
+def test_of_many_inputs_that_were_recorded_once_those_judged_are_stated_as_held_out():
+    once = [trial(f"t{k}", f"p{k}") for k in range(12)]
+    assert held_out(once) == tuple(judged_trials(once, (), ALPHA)) != ()
+    assert held_out(once[:9]) == ()

@@ -77,3 +77,15 @@ def test_forces_that_are_measured_are_not_asked_for():
     one.links = (AIR, REST, Link((MUSCLE,)))
     one.unexplained[one.links[-1]] = one.unexplained[AIR]
     assert next_experiment(ARM, one, NOISE).advice.startswith("record muscle and joint")
+
+
+@pytest.mark.usefixtures("short_menu")
+def test_what_a_proposed_trial_does_not_measure_makes_it_no_worse():
+    leak, delay = tried("air_leak")[0], tried("valve_delay")[0]
+    diagnosis = found(SimpleNamespace(effect=leak, rivals=(rival(delay, {"valve.delay": 0.01}),)))
+    diagnosis.model.values = {"chamber.leak_conductance": 4e-12}
+    torque = {"torque": 0.05}  # of a joint that a machine moved
+    chosen = next_experiment(ARM, diagnosis, NOISE, threads=1)
+    assert next_experiment(ARM, diagnosis, {**NOISE, **torque}, threads=1) == chosen
+    alone = next_experiment(ARM, diagnosis, torque, threads=1)
+    assert (alone.protocol, alone.menu) == (None, {})

@@ -1,5 +1,8 @@
 """The refit in the whole chain ends a diagnosis: sizes are its, intervals hold those by link."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from pamsim.comparison.chain_simulator import ChainSimulator
@@ -9,6 +12,7 @@ from pamsim.comparison.repeats import repeats
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import whole_trials
+from pamsim.diagnosis.by_link.whole_chain import whole_chain
 from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain, left_in_both
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
@@ -51,3 +55,20 @@ def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):
     fitter, fit = in_whole_chain(simulator, ("force.scale",), whole_trials(simulator, ()), Off)
     assert [link.name for link in fitter.simulator.links] == ["whole chain"]
     assert fit.values[name] == pytest.approx(planted, rel=0.01)
+
+
+def test_the_gap_of_the_whole_chain_is_that_of_all_samples(tmp_path):
+    hide(ARM, {}, protocols=("bursts",), duration=1.0, repeats=1).save(tmp_path / "data")
+    long, other = read_recordings(tmp_path / "data").trials
+    short = replace(
+        other,
+        time=other.time[:50],
+        command=other.command[:50],
+        measured={channel: values[:50] + 0.1 for channel, values in other.measured.items()},
+    )
+    trials = (long, short)
+    data = CalibrationData(sources=(), rig=None, trials=trials, tables=()).of_rig(ARM)
+    found = whole_chain(ARM, data, {}, None, held_out=[trial.name for trial in trials])
+    missed = [one.before - one.measured for one in found.comparisons if one.channel == "angle"]
+    every = np.degrees(np.concatenate(missed))
+    assert found.gap["angle"].before == pytest.approx(np.sqrt(np.mean(every**2)))
