@@ -30,6 +30,8 @@ def _bounds(context: Any, parameter: Any, texts: tuple[str, ...]) -> dict[str, t
             raise InputError(
                 f"--bounds {text}: write NAME=LOW:HIGH, such as chamber.dead_volume=5:40"
             )
+        if name in bounds:
+            raise InputError(f"--bounds {text}: {name} has a range already; give one")
         bounds[name] = ends[0], ends[1]
     return bounds
 

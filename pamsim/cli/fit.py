@@ -99,6 +99,8 @@ def _held(texts: tuple[str, ...], model: str | None) -> dict[str, float]:
         name, equals, value = text.partition("=")
         if not equals:
             raise InputError(f"`held` {text!r}: write NAME=VALUE, such as scale=1")
+        if name in held:
+            raise InputError(f"`held` {text!r}: {name} is held already; give one value")
         unit = coefficient_unit(model, name)
         held[name] = parse_quantity(value, unit, unit, where=f"--hold {name}")
     return held

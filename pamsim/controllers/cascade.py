@@ -20,6 +20,7 @@ from pamsim.controllers.controller import (
 )
 from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.core.errors import InputError
+from pamsim.engine.equilibrium import tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.physics.air import GAS_CONSTANT
 from pamsim.physics.muscle_valves import flow_through_valves, leak_flow
@@ -29,13 +30,13 @@ from pamsim.physics.supply import sags, supply_sag
 from pamsim.physics.valves import clamped_opening
 
 
-def full_rates(m: Parameters, pressure: float) -> tuple[float, float]:
+def full_rates(m: Parameters, tendon_length: float, pressure: float) -> tuple[float, float]:
     """Rates of gauge pressure [Pa/s] with the fill and with the exhaust valve fully open.
 
-    The tendon is held at length 0, and the supply sags by the flow to this muscle alone.
+    The tendon is held at a length [m], and the supply sags by the flow to this muscle alone.
     """
     absolute = pressure + m.chamber.atmosphere
-    inside = static_volume(m, 0.0, pressure)
+    inside = static_volume(m, tendon_length, pressure)
     scale = m.chamber.polytropic_index * GAS_CONSTANT * m.chamber.temperature / inside
     sag = 0.0
     if sags(m):
@@ -50,13 +51,15 @@ def full_rates(m: Parameters, pressure: float) -> tuple[float, float]:
     return scale * fill, scale * exhaust
 
 
-def regulated_lag(m: Parameters, pressure: float) -> float:
+def regulated_lag(m: Parameters, tendon_length: float, pressure: float) -> float:
     """Time constant [s] of a regulated gauge pressure [Pa], mean of filling and venting.
+
+    The tendon is held at a length [m].
 
     Raises:
         InputError: for a pressure that the valves cannot both raise and lower.
     """
-    fill, exhaust = full_rates(m, pressure)
+    fill, exhaust = full_rates(m, tendon_length, pressure)
     if not fill > 0.0 > exhaust:
         raise InputError(
             f"the valves cannot both raise and lower a pressure of {pressure / 1e3:g} kPa; choose"
@@ -79,7 +82,7 @@ class PressureLoop(PidLaw):
     def for_rig(
         cls, rig: Rig, *, period: float, common_pressure: float, closed_loop_time: float
     ) -> PressureLoop:
-        """Loop designed for the faster of filling and venting of muscle 1 at angle 0.
+        """Loop designed for the faster of filling and venting of muscle 1 at the initial position.
 
         The valves' flow is taken at a common gauge pressure [Pa]. Period and closed-loop time
         constant are in s.
@@ -93,7 +96,8 @@ class PressureLoop(PidLaw):
                 f" {closed_loop_time * 5e2:g} ms at least; got {period * 1e3:g} ms"
             )
         muscle = next(iter(rig.muscles.values()))
-        fill, exhaust = full_rates(parameters(muscle), common_pressure)
+        length = float(tendon_lengths(rig, rig.model.qpos0)[0])
+        fill, exhaust = full_rates(parameters(muscle), length, common_pressure)
         slow = 8.0 * closed_loop_time
         gain = 1.0 / (closed_loop_time * max(fill, -exhaust))
         return cls(period=period, gain=gain, integral_time=slow, tracking_time=slow)

@@ -10,8 +10,8 @@ one unknown, sought inside the limits of the supply. The force law is without hy
 `pamsim.physics.antagonist`; the muscles' is undone, if asked, on the wanted angle before it enters
 the law (`pamsim.controllers.hysteresis`).
 
-A regulated pressure lags its set point; ``lead`` looks that much further along the wanted motion,
-which for a lag of that time constant is its inverse to first order.
+A regulated pressure lags its set point, and valves may open late; ``lead`` looks that much further
+along the wanted motion, which for a lag of that time constant is its inverse to first order.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.antagonist import antagonist_torque, joint_stiffness, muscle_stiffness
+from pamsim.physics.chosen_law import law_pushes
 from pamsim.physics.hysteresis.prandtl_ishlinskii import PlaySum
 from pamsim.physics.record import Parameters, view
 
@@ -81,8 +82,8 @@ class Arm:
         Elastic chains, backlash and friction along the tendons are neglected.
 
         Raises:
-            InputError: if the rig is not one hinge and two muscles that pull it opposite ways on
-                equal arms.
+            InputError: if the rig is not one hinge and two muscles that pull it on equal arms, the
+                first to positive angles, the second back.
         """
         model = rig.model_for(load=load)
         muscles = muscle_ids(model)
@@ -110,6 +111,11 @@ class Arm:
             if not np.max(np.abs(found - law)) <= _EXACT * max(np.max(np.abs(found)), _EXACT):
                 raise InputError(f"rig {rig.name!r}: {what}")
         first, second = (view(model.actuator_user[i]) for i in muscles)
+        if not radius > 0.0 or law_pushes(first) or law_pushes(second):
+            raise InputError(
+                f"rig {rig.name!r}: its first muscle must pull the arm to positive angles, the"
+                " second back; pamsim.controllers.joint_control drives any joint"
+            )
         return cls(
             pair=(first, second),
             radius=radius,
@@ -209,7 +215,8 @@ class FeedForward:
     ) -> FeedForward:
         """Feed-forward for a rig with a load [kg]; other arguments as the attributes.
 
-        The lead is the lag of muscle 1's regulated pressure, if left out.
+        The lead is the delay of muscle 1's valves and the lag of its regulated pressure, if left
+        out.
 
         Raises:
             InputError: as `Arm.for_rig`; if the common pressure cannot be had, or without a given
@@ -218,7 +225,9 @@ class FeedForward:
         arm = Arm.for_rig(rig, load=load)
         common = PressureSplit(common=common_pressure, supply=arm.supply).common
         if lead is None:
-            lead = regulated_lag(arm.pair[0], common)
+            first = arm.pair[0]
+            # Its tendon is 0 long at angle 0.
+            lead = regulated_lag(first, 0.0, common) + float(first.valve.delay)
         return cls(arm=arm, common_pressure=common, lead=lead, **parts)
 
     def start(self, first: Observation) -> FeedForwardMemory:

@@ -38,10 +38,8 @@ def imc_gains(
     Raises:
         InputError: for a time constant that is not above 0.
     """
-    if not closed_loop_time > 0.0:
-        raise InputError(f"closed-loop time constant {closed_loop_time!r} s must be above 0")
     return PidGains(
-        gain=model.a1 / (model.gain * (closed_loop_time + dead_time)),
+        gain=model.a1 / (model.gain * _speed(closed_loop_time, dead_time)),
         integral_time=model.a1,
         derivative_time=model.a2 / model.a1,
     )
@@ -53,15 +51,22 @@ def imc_gains_of_fit(fit: IdentifiedModel, *, closed_loop_time: float) -> PidGai
     The closed loop is to have the time constant lambda [s].
 
     Raises:
-        InputError: for a model of another structure.
+        InputError: for a model of another structure, or a time constant that is not above 0.
     """
     if is_all_pole(fit, order=1):
         lag = fit.denominator[0]
         return PidGains(
-            gain=lag / (fit.gain * (closed_loop_time + fit.dead_time)),
+            gain=lag / (fit.gain * _speed(closed_loop_time, fit.dead_time)),
             integral_time=lag,
             derivative_time=0.0,
         )
     return imc_gains(
         SecondOrderModel.of_fit(fit), closed_loop_time=closed_loop_time, dead_time=fit.dead_time
     )
+
+
+def _speed(closed_loop_time: float, dead_time: float) -> float:
+    """Sum of the closed-loop time constant and the dead time [s]."""
+    if not closed_loop_time > 0.0:
+        raise InputError(f"closed-loop time constant {closed_loop_time!r} s must be above 0")
+    return closed_loop_time + dead_time

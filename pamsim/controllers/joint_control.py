@@ -23,7 +23,7 @@ from pamsim.controllers.pid import PidLaw, PidMemory
 from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.engine.equilibrium import still_torques
+from pamsim.engine.equilibrium import still_torques, tendon_lengths
 from pamsim.engine.rig import Rig
 from pamsim.engine.stepping import muscle_ids
 from pamsim.physics.record import view
@@ -120,8 +120,9 @@ class JointControl:
         """Design PIDs by internal model control for a rig with a load [kg].
 
         Each joint is taken for its inertia, damping and stiffness at the initial position, behind
-        the lag of the regulated pressures. It is to have the closed loop's time constant [s] at a
-        sampling period [s]; the common pressure [Pa] is half the supply's if left out.
+        the lag of the regulated pressures and the delay of the valves. It is to have the closed
+        loop's time constant [s] at a sampling period [s]; the common pressure [Pa] is half the
+        supply's if left out.
 
         Raises:
             InputError: as `InverseStatics` and `regulated_lag`; if the muscles leave a joint
@@ -136,7 +137,12 @@ class JointControl:
         mujoco.mj_fullM(model, data, inertia)
         at = model.qpos0[rig.position_addresses].tolist()
         muscles = [view(model.actuator_user[i]) for i in muscle_ids(model)]
-        lag = max(regulated_lag(m, max(common, 1.0)) for m in muscles)
+        lengths = tendon_lengths(rig, model.qpos0).tolist()
+        lag = max(
+            regulated_lag(m, length, max(common, 1.0))
+            for m, length in zip(muscles, lengths, strict=True)
+        )
+        late = max(m.valve.delay for m in muscles)
         most = np.abs(statics.per_pressure(at, statics.common)).sum(axis=1) * rig.supply_pressure
         own, laws = rig.velocity_addresses, []
         columns = statics.stiffness(at), most, model.dof_damping[own], np.diag(inertia)[own]
@@ -149,7 +155,7 @@ class JointControl:
                 )
             a1, a2 = damping / stiff + lag, (mass + lag * damping) / stiff
             g2 = SecondOrderModel(gain=1.0 / stiff, a1=a1, a2=a2)
-            gains = imc_gains(g2, closed_loop_time=closed_loop_time)
+            gains = imc_gains(g2, closed_loop_time=closed_loop_time, dead_time=late)
             laws.append(PidLaw.tuned(gains, period=period))
         return cls(statics=statics, laws=tuple(laws))
 

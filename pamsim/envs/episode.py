@@ -138,17 +138,22 @@ class Episodes:
         """What the options of `reset` fix of an episode.
 
         Raises:
-            InputError: for an unknown option, muscle or joint; for a pressure above the supply's;
-                for a delay of the valves.
+            InputError: for an unknown option, muscle or joint; for a target or parameter without a
+                name; for a pressure above the supply's; for a delay of the valves.
             ParameterError: for a number out of range.
         """
         given, muscles = dict(options or {}), self._rig.muscles
         check_names("no option", given, _FIXED, " of reset")
-        target, load = given.get("target") or {}, given.get("load")
+        for name in ("target", "parameters"):
+            value: Any = {} if given.get(name) is None else given[name]
+            if not isinstance(value, Mapping):
+                raise InputError(f"{name} is {value!r}; give a number by name: {{NAME: NUMBER}}")
+            given[name] = value
+        target, load = given["target"], given.get("load")
         check_names("target: no joint", target, self._rig.joints)
         for joint, value in target.items():
             check_value(f"target {joint}", value, RANGES["target"])
-        parameters = dict(given.get("parameters") or {})
+        parameters = dict(given["parameters"])
         for name in parameters:
             if name.rpartition(":")[2] in _DELAYS:
                 raise InputError(

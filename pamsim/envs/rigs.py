@@ -73,9 +73,10 @@ class Rigs:
         top = settings.top_pressure
         top = check_supply("top_pressure", rig.supply_pressure if top is None else top, rig)
         self.top_pressure = top
-        self.reaches, self._arms = reaches_of(rig, top)
+        self.reaches, arms = reaches_of(rig, top)
         if fixed_tendons(rig.model) is None:
-            self._arms[:] = np.nan  # they change with the positions
+            arms[:] = np.nan  # they change with the positions
+        self._arms = np.tile(arms, (count, 1, 1))
         self.signals = observed_signals(rig, self.reaches, top)
         each = self.kind.quantities
         self.actions = tuple(f"{muscle}.{one}" for muscle in rig.muscles for one in each)
@@ -147,6 +148,9 @@ class Rigs:
         for at, (rig, _) in rests.items():
             self.gauges.set_parameters(at, rig.model)
             self._views.pop(at, None)
+            own = fixed_tendons(rig.model)
+            if own is not None:  # an episode may have pulleys of its own
+                self._arms[at] = own[:, self._positions]
             self._sampling.set_errors(at, rig, rounded=self.settings.instruments)
             self._table[at] = self._episodes.table(drawn[at], self._table.shape[1])
 
@@ -231,7 +235,7 @@ class Rigs:
         signals = zip(self.plant.length.tolist(), self.true[:, self._joints :], strict=True)
         return np.array(
             [
-                stiffness_of_joints(self._arms, self.muscles(at), length, pressure.tolist())
+                stiffness_of_joints(self._arms[at], self.muscles(at), length, pressure.tolist())
                 for at, (length, pressure) in enumerate(signals)
             ]
         )

@@ -71,13 +71,10 @@ def task_signals(
                 f"the task gives {type(found).__name__} of shape {np.shape(found)}; give positions"
                 f" at the {len(time)} times, or TaskSignals"
             )
-        velocity = np.gradient(position, time)
-        found = _signals(
-            time,
-            position=position,
-            velocity=velocity,
-            acceleration=np.gradient(velocity, time),
-        )
+        # Of second order at the ends, too, or the acceleration there would be half of what it is.
+        velocity = np.gradient(position, time, edge_order=2)
+        acceleration = np.gradient(velocity, time, edge_order=2)
+        found = _signals(time, position=position, velocity=velocity, acceleration=acceleration)
     for name, signal in vars(found).items():
         if np.shape(signal) != time.shape or not np.isfinite(signal).all():
             raise InputError(

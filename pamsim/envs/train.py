@@ -99,8 +99,15 @@ class Training:
 
 
 def policy_files(path: Path) -> list[Path]:
-    """Files of a policy: its numbers (.npz), and what it was trained with (.json)."""
-    return [path.with_suffix(".npz"), path.with_suffix(".json")]
+    """Files of a policy: its numbers (.npz), and what it was trained with (.json).
+
+    Raises:
+        InputError: if the path names no file.
+    """
+    name = path.name.removesuffix(".npz")
+    if name in ("", ".."):
+        raise InputError(f"{path} is a folder; name a file to write, such as policy.npz")
+    return [path.parent / f"{name}{suffix}" for suffix in (".npz", ".json")]
 
 
 def train(

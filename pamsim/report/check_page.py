@@ -17,6 +17,9 @@ from pamsim.report.trial_signals import shown_trials, trial_signals
 
 SCHEMA = "pamsim-check/2"
 
+AS_IT_IS = "rig as it is", ""
+"""Names of the simulations beside the trials of a check."""
+
 _LINE = 0.19  # height of an effect's line [in]
 _WIDEST = 1e3  # ratio beyond which an effect is drawn at the edge
 
@@ -53,7 +56,7 @@ def headline(result: Mapping[str, Any]) -> str:
 
 
 def _figures(result: Mapping[str, Any], comparisons: Sequence[Comparison]) -> dict[str, Figure]:
-    figures = {"signals": trial_signals(comparisons, ("rig as it is", ""))}
+    figures = {"signals": trial_signals(comparisons, AS_IT_IS)}
     if result["effects"]:
         figures["effects"] = visible_sizes(result["effects"])
     return figures

@@ -21,7 +21,7 @@ def number_or_none(value: Any) -> float | None:
     """Read a number of a JSON result; what is missing or not finite becomes None."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return None
-    return float(value)
+    return float(value) + 0.0  # without the sign of -0
 
 
 def fixed(value: Any, decimals: int) -> str:
@@ -43,9 +43,10 @@ def significant(value: Any, digits: int) -> str:
     number = number_or_none(value)
     if number is None:
         return NONE
-    if 10**digits <= abs(number) < 1e6:
+    text = f"{number:#.{digits}g}"
+    if 10**digits <= abs(float(text)) and abs(number) < 1e6:  # 99.6 of two digits is 100
         return fixed(number, 0)
-    return _pretty(f"{number:#.{digits}g}")
+    return _pretty(text)
 
 
 def plain(value: Any) -> str:

@@ -183,7 +183,7 @@ def readable_panels(figure: Figure) -> list[list[dict[str, Any]]]:
     Returns:
         Per panel its two axes: ``from`` and ``to`` as shares of the figure, from the lower left;
         ``low`` and ``high``, the values there; ``log``; ``label``. Panels with names or colours
-        along an axis are left out.
+        along an axis, or a scale that is neither linear nor logarithmic, are left out.
     """
     panels: list[list[dict[str, Any]]] = []
     for ax in figure.axes:
@@ -191,7 +191,10 @@ def readable_panels(figure: Figure) -> list[list[dict[str, Any]]]:
             (ax.xaxis, ax.get_xlim(), ax.get_position().intervalx, ax.get_shared_x_axes()),
             (ax.yaxis, ax.get_ylim(), ax.get_position().intervaly, ax.get_shared_y_axes()),
         ]
-        numbers = all(isinstance(a.get_major_formatter(), _NUMBERS) for a, *_ in sides)
+        numbers = all(
+            isinstance(a.get_major_formatter(), _NUMBERS) and a.get_scale() in ("linear", "log")
+            for a, *_ in sides
+        )
         if ax.axison and ax.lines and not ax.images and numbers:
             panels.append([_axis(ax, *side) for side in sides])
     return panels

@@ -93,11 +93,11 @@ def sweep_figure(result: SweepResult) -> Figure:
         if names:
             ax.set_xticks(range(len(names)), names)
         last = row == len(outputs) - 1
-        of = unit(result.factors[factor])
+        of, made = unit(result.factors[factor]), unit(result.outputs[output].unit)
         finish_axes(
             ax,
             x=f"{factor}\n[{of}]" if last and of else factor if last else "",
-            y=f"{output} [{unit(result.outputs[output].unit)}]" if column == 0 else "",
+            y=f"{output} [{made}]" if column == 0 and made else output if column == 0 else "",
             zero=False,
         )
     return figure

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pamsim.comparison.compared_signal import Comparison, shown_unit
-from pamsim.recordings.signals import KINDS, kind_of, owner_of
+from pamsim.recordings.signals import JOINT_KINDS, KINDS, kind_of, owner_of
 from pamsim.report.numbers import unit, words
 from pamsim.report.style import (
     BLUE,
@@ -115,11 +115,18 @@ def trial_signals(
 
 
 def _channels(comparisons: Sequence[Comparison]) -> dict[str, dict[str, int]]:
-    """Kind -> its channels, each with the place of its colour: that of its muscle in the rig."""
+    """Kind -> its channels, each with the place of its colour: one of its joint or muscle."""
     of: dict[str, dict[str, int]] = {kind: {} for kind in KINDS}
-    for channel in dict.fromkeys(c.channel for c in comparisons):
-        own, number = of[kind_of(channel)], channel.rpartition("_")[2]
-        own[channel] = int(number) - 1 if number.isdigit() else len(own)
+    channels = list(dict.fromkeys(c.channel for c in comparisons))
+    moving = {owner_of(one) for one in channels if kind_of(one) in JOINT_KINDS}
+    joints, muscles = (
+        list(dict.fromkeys(name for name in map(owner_of, channels) if (name in moving) is joint))
+        for joint in (True, False)
+    )
+    for channel in channels:
+        owner, number = owner_of(channel), channel.rpartition("_")[2]
+        place = (joints if owner in moving else muscles).index(owner)
+        of[kind_of(channel)][channel] = int(number) - 1 if number.isdigit() else place
     return of
 
 

@@ -71,11 +71,14 @@ def factor(name: str, table: Any) -> Factor:
     if not isinstance(table, Mapping):
         raise InputError(f"{where} must be a table with values, low and high, or a distribution")
     rest = {str(key): value for key, value in table.items()}
-    unit = rest.pop("unit", "")
+    rig = name == "rig"
+    unit = "" if rig else rest.pop("unit", "")
     if not isinstance(unit, str):
         raise InputError(f"{where}.unit must be text, such as 'kPa'")
+    if rig and "values" not in rest:
+        raise InputError(f"{where} needs values: names or folders of rigs")
     if "values" in rest:
-        listed = _listed_values(where, rest.pop("values"), text=name == "rig")
+        listed = _listed_values(where, rest.pop("values"), text=rig)
         _nothing_left(where, rest)
         return Factor(name=name, unit=unit, values=listed)
     if "distribution" in rest:
@@ -109,7 +112,7 @@ def _frozen(where: str, rest: dict[str, Any]) -> Any:
     """A distribution of scipy.stats with its parameters."""
     name = rest.pop("distribution")
     known = {n for n in dir(_stats) if isinstance(getattr(_stats, n), _stats.rv_continuous)}
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         raise InputError(f"{where}: no distribution {name!r}; {nearest(str(name), known)}")
     numbers = {key: number(f"{where}.{key}", value) for key, value in rest.items()}
     try:
@@ -171,6 +174,11 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
         raise InputError("nothing varies: give one table vary.NAME or more")
     names = [f.name for f in factors]
     if design in (Design.GRID, Design.ROWS):
+        if runs:
+            raise InputError(
+                f"runs is {runs}; the runs of a design {design.value!r} follow from the values:"
+                " leave runs out"
+            )
         return [dict(zip(names, values, strict=True)) for values in _listed(design, factors)]
     listed = [f.name for f in factors if f.distribution is None]
     if listed:
@@ -185,9 +193,10 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
             f"only {names[0]} varies: a sensitivity design divides a variance among two factors or"
             " more; use design 'random'"
         )
+    total = runs * (len(factors) + 2) if design is Design.SENSITIVITY else runs
+    if total > SWEEP_RUNS:
+        raise InputError(f"{total:,} runs; a sweep has {SWEEP_RUNS:,} at most")
     shares = _shares(design, len(factors), runs, seed)
-    if shares.shape[0] > SWEEP_RUNS:
-        raise InputError(f"{shares.shape[0]:,} runs; a sweep has {SWEEP_RUNS:,} at most")
     columns = [f.at(shares[:, i]).tolist() for i, f in enumerate(factors)]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 

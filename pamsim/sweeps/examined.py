@@ -106,7 +106,10 @@ class Examine(Job):
         for name, value in run.items():
             if name in _INPUTS:
                 given = to_si(float(value), self.units[name], _INPUTS[name], where=f"vary.{name}")
-                options[name] = round(given) if _RECORDED[name] is int else given
+                whole = _RECORDED[name] is int
+                if whole and not given.is_integer():
+                    raise InputError(f"vary.{name} is {given:g}; it must be a whole number")
+                options[name] = int(given) if whole else given
             elif name != RIG and is_effect(rig, name):
                 effects[name] = float(value)
             elif name != RIG:

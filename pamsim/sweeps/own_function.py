@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeAlias
 
 from pamsim.core.computation import versions
 from pamsim.core.errors import InputError, PamsimError
 from pamsim.core.limits import SWEEP_RUNS
+from pamsim.core.reached_code import held
 from pamsim.sweeps.design import Design, Factor, Value
 from pamsim.sweeps.job import TEXTS, Job, Row
 from pamsim.sweeps.run_table import INDEX
@@ -37,12 +40,18 @@ class OwnFunction(Job):
             found = self.function(**run)
         except PamsimError as error:
             return self.refused(error)
-        if set(found) != set(self.outputs):
+        given = {name: isinstance(one, str) for name, one in (found or {}).items()}
+        stated = {name: unit == "text" for name, unit in self.outputs.items()}
+        if given != stated:
             raise InputError(
-                f"{self.function.__qualname__} returned {', '.join(sorted(found)) or 'nothing'};"
-                f" `columns` states {', '.join(sorted(self.outputs))}"
+                f"{_called(self.function)} returned {_listed(given) or 'nothing'}; `columns` states"
+                f" {_listed(stated)}"
             )
         return {**found, "outcome": "completed", "message": ""}
+
+
+def _listed(columns: Mapping[str, bool]) -> str:
+    return ", ".join(f"{name} (text)" if text else name for name, text in sorted(columns.items()))
 
 
 def function_study(
@@ -66,7 +75,8 @@ def function_study(
         columns: what the function returns: name -> unit, ``text`` for text.
         units: factor -> unit, where it is a number that has one.
         depends: whatever else rows depend on, such as a digest of data. A sweep is resumed only if
-            it, runs, columns, versions and the function's file are as before.
+            it, runs, columns, versions, the function's file and the numbers bound to the function,
+            as by `functools.partial`, are as before.
         runs_in_block: calls that are worth a task of their own.
 
     Raises:
@@ -92,13 +102,11 @@ def function_study(
             raise InputError(f"runs: {one.name} is a number in some and text in others")
     is_text = {one.name: isinstance(one.values[0], str) for one in factors}
     given = units or {}
-    named: Any = function if hasattr(function, "__qualname__") else type(function)
-    called = f"{named.__module__}.{named.__qualname__}"
-    stated = {"design": Design.ROWS.value, "job": called, "columns": dict(columns)}
+    stated = {"design": Design.ROWS.value, "job": _called(function), "columns": dict(columns)}
     content = [stated, [dict(run) for run in runs], depends, versions("scipy")]
     content = json.dumps(content, sort_keys=True, default=float)  # such as numpy's numbers
     digest = hashlib.sha256(content.encode())
-    digest.update(_source(function))
+    digest.update(_content(function))
     return Study(
         stated=stated,
         factors=factors,
@@ -112,10 +120,32 @@ def function_study(
     )
 
 
-def _source(function: Function) -> bytes:
-    """Text that a function is written in; nothing where it was typed into a session."""
+def _called(function: Function) -> str:
+    """Name of a function, with its module; of an object that can be called, that of its class."""
+    own, _ = _unbound(function)
+    named = own if hasattr(own, "__qualname__") else type(own)
+    return f"{named.__module__}.{named.__qualname__}"
+
+
+def _unbound(function: Any) -> tuple[Any, str]:
+    """The function of partials, and the numbers bound to it: two of one text differ by them."""
+    bound = ""
+    while isinstance(function, functools.partial):
+        bound += held([function.args, function.keywords])
+        function = function.func
+    own = inspect.unwrap(function)
+    if isinstance(own, FunctionType):
+        outside = inspect.getclosurevars(own).nonlocals
+        bound += held([own.__defaults__, own.__kwdefaults__, dict(outside)])
+    return own, bound
+
+
+def _content(function: Function) -> bytes:
+    """Numbers bound to a function, and the text that it is written in, if not in a session."""
+    own, bound = _unbound(function)
     try:
-        path = inspect.getsourcefile(inspect.unwrap(function))
-        return b"" if path is None else Path(path).read_bytes()
+        path = inspect.getsourcefile(own)
+        text = b"" if path is None else Path(path).read_bytes()
     except (OSError, TypeError):
-        return b""
+        text = b""
+    return bound.encode() + text

@@ -113,7 +113,8 @@ class SweepResult:
             if not one.runs:
                 lines.append(f"{name}: in no run")
                 continue
-            text = f"{name}: {one.low:.4g} to {one.high:.4g} {one.unit}, median {one.median:.4g}"
+            unit = "" if one.unit == "1" else f" {one.unit}"
+            text = f"{name}: {one.low:.4g} to {one.high:.4g}{unit}, median {one.median:.4g}"
             lines.append(f"{text}{self._matters(name)}")
         return "\n".join(lines)
 

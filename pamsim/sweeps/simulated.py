@@ -152,7 +152,7 @@ def simulate_step(
         raise InputError(f"experiment.{unknown[0]} is not known; it has {', '.join(sorted(_KEYS))}")
     first = next(iter(loaded(rigs or [rig]).values()))
     drive = table.get("drive", "pressure_set")
-    if drive not in _UNITS:
+    if drive not in list(_UNITS):
         raise InputError(f"experiment.drive is {drive!r}; it may be {' or '.join(_UNITS)}")
     muscles = len(first.muscles)
     numbers: dict[str, Any] = {

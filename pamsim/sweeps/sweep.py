@@ -51,13 +51,16 @@ def sweep(
         progress: called with the runs done and their number.
 
     Raises:
-        InputError: for a study that cannot be run, or if ``resume`` finds another one in ``out``.
+        InputError: for a study that cannot be run, less than one thread, or if ``resume`` finds
+            another study in ``out``.
         EngineError: if a worker process ends; what is finished is kept.
     """
     began = time.perf_counter()
     plan = study if isinstance(study, Study) else read_study(study)
     if executor is not None and threads is not None:
         raise InputError("`threads` is for this process; an executor has workers of its own")
+    if threads is not None and threads < 1:
+        raise InputError(f"`threads` is {threads}; give 1 or more")
     folder, job, size = Path(out), plan.job, _runs_in_block(plan)
     blocks = [plan.runs[i : i + size] for i in range(0, len(plan.runs), size)]
     table = _table(plan, folder)

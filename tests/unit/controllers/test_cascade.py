@@ -9,6 +9,7 @@ import pytest
 import pamsim
 from pamsim.controllers.cascade import Cascade, PressureLoop, full_rates, regulated_lag
 from pamsim.controllers.feed_forward import FeedForward
+from pamsim.controllers.joint_control import JointControl
 from pamsim.controllers.pid import Pid
 from pamsim.core.errors import InputError
 from pamsim.physics.record import parameters
@@ -49,7 +50,7 @@ def test_it_recovers_from_a_full_opening_where_plain_integration_overshoots():
 
 def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
     m = parameters(rig.muscles["muscle_1"])
-    rates = full_rates(m, LEVEL)
+    rates = full_rates(m, 0.0, LEVEL)
     for opening, rate in zip((1.0, -1.0), rates, strict=True):
         experiment = pamsim.Experiment(
             drive="valve",
@@ -62,7 +63,28 @@ def test_the_valves_are_as_fast_as_it_takes_them_to_be(rig):
         pressure = pamsim.simulate(rig, experiment).pressure[:, 0]
         assert (pressure[4] - pressure[0]) / 4e-3 == pytest.approx(rate, rel=0.02)
     band = rig.muscles["muscle_1"].valve.regulator_band
-    assert regulated_lag(m, LEVEL) == pytest.approx(0.5 * (band / rates[0] + band / -rates[1]))
+    assert regulated_lag(m, 0.0, LEVEL) == pytest.approx(0.5 * (band / rates[0] + band / -rates[1]))
+
+
+def test_a_loop_is_designed_for_the_muscle_at_its_length(tmp_path):
+    # Its cable, from site to site, is 0.3 m long at first: at 0 m the muscle would hold no air.
+    bench = pamsim.load_rig(pamsim.new_rig("bench", kind="bench", out=tmp_path / "bench"))
+    low, time = 50e3, 0.04  # Pa, s
+    fill = pamsim.Experiment(
+        drive="valve",
+        command_time=np.zeros(1),
+        command_value=np.ones((1, 1)),
+        start_pressure=np.array([low]),
+        duration=0.01,
+        sample_rate=1000.0,
+        load=100.0,  # holds the rail at its lower end, where it is at first
+    )
+    pressure = pamsim.simulate(bench, fill).pressure[:, 0]
+    loop = PressureLoop.for_rig(bench, period=PERIOD, common_pressure=low, closed_loop_time=time)
+    assert (pressure[4] - pressure[0]) / 4e-3 == pytest.approx(1.0 / (loop.gain * time), rel=0.02)
+    control = JointControl.for_rig(bench, closed_loop_time=0.1, common_pressure=low)
+    band = bench.muscles["lifter"].valve.regulator_band
+    assert control.laws[0].integral_time > 0.5 * band * loop.gain * time
 
 
 def test_it_brings_the_pressures_where_the_angle_controller_wants_them(rig):

@@ -55,6 +55,13 @@ def test_the_arm_rests_at_the_angle_asked_for(rig):
         Arm.for_rig(rig.with_parameters({"tendon.chain_2.coef": 0.013}))
 
 
+def test_a_pair_that_p1_less_p2_does_not_turn_to_positive_angles_is_refused(rig, tmp_path):
+    turned = dataclasses.replace(rig, model=copy.copy(rig.model))
+    turned.model.wrap_prm *= -1.0
+    bellows = pamsim.load_rig(pamsim.new_rig("pair", kind="bellows", out=tmp_path / "pair"))
+    all_refused({"turned": (turned, "positive"), "bellows": (bellows, "pull")}, Arm.for_rig)
+
+
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (2.0, -3.0, 4.0)])
 def test_the_engine_accelerates_as_asked(rig, gravity):
     there = dataclasses.replace(rig, model=copy.copy(rig.model))
@@ -118,9 +125,13 @@ def first_command(controller, start=None, **seen):
     return controller.step(observe(**seen), controller.start(start or observe(**seen)))[0]
 
 
-def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(forward):
+def test_the_lead_is_the_lag_of_the_pressure_along_the_motion(rig, forward):
     lead = forward.lead
-    assert lead == regulated_lag(forward.arm.pair[0], LEVEL)
+    assert lead == regulated_lag(forward.arm.pair[0], 0.0, LEVEL)
+    late = FeedForward.for_rig(
+        rig.with_parameters({"valve.delay": 0.05}), load=1.2, common_pressure=LEVEL
+    )
+    assert late.lead == pytest.approx(lead + 0.05)
     later = (0.2 + 0.5 * lead + 4.0 * lead**2, 0.5 + 8.0 * lead, 8.0)
     leading = first_command(forward, wanted=(0.2, 0.5, 8.0))
     there = dataclasses.replace(forward, lead=0.0)

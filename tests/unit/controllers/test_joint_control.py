@@ -46,6 +46,12 @@ def test_every_joint_comes_to_the_position_wanted(name, seed):
     assert np.degrees(np.abs(run.position[-5:] - run.reference[-5:]).max()) < 0.2
 
 
+def test_a_delay_of_the_valves_is_a_dead_time_of_the_design():
+    late = JointControl.for_rig(TWO.with_parameters({"valve.delay": 0.05}), closed_loop_time=0.1)
+    slow = JointControl.for_rig(TWO, closed_loop_time=0.15)
+    assert [law.gain for law in late.laws] == pytest.approx([law.gain for law in slow.laws])
+
+
 def test_memory_goes_in_and_out():
     control = JointControl.for_rig(TWO, closed_loop_time=0.2)
     joint = JointObservation(position=0.1, velocity=0.0, reference=0.2)

@@ -183,6 +183,8 @@ def test_imc_makes_the_open_loop_an_integrator_of_the_wanted_speed():
 def test_what_is_no_pid_and_no_schedule_is_refused(found, schedule):
     with refused("closed-loop"):
         imc_gains(MODEL, closed_loop_time=0.0)
+    with refused("closed-loop"):
+        imc_gains_of_fit(found.models[0].fit, closed_loop_time=-0.1)
     with refused("places"):
         GainSchedule.from_models(found, pid=PID, closed_loop_time=0.2, at=(0.0,))
     late = {"tracking_time": 0.5 * PERIOD}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from pamsim.envs.actions import KINDS
 from pamsim.envs.closed_loop import EpisodeRun, mean_score, run_episode, score
 from pamsim.envs.scales import Reach
 from pamsim.envs.tasks import TASKS
-from pamsim.envs.train import Training, train
+from pamsim.envs.train import Training, policy_files, train
 from pamsim.recordings.policy_file import PolicyFile, read_policy, write_policy
 from tests.unit.core.refusals import all_refused, refused
 from tests.unit.physics.flat import air_flow
@@ -228,6 +229,9 @@ def test_what_cannot_be_trained_is_refused_first():
         "task": ({"steps": 1, "task": "sin"}, "sine"),
     }
     all_refused(bad, lambda settings: train(**settings))
+    assert [file.name for file in policy_files(Path("run.1"))] == ["run.1.npz", "run.1.json"]
+    assert policy_files(Path("a/run.npz")) == [Path("a/run.npz"), Path("a/run.json")]
+    all_refused({"here": (Path(), "a folder"), "up": (Path(".."), "a folder")}, policy_files)
 
 
 def test_a_round_of_training_gives_a_policy_that_drives_the_rig(tmp_path, made):

@@ -294,6 +294,8 @@ def test_a_bad_option_is_refused_by_name(made):
         "infinite": ({"reward": lambda info: info["position"][:, 0] * np.inf}, "a number for each"),
     }
     all_refused(bad, lambda options: played(made(**options), actions(1)))
+    options = {name: ({name: 0.0}, f"{name} is 0.0") for name in ("target", "parameters")}
+    all_refused(options, lambda given: made().reset(seed=0, options=given))
 
 
 def test_the_information_holds_the_target_the_terms_of_the_reward_and_whether_it_is_met(made):
@@ -321,6 +323,15 @@ def test_the_information_holds_the_target_the_terms_of_the_reward_and_whether_it
     assert info["is_success"] is True
 
 
+def test_the_stiffness_is_that_by_the_pulleys_of_the_episode(made):
+    env, radii = made(task="stiffness"), ("tendon.chain_1.coef", "tendon.chain_2.coef")
+    usual, found = float(env.rigs.rig.model.wrap_prm[1]), []
+    for factor in (1.0, 1.5, 1.0):
+        env.reset(seed=0, options={"parameters": dict.fromkeys(radii, factor * usual)})
+        found.append(env.rigs.stiffness().item())
+    assert found == pytest.approx([found[0], 1.5**2 * found[0], found[0]], rel=1e-3)
+
+
 def growing(rng, time, reach):
     """A position that grows from the centre, with noise of the episode."""
     return reach.centre + (0.02 + 1e-4 * rng.uniform()) * time**2
@@ -334,13 +345,16 @@ def test_a_task_and_a_reward_of_ones_own(made):
     env = made(task=growing, reward=nearness, max_episode_steps=500)
     (joint,) = env.rigs.rig.joints
     env.reset(seed=1)
+    bends = [env.named()[f"{joint}.acceleration_set"]]
     for action in held(410):  # beyond the first table
         seen, reward, _, _, info = env.step(action)
+        bends.append(env.named()[f"{joint}.acceleration_set"])
         assert reward == 1.0 - abs(info["position"] - info["target"])[0]
     rate = 2.0 * (info["target"][0] - env.rigs.reaches[0].centre) / (410 * env.dt)
     ahead = env.named(seen)
     assert ahead[f"{joint}.angle_set"] > info["target"][0]
     assert ahead[f"{joint}.velocity_set"] == pytest.approx(rate, rel=0.02)
+    assert bends == pytest.approx([0.04] * len(bends), abs=2e-4 + 1e-9)
     many = gymnasium.make_vec(
         PRESSURE, 3, vectorization_mode="vector_entry_point", task=growing, reward=nearness
     )

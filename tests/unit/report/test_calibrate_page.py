@@ -118,6 +118,15 @@ def test_held_out_trials_are_drawn_first_and_of_repeats_the_worst_beside_a_legen
         assert shown == ["measured", "before", "after", *muscles], left_out
 
 
+def test_a_muscle_has_one_colour_whatever_of_it_was_measured():
+    channels = ["knee.angle", *(f"{m}.pressure" for m in "abc"), *(f"{m}.force" for m in "bc")]
+    figure = trial_signals([compared("a_1", one, held=False, off=0.0) for one in channels])
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()][3:] == ["a", "b", "c"]
+    _, pressures, forces = ([line.get_color() for line in ax.lines[::3]] for ax in figure.axes)
+    assert forces == pressures[1:]
+
+
 def test_errors_at_rest_are_simulated_minus_measured():
     (ax,) = rest_errors([TABLE]).axes
     drawn = {line.get_label(): list(line.get_ydata()) for line in ax.lines}

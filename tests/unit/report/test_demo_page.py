@@ -138,6 +138,15 @@ def test_vectors_lie_beside_the_picture_the_same_for_the_same_data(tmp_path):
         assert one.startswith(begins)
 
 
+def test_a_place_is_read_where_the_scale_between_its_ends_is_known(tmp_path):
+    for scale, known in (("linear", [False]), ("log", [True]), ("symlog", [])):
+        figure, (ax,) = new_figure(2.0)
+        ax.plot([1.0, 2.0], [1.0, 1e4])
+        ax.set_yscale(scale)
+        panels = page_image(figure, tmp_path / f"{scale}.png").panels
+        assert [y["log"] for _, y in panels] == known, scale
+
+
 def test_a_muscle_has_its_colour_whatever_else_was_measured():
     def part(channel):
         still = np.zeros(20)

@@ -61,12 +61,19 @@ def test_a_factor_that_is_none_names_its_key():
         ({"values": [1], "seed": 2}, "seed cannot be used there"),
         ({"values": [1], "unit": 3}, "unit must be text"),
         ({"distribution": "nrom"}, "no distribution 'nrom'; did you mean 'norm'"),
+        ({"distribution": ["norm"]}, "no distribution ['norm']"),
         ({"distribution": "gamma"}, "gamma takes loc, scale, a"),
         ({"distribution": "norm", "scale": -1}, "scale must be above 0"),
         ({"distribution": "norm", "loc": float("nan")}, "it must be a number"),
     ):
         with refused("vary.chamber.dead_volume", message):
             factor("chamber.dead_volume", table)
+    for table, message in (
+        (UNIT, "vary.rig needs values"),
+        ({"values": ["mas20_arm"], "unit": "kPa"}, "vary.rig: unit cannot be used there"),
+    ):
+        with refused(message):
+            factor("rig", table)
 
 
 def test_a_design_that_does_not_fit_its_factors_is_refused():
@@ -77,6 +84,9 @@ def test_a_design_that_does_not_fit_its_factors_is_refused():
         (Design.ROWS, {"a": {"values": [1]}, "b": {"values": [1, 2]}}, 0, "here: a 1, b 2"),
         (Design.SOBOL, {"a": {"values": [1]}}, 8, "vary.a lists values; design 'sobol' draws"),
         (Design.RANDOM, {"a": NORMAL}, 0, "runs is 0"),
+        (Design.SOBOL, {"a": NORMAL}, 10**12, "1,000,000,000,000 runs"),
+        (Design.SENSITIVITY, {"a": NORMAL, "b": NORMAL}, 2**30, "4,294,967,296 runs"),
+        (Design.GRID, {"a": {"values": [1]}}, 8, "leave runs out"),
         (Design.SENSITIVITY, {"a": NORMAL, "b": NORMAL}, 100, "a power of 2"),
         (Design.SENSITIVITY, {"a": NORMAL}, 64, "only a varies"),
     ):

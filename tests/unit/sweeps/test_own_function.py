@@ -71,6 +71,29 @@ def test_what_is_finished_is_kept_where_the_function_fails(tmp_path):
     assert calls == [0.0]  # nothing else is run again
 
 
+def scaled(factor):
+    return lambda gain: {"error": factor * gain}
+
+
+def test_numbers_bound_to_a_function_are_part_of_its_study():
+    def made(function):
+        return pamsim.function_study(function, [{"gain": 1.0}], columns={"error": "deg"})
+
+    two = [functools.partial(closed_loop, name=name) for name in ("p", "pd")]
+    two += [scaled(factor) for factor in (1.0, 2.0)]
+    two += [lambda gain, factor=factor: {"error": factor * gain} for factor in (1.0, 2.0)]
+    assert len({made(function).fingerprint for function in two}) == 6
+    assert made(scaled(2.0)).fingerprint == made(scaled(2.0)).fingerprint
+
+
+def test_a_pure_number_is_written_without_a_unit(tmp_path):
+    runs = [{"gain": float(gain)} for gain in range(5)]
+    made = pamsim.function_study(scaled(2.0), runs, columns={"error": "1"})
+    found = sweep(made, out=tmp_path)
+    assert "error: 0 to 8, median 4;" in found.summary()
+    assert pamsim.plot(found).axes[0].get_ylabel() == "error"
+
+
 def test_rows_of_another_study_are_not_taken_for_its_own(tmp_path):
     sweep(study(), out=tmp_path)
     assert is_begun(study(), tmp_path)
@@ -92,5 +115,13 @@ def test_a_study_that_cannot_be_run_is_refused(tmp_path):
     ):
         with refused(message):
             study(runs, columns)
-    with refused("closed_loop returned error, note; `columns` states err"):
+    with refused("closed_loop returned error, note (text); `columns` states err"):
         sweep(study(columns={"err": "deg"}), out=tmp_path)
+    for function, message in (
+        (functools.partial(closed_loop, name="p"), "closed_loop returned error, note (text); "),
+        (lambda gain: None, "returned nothing; "),
+        (lambda gain: {"error": "none"}, "returned error (text); "),
+    ):
+        other = pamsim.function_study(function, [{"gain": 1.0}], columns={"error": "deg"})
+        with refused(message, "`columns` states error"):
+            sweep(other, out=tmp_path)

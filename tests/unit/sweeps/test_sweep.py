@@ -82,7 +82,7 @@ def test_every_row_is_the_simulation_of_its_values_with_units(finished):
     assert finished.rank_correlations["final_deg"]["chamber.dead_volume"] < -0.5
     assert "6 runs, 0 of them failed" in finished.summary()
     drawn = min(len(finished.rank_correlations), 4)  # outputs, beside two factors
-    assert len(sweep_figure(finished).axes) == 2 * drawn > 0
+    assert len(pamsim.plot(finished).axes) == 2 * drawn > 0
     schema = parquet.read_schema(finished.table)
     units = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in schema}
     stated = {"chamber.dead_volume": "cm^3", "load": "kg", "final_deg": "deg",
@@ -163,11 +163,12 @@ def test_a_run_that_is_refused_has_a_row_and_stops_no_other(tmp_path):
     assert np.isfinite(columns["final_deg"]).tolist() == [True, False, False]
     assert result.failed == 2
     assert result.to_dict()["outputs"]["final_deg"]["runs"] == 1
-    vary = {**CALIBRATE["vary"], "repeats": {"values": [0]}}
+    vary = {**CALIBRATE["vary"], "repeats": {"values": [0, 2.5]}}
     vary["joint.shaft.damping"] = {"values": [0.3]}
     columns = sweep({**CALIBRATE, "vary": vary}, out=tmp_path / "fits").columns()
-    assert columns["outcome"].tolist() == ["refused"]
+    assert columns["outcome"].tolist() == ["refused"] * 2
     assert "0 repeats" in columns["message"][0]
+    assert "vary.repeats is 2.5; it must be a whole number" in columns["message"][1]
 
 
 def test_effects_and_rigs_vary_too(tmp_path):
@@ -234,6 +235,8 @@ def test_a_lost_worker_ends_the_sweep_in_words(tmp_path):
         sweep(STUDY, out=tmp_path, executor=pool)
     with Lost(1) as pool, refused("an executor has workers of its own"):
         sweep(STUDY, out=tmp_path, executor=pool, threads=2)
+    with refused("`threads` is 0"):  # or every run would be refused, each by itself
+        sweep(STUDY, out=tmp_path, threads=0)
 
 
 def test_a_study_that_cannot_be_run_is_one_line(tmp_path):
@@ -247,6 +250,8 @@ def test_a_study_that_cannot_be_run_is_one_line(tmp_path):
         (STUDY, {"experiment": 3}, "needs a table"),
         (STUDY, {"experiment": {**STEP, "load_kg": 1}}, "experiment.load_kg is not known"),
         (STUDY, {"experiment": {**STEP, "drive": "pulse"}}, "'pulse'; it may be pressure_set"),
+        (STUDY, {"experiment": {**STEP, "drive": ["valve"]}}, "it may be pressure_set or valve"),
+        (STUDY, {"runs": 3}, "runs is 3; the runs of a design"),
         (STUDY, {"experiment": {**STEP, "final": [1]}}, "a number for each of the 2 muscles"),
         (STUDY, {"experiment": {**STEP, "duration": "x"}}, "duration is 'x'; it must be a number"),
         (STUDY, {"experiment": {"start_pressure": [1, 1], "final": [1, 1]}}, "duration is missing"),
