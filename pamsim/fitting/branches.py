@@ -50,6 +50,9 @@ def branch_section(
 
     The operator's steepness is |k1| times the span of pressure, its middle the place of the
     steepest point in it. The contraction where the branches meet above needs the nominal length.
+
+    Raises:
+        InputError: for a nominal length that the muscle is never shorter than.
     """
     low, high = float(np.min(table.pressure)), float(np.max(table.pressure))
     known = dict(specs(Arctangent))
@@ -69,7 +72,13 @@ def branch_section(
             )
         entries |= {f"steepness_{fitted.part}": steepness, f"middle_{fitted.part}": middle}
     if nominal_length is not None:
-        contraction = 1.0 - float(np.min(table.length)) / nominal_length
+        shortest = float(np.min(table.length))
+        contraction = 1.0 - shortest / nominal_length
+        if contraction <= 0.0:
+            raise InputError(
+                f"`nominal_length` = {1e3 * nominal_length:.4g} mm: no length of the table is"
+                f" below it, the shortest is {1e3 * shortest:.4g} mm; check both units"
+            )
         note = {"note": "the shortest measured length"}
         entries["high_contraction"] = _number(contraction) | note
     return {"muscle.hysteresis": entries}

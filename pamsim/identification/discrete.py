@@ -166,7 +166,11 @@ class DiscreteStructure:
 
         The output begins at a sample; the offset is fitted to the record's output where none is
         given [output unit].
+
+        Raises:
+            InputError: for another sample time.
         """
+        self._require_rate(record)
         with np.errstate(over="ignore", invalid="ignore"):
             forced = self._forced(coordinates, record.input - record.input[0])[since:]
             if offset is None:
@@ -187,11 +191,7 @@ class DiscreteStructure:
         if isinstance(data, FrequencyRecord):
             raise InputError(f"{self.sentence} is discrete; fit a continuous model to a response")
         for record in data:
-            if abs(record.sample_time - self.sample_time) > _SAME_RATE * self.sample_time:
-                raise InputError(
-                    f"record {record.name} is sampled every {record.sample_time:g} s but the model"
-                    f" every {self.sample_time:g} s; resample, or fit a continuous model"
-                )
+            self._require_rate(record)
         if self.kind == "arx":
             blocks = [self._regression(record) for record in data]
             outputs = tuple(output for _, output in blocks)
@@ -213,6 +213,13 @@ class DiscreteStructure:
             upper=np.full(self.searched, np.inf),
             sample_times=(self.sample_time,) * len(data),
         )
+
+    def _require_rate(self, record: SignalRecord) -> None:
+        if abs(record.sample_time - self.sample_time) > _SAME_RATE * self.sample_time:
+            raise InputError(
+                f"record {record.name} is sampled every {record.sample_time:g} s but the model"
+                f" every {self.sample_time:g} s; resample, or fit a continuous model"
+            )
 
     def _regression(self, record: SignalRecord) -> tuple[FloatArray, FloatArray]:
         """Regression vectors ``phi(t)`` of ARX, shape ``(m, na + nb)``, and ``y(t)``.

@@ -45,6 +45,9 @@ def frequency_response_of(
 
     Returns:
         Frequencies [rad/s], rising; the complex response; and what was assumed.
+
+    Raises:
+        InputError: for another table, a cell that is no number, or a negative magnitude.
     """
     found, notes = _found(table), list[str]()
     if not is_over_frequency(table):
@@ -72,6 +75,13 @@ def frequency_response_of(
         magnitude = table.numbers(found["magnitude"][0])
         if found["magnitude"][1] == "db":
             magnitude = 10.0 ** (magnitude / 20.0)
+        table.refuse(
+            magnitude < 0.0,
+            lambda row: (
+                f"{found['magnitude'][0]} = {magnitude[row]:g} is negative; name the column"
+                " magnitude_db if it is in decibels"
+            ),
+        )
         phase = table.numbers(found["phase"][0])
         if unit("phase", "deg") != "rad":
             phase = phase / DEG_PER_RAD

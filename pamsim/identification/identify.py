@@ -124,10 +124,14 @@ def identify(
     records = [trial.record for trial in used]
     _require_independent(records, inputs)
     records_held_out = [trial.record for trial in held_out]
-    if any(table.moving for table in tables):
-        start = "free"
-    elif start == "auto":
-        start = "rest" if loaded.rig else "free"
+    parts = [table.name for table in tables if table.moving]
+    if parts and start == "rest":
+        raise InputError(
+            f"`start` rest: {parts[0]} is a part of a longer trial and begins in any state; omit"
+            " `start`, or hold out whole trials"
+        )
+    if start == "auto":
+        start = "rest" if loaded.rig and not parts else "free"
     models = ModelSet(
         order=order,
         zeros=zeros,

@@ -194,6 +194,9 @@ class IdentifiedModel(Optimum):
         The offset, and with ``start = "free"`` the initial state, are fitted to the record's
         output: nothing else of it is used. With an ``offset``, the output at rest under the first
         inputs, the run starts there at rest and nothing of the record's output is used.
+
+        Raises:
+            InputError: for a record that is sampled otherwise than a discrete model.
         """
         return self.structure.free_run(self.coordinates, record, offset=offset)[0]
 
@@ -204,7 +207,8 @@ class IdentifiedModel(Optimum):
         trials would, on average.
 
         Raises:
-            InputError: for a model without an output at rest: it integrates or drifts.
+            InputError: for a model without an output at rest: it integrates or drifts. Or as
+                `simulate`.
         """
         if self.level is None:
             raise InputError(

@@ -194,7 +194,7 @@ def _explains(residual: FloatArray, columns: FloatArray, freedom: int) -> Regres
 def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     """Return an orthonormal basis of the columns without directions weaker than ``weakest``."""
     # By way of the triangular factor: a tall SVD is far dearer.
-    _, sizes, back = np.linalg.svd(triangular_factor(columns))
+    _, sizes, back = np.linalg.svd(triangular_factor(columns), full_matrices=False)
     some = sizes > weakest * sizes[0]
     return columns @ (back[some].T / sizes[some])
 

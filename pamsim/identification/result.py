@@ -133,7 +133,9 @@ class Identification:
                     f"{one.text!r} is in {found.unit}, in the fitted trials in {one.unit}"
                     " (1: no unit is stated); state the same quantity in both"
                 )
-        records = [used_trial(table, self.inputs, self.output)[0].record for table in tables]
+        records = [
+            used_trial(table, self.inputs, self.output, held_out=True)[0].record for table in tables
+        ]
         fit = self.shown.fit
         return tuple(
             trial_curve(record, fit.predict(record), self.inputs, self.output, held_out=True)
@@ -273,7 +275,9 @@ class Identification:
             number = estimate.name.partition("[")[2].rstrip("]")
             into = self.inputs[int(number) - 1 if number else 0]
             si_gain = f"{self.output.si_unit}/{into.si_unit}"
-            if estimate.unit.startswith(si_gain):  # of an integrating output "/s" follows
+            # By its name, too: rad/s is the unit of wn, whatever the input is in. Of an integrating
+            # output "/s" follows.
+            if estimate.name[0] in "Kb" and estimate.unit.startswith(si_gain):
                 unit = self.output.unit if into.unit == "1" else f"{self.output.unit}/{into.unit}"
                 factor, shown = self._gain(into), unit + estimate.unit.removeprefix(si_gain)
             elif estimate.name == "u0":

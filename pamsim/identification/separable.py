@@ -253,7 +253,7 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
     if columns.shape[1] == 0:
         return columns
     if columns.shape[1] == 1:
-        return columns / np.linalg.norm(columns)
+        return columns / column_scale(columns)
     return _qr(columns, mode="economic")[0]
 
 

@@ -248,12 +248,15 @@ def table_of(trial: Trial) -> SignalTable:
     )
 
 
-def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tuple[UsedTrial, str]:
+def used_trial(
+    table: SignalTable, inputs: Sequence[Signal], out: Signal, *, held_out: bool = False
+) -> tuple[UsedTrial, str]:
     """Inputs and output of one trial.
 
     Where a held input already differs in the first row from where the trial rests, five rows at
     rest are put before it: that is how a step at time 0 becomes visible, to ARX models as well,
-    whose first equations need rows of the past. A note says if its clock was not uniform.
+    whose first equations need rows of the past. A note says if its clock was not uniform. Inputs of
+    a trial that is ``held_out`` may be constant.
 
     Raises:
         InputError: for a trial of one row, or that `SignalRecord` refuses.
@@ -296,6 +299,7 @@ def used_trial(table: SignalTable, inputs: Sequence[Signal], out: Signal) -> tup
         units_input=tuple(into.si_unit for into in inputs),
         unit_output=out.si_unit,
         holds=tuple("zoh" if still else "foh" for still in held),
+        held_out=held_out,
     )
     return UsedTrial(table=table, record=record), note
 

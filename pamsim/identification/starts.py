@@ -50,16 +50,19 @@ def starts_of(structure: Structure, data: Data) -> list[FloatArray]:
     if not structure.searched:
         return [np.empty(0)]
     starts: list[FloatArray] = []
+    found: list[FloatArray] = []
     for part in growing_parts(data):
         if isinstance(structure, DiscreteStructure):
             starts = _filtered(structure, part)
         else:
             starts = _grid(structure, part)
+        # A smaller part may have led past a minimum that this one's starts end in.
+        starts = [*found, *starts]
         if part is not data:
-            found = minimise(structure.problem(part), starts)
-            starts = [found.x]
-            if shows(part, structure.slowest(found.coordinates)):
-                break
+            end = minimise(structure.problem(part), starts)
+            found = [end.x]
+            if shows(part, structure.slowest(end.coordinates)):
+                return found
     return starts
 
 

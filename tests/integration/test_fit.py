@@ -297,6 +297,7 @@ def test_bad_input_is_one_line_and_exit_2(tmp_path, run):
         ([DMSP_20, "--compare", "--nominal-length", "3kg"], "does not measure"),
         ([DMSP_20, "--model", "ideal_mckibben", "--diameter", "2m"], "braid.diameter = 2"),
         ([*ONE_LAW, "--hold", "scale"], "write NAME=VALUE"),
+        ([*ONE_LAW, "--hold", "scale=1", "--hold", "scale=2"], "scale is held already"),
         ([*ONE_LAW, "--hold", "g=1"], "no coefficient 'g'"),
         ([DMSP_20, "--compare", "--hold", "zeta=1"], "no force law has a coefficient"),
         ([*ONE_LAW, "--hold", "c=5"], "outside [-200, 0]"),

@@ -17,8 +17,6 @@ import numpy as np
 
 from pamsim.core.units import FloatArray
 
-Array = FloatArray
-
 
 def complex_stiffness(
     omega: float, order: float, time_constant: float, stiffness: float
@@ -28,7 +26,7 @@ def complex_stiffness(
     return stiffness * z / (1.0 + z)
 
 
-def fractional_derivative_weights(order: float, count: int) -> Array:
+def fractional_derivative_weights(order: float, count: int) -> FloatArray:
     """Weights of the L1 scheme for D^alpha [-]: b_j = (j + 1)^(1 - alpha) - j^(1 - alpha).
 
     D^alpha y(t_n) is the sum of b_j (y_(n-j) - y_(n-j-1)) over h^alpha Gamma(2 - alpha), with an
@@ -39,8 +37,8 @@ def fractional_derivative_weights(order: float, count: int) -> Array:
 
 
 def simulate_fractional(
-    x: Array, step: float, order: float, time_constant: float, stiffness: float
-) -> Array:
+    x: FloatArray, step: float, order: float, time_constant: float, stiffness: float
+) -> FloatArray:
     """Force (n,) [N] of the element by Nguyen 2024, (8), with its whole history.
 
     With q = x - F/K_e the equation reads beta^alpha D^alpha q = F/K_e, which the L1 scheme solves
@@ -58,14 +56,14 @@ def simulate_fractional(
 
 
 def loop_distance(
-    x: Array,
-    force: Array,
+    x: FloatArray,
+    force: FloatArray,
     amplitude: float,
     omega: float,
     order: float,
     time_constant: float,
     stiffness: float,
-) -> Array:
+) -> FloatArray:
     """How far points (n,) [m], [N] lie from the loop (13) of Nguyen 2024 under F = F_0 sin(w t).
 
     The two squares in (13) are cos^2 and sin^2 of w t, so their root less 1 is the radial distance

@@ -168,3 +168,12 @@ def test_a_branch_is_not_held_where_no_pressure_moves_it(tmp_path):
     path.write_text("\n".join(["p_kpa,length_cm", *rows]), encoding="utf-8")
     with refused("`held` k1 = 0"):
         fit(path, model="arctangent", held={"k1": 0.0})
+
+
+def test_a_loop_whose_lengths_are_all_above_the_nominal_one_has_no_contraction(tmp_path):
+    path = tmp_path / "loop.csv"
+    length = 28.0 - np.arctan(0.01 * (np.arange(0.0, 501.0, 50.0) - 200.0))
+    rows = [f"{50 * k},{each!r}" for k, each in enumerate(length.tolist())]
+    path.write_text("\n".join(["p_kpa,length_cm", *rows]))
+    with pytest.raises(InputError, match="`nominal_length` = 250 mm: no length of the table"):
+        fit(path, model="arctangent", nominal_length=0.25, hold_out="none")

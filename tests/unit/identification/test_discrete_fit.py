@@ -188,6 +188,7 @@ def test_undetermined_and_bad_input_are_refused():
     refuses("nb >= 1", fit_arx, [record(6)], na=1, nb=0, nk=1)
     refuses("nf >= 1", fit_oe, [record(6)], nb=1, nf=0, nk=1)
     refuses("sampled every", fit_oe, both, nb=1, nf=1, nk=1)
+    refuses("sampled every", fit_oe(both[:1], nb=1, nf=1, nk=1).simulate, both[1])
     refuses("K = nan is not finite", fit_arx, [record(6)], na=1, nb=1, nk=1, held={"K": np.nan})
     refuses("'T' cannot be held", fit_arx, [record(6)], na=1, nb=1, nk=1, held={"T": 1.0})
 

@@ -91,5 +91,7 @@ def test_an_order_that_is_asked_for_is_the_only_one_and_a_trial_is_no_response(t
     refuses("`zeros` needs `order`", identify, path, zeros=1)
     refuses(r"`hold_out` is for trials; .*bode.csv is a frequency", identify, path, hold_out=0.3)
     refuses("is a frequency response, not a trial", identify, [path, path])
+    path.write_text(text("omega_rad_s,magnitude,phase_deg", W, DECIBELS, TURNED))
+    refuses("is negative; name the column magnitude_db", identify, path)
     path.write_text("time_s,magnitude,phase_deg\n1,2,3\n2,3,4\n")
     refuses("no frequency response: name columns", identify_frequency_response, read_columns(path))

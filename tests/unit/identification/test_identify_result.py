@@ -124,6 +124,9 @@ def test_another_day_is_predicted_from_its_inputs_alone(result):
     shifted = replace(record, inputs=record.inputs + 1e5)
     assert fit.predict(shifted) - fit.predict(record) == pytest.approx(fit.gain * 1e5)
     refuses("no output at rest", replace(fit, level=None).predict, record)
+    still = replace(day, command=np.broadcast_to(day.command[0], day.command.shape))
+    (held,) = result.predict(TrialSet(rig="mas20_arm", trials=(still,)))
+    np.testing.assert_allclose(held.model, held.model[0])
     other = replace(day, measured={"pressure_1": day.command[:, 0]})
     refuses("no column 'angle_deg'", result.predict, TrialSet(rig="x", trials=(other,)))
 
@@ -139,6 +142,27 @@ def test_an_output_that_leads_its_input_is_no_absent_dead_time(tmp_path):
     assert "L    none; the output leads the input" in found.summary()
     assert "the output leads the input; check the order of the rows" in found.shown.fit.sentence
     assert found.shown.fit["L"].interval95 == (0.0, 0.0)
+
+
+def test_a_rate_of_poles_is_no_gain_from_an_input_in_seconds(tmp_path):
+    draw = np.random.default_rng(8)
+    given = np.repeat(draw.uniform(0.0, 0.1, 20), 20)
+    output = np.degrees(sampled([36.0 * 4.0], [1.0, 3.6, 36.0], given, TS))
+    table = np.column_stack([TS * np.arange(400), given, output + 0.01 * draw.normal(size=400)])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header="time_s,pulse_s,angle_deg", comments="")
+    found = identify(path, **{**FEW, "order": 2}, poles="any").to_dict()["models"][0]["parameters"]
+    assert found["K"]["value"] == pytest.approx(np.degrees(4.0), rel=0.01)
+    assert found["wn"]["value"] == pytest.approx(6.0, rel=0.01)
+    assert (found["K"]["unit"], found["wn"]["unit"]) == ("deg/s", "rad/s")
+
+
+def test_a_part_of_a_trial_does_not_begin_at_rest(tmp_path):
+    given = record(9, noise=0.01)
+    table = np.column_stack([given.time, given.input, given.output])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, table, delimiter=",", header="time_s,u,y", comments="")
+    refuses("`start` rest: log_end is a part", identify, path, **FEW, start="rest", hold_out=0.3)
 
 
 def test_another_day_in_other_units_is_converted_or_refused(tmp_path):

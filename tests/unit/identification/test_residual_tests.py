@@ -60,6 +60,12 @@ def test_what_is_perfect_leaves_nothing_to_explain_and_only_fitted_trials_can_be
     refuses("lags = 0", residual_independence, fit, given, lags=0)
 
 
+def test_fewer_samples_than_lags_are_tested_in_the_directions_that_they_have():
+    given = [record(24, noise=0.05, n=28, hold=2)]  # moves in its last eight samples
+    result = residual_independence(fit_continuous(given, order=1), given, lags=30)
+    assert 0 < result.degrees_of_freedom[0] <= 8
+
+
 def row_by_row(seed, *, early=False, feedback=0.0, n=400, interval=0.02, constant=0.1):
     """A lag of gain 2 under levels, or under a controller that reads the output of its row."""
     draw = np.random.default_rng(seed)

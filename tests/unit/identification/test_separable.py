@@ -1,5 +1,7 @@
 """What a search of a separable fit walks down: gradient and directions of its slope."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.separable import Separable, minimise
 from pamsim.identification.weighted_fit import fit_separable
 from pamsim.inference.coloured_noise import ArNoise
-from pamsim.inference.trial_noise import TrialNoise
+from pamsim.inference.trial_noise import WHITE, TrialNoise
 from tests.unit.identification.planted import record
 
 
@@ -36,6 +38,15 @@ def test_slope_gives_the_gradient_and_leaves_out_what_is_solved_for(colour):
     problem = ContinuousStructure(0, 0, integrators=1).problem(records)
     part = problem.linear_part(np.empty(0), noise)  # without a coordinate there is no slope
     assert problem.jacobian(np.empty(0), part).shape == (part.residual.size, 0)
+
+
+def test_an_input_that_acts_only_after_the_record_has_no_slope():
+    late = np.append(np.zeros(99), 1.0)
+    given = replace(record(1, n=100), inputs=late)
+    problem = ContinuousStructure(1).problem([given])
+    x = np.array([np.log(0.3)])
+    slope = problem.jacobian(x, problem.linear_part(x, WHITE))
+    np.testing.assert_array_equal(slope, np.zeros((100, 1)))
 
 
 def test_weighted_estimates_that_simulate_much_worse_are_not_kept():
