@@ -29,7 +29,7 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.sensors import ahead_of_lag, encoder_offset
 from pamsim.recordings.signals import IMPOSED
-from pamsim.recordings.start_pressures import start_pressures
+from pamsim.recordings.start_pressures import resting_rows, start_pressures
 from pamsim.recordings.step_metrics import rough_noise
 from pamsim.recordings.trial import Trial
 
@@ -99,6 +99,8 @@ class LinkInputs:
     def start(self, trial: Trial) -> FloatArray:
         """Pressures (m,) at which the muscles rest before the trial [Pa]."""
         start = start_pressures(trial)
+        if resting_rows(trial) > 1:
+            return start
         for muscle, values in self.pressures.items():
             start[muscle] = max(values[0], 0.0)
         return start

@@ -10,6 +10,7 @@ from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.comparison.repeated_misfit import smallest_p_value
 from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
 from pamsim.diagnosis.by_link.units import Units
+from pamsim.inference.model_comparison import fewest_units
 
 _KNOWN_BY = {
     FloorRoute.PERIODS: "by what periods of the command differ by",
@@ -36,9 +37,13 @@ def evidence_notes(
             " log: a larger difference looks like an effect"
         )
     if notes:
+        repeated = all(one.source is FloorRoute.REPEATS for one in noise.values())
         notes.append(
-            "whether anything is left cannot be decided without repeats, so that names are certain"
-            " to the family at most; record every input three times or more"
+            "whether anything is left cannot be decided from parts of trials, so that names are"
+            f" certain to the family at most; hold out {fewest_units(alpha)} trials or more"
+            if repeated
+            else "whether anything is left cannot be decided without repeats, so that names are"
+            " certain to the family at most; record every input three times or more"
         )
         return tuple(notes)
     repeats = Counter(units.input(unit) for unit in units.judged.units).values()

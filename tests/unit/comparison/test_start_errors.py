@@ -1,4 +1,4 @@
-"""Starts read from one noisy sample: which trials share one, and what is put right."""
+"""Starts read from noisy samples: which trials share one, and what is put right."""
 
 from dataclasses import replace
 
@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from pamsim.comparison.start_errors import start_error, start_groups
+from pamsim.recordings.start_pressures import start_pressures
 from pamsim.recordings.trial import Trial
 
 COUNT, NOISE = 400, 500.0
@@ -121,8 +122,7 @@ def test_repeats_share_a_start_if_their_first_samples_differ_by_noise_only():
     repeats = [trial(seed, name=str(seed)) for seed in range(3)]
     ((start, members),) = start_groups(repeats)
     assert members == [0, 1, 2]
-    first = [[t.measured[f"pressure_{i}"][0] for i in (1, 2)] for t in repeats]
-    assert start == pytest.approx(np.mean(first, axis=0))
+    assert start == pytest.approx(np.mean([start_pressures(t) for t in repeats], axis=0))
     drifting = [trial(seed, drift=0.95, name=str(seed)) for seed in range(6)]
     assert [m for _, m in start_groups(drifting)] == [[0, 1, 2, 3, 4, 5]]
     other = trial(9, start=(2.2e5, 3e5), name="9")

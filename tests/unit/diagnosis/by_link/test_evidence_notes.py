@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from pamsim.comparison.noise_floor import FloorRoute
 from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 
 
@@ -46,3 +47,14 @@ def test_enough_trials_need_no_note():
     assert float(note.partition("p = ")[2].split()[0]) == pytest.approx(
         2.0 * share_of_signs(2, 2, 2, 2, 2), rel=0.02
     )
+
+
+@pytest.mark.parametrize(
+    ("source", "advice"),
+    [(FloorRoute.REPEATS, "hold out 5 trials"), (FloorRoute.HOLDS, "record every input three")],
+)
+def test_parts_of_trials_come_with_advice_on_what_would_decide(source, advice):
+    noise = {("air", "pressure"): SimpleNamespace(source=source)}
+    found = SimpleNamespace(**{**vars(judged(2)), "in_parts": True})
+    *_, last = evidence_notes(noise, found, 0.05)
+    assert advice in last

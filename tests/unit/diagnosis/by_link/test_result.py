@@ -41,7 +41,12 @@ def test_an_effect_whose_place_is_open_leaves_the_others_certain():
             " leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa).",
         ),
         ("name", True, "Certain: air leak, mass flow 0.5 [0.45, 0.55] mg/s. Nearest formula: "),
-        ("family", False, "Certain: leak, mass flow 0.5 [0.45, 0.55] mg/s. Nearest formula: "),
+        (
+            "family",
+            False,
+            "Certain: a leak of air from the muscles, mass flow 0.5 [0.45, 0.55] mg/s."
+            " Nearest formula: ",
+        ),
         ("place", True, "Certain: something at the valves and the air. Nearest formula: air_leak"),
         ("", True, "Not certain in its place: something in valves and air. Nearest formula: "),
     ],
