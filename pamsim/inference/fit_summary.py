@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,9 @@ from pamsim.inference.simulator_fit import (
 BoolArray = NDArray[np.bool_]
 
 _SAME_OPTIMUM = 0.1  # of -2 log likelihood: a tenth of what one standard error costs
-_SHORT = 0.5  # standard errors under white noise
+_SHORT = 2.0
+"""Standard errors under white noise: intervals allow for what a search ended short of its optimum,
+and beyond this would show more of the search than of the data."""
 
 
 def summarise_fit(
@@ -56,8 +59,14 @@ def summarise_fit(
         weight=cost.weight(best.state.noise),
     )
     split, short = judged(cost, parameters, best, jacobian)
-    information = np.sum(cost.priors(place)[1] ** 2, axis=0)
+    prior_residual, prior_jacobian = cost.priors(place)
+    information = np.sum(prior_jacobian**2, axis=0)
     spread = parameter_covariance(linear, split.basis, np.diag(information))
+    # Sticking friction leaves steps in the misfit on which a search ends: how far it ended from
+    # the optimum, as the Jacobian shows it, is an error of the estimates.
+    gradient = linear.jacobian.T @ (linear.weight**2 * residual) + prior_jacobian.T @ prior_residual
+    away = spread.white @ gradient
+    spread = replace(spread, matrix=spread.matrix + np.outer(away, away))
     without = split.open | split.at_bound
     slope = np.where(without, np.nan, scale.slope(place))
     covariance = spread.matrix * np.outer(slope, slope)

@@ -8,10 +8,15 @@ import pytest
 
 from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError, ParameterError
+from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.estimate import Flag
 from pamsim.inference.fit_simulator import fit_simulator, shown
+from pamsim.inference.fit_summary import summarise_fit
 from pamsim.inference.free_parameter import FreeParameter, Prior, SearchScale
+from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import ResidualBlock
+from pamsim.inference.row_weights import RowWeights
+from pamsim.inference.search import SearchEnd, SearchState
 from pamsim.inference.simulator_fit import FitStatus, NoiseSource
 from tests.unit.inference.closed_form_rigs import DECAY, TIME, TRUTH, Rig, decay_rig, free, line_rig
 
@@ -319,3 +324,25 @@ def test_refusals():
     ):
         with pytest.raises(InputError, match=text):
             fit_simulator(simulator, parameters, **options)
+
+
+@pytest.mark.parametrize("off", [0.0, 1.5, 4.0])
+def test_intervals_allow_for_what_a_search_ended_short_of_the_optimum(off):
+    rows = np.random.default_rng(5).standard_normal((400, 1))
+    measured = 0.1 * np.random.default_rng(6).standard_normal(400)
+    one, short = (free("a", 0.0, -1.0, 1.0),), 0.1 / np.linalg.norm(rows)
+    best = float((rows[:, 0] @ measured) / (rows[:, 0] @ rows[:, 0]))
+    residual = BatchedResidual(line_rig(rows, measured, noise_sd=0.1), one)
+    place = residual.scale.to_unit(np.array([best + off * short]))
+    missed = residual.at(place)
+    noise = NoiseModel(residual.places, missed)
+    end = SearchEnd(SearchState(place, noise.estimate(missed)), 0.0, converged=True)
+    cost = RowWeights(residual, one, noise, {"force": 1.0})
+    fit = summarise_fit(cost, one, [place], [end], end, 2.0 * rows)
+    (found,) = fit.parameters
+    assert found.value == pytest.approx(best + off * short)
+    if off > 2.0:
+        assert fit.status is FitStatus.NOT_CONVERGED
+        return
+    assert fit.status is FitStatus.CONVERGED
+    assert found.standard_error == pytest.approx(short * np.hypot(1.0, off), rel=0.15)
