@@ -108,7 +108,7 @@ def import_log(
     schedule: PathOrPaths = (),
     columns: Sequence[str] = (),
     drive: str = "",
-    protocol: str = "",
+    protocol: str | Sequence[str] = "",
     rate: str = "",
     period: str = "",
     segments: Spans | Mapping[str, Spans] = (),
@@ -129,15 +129,15 @@ def import_log(
             is found.
         offset: or what a log's clock shows when the other is at 0, such as ``1.25 s``; without
             another log, when a schedule is.
-        schedule: of each log, a table of what was commanded when, if that was not logged: times,
-            and a column for each muscle; each row holds until the next.
+        schedule: of each log, or of all, a table of what was commanded when, if that was not
+            logged: times, and a column for each muscle; each row holds until the next.
         columns: what is known of some, ``knee.angle=-phi:deg`` or ``knee.torque=F*0.0069m:N``:
             quantity, sign, name and, if known, a factor and the unit; the others are guessed. What
             is known of a clock applies to all tables with a column of its name.
         drive: what drives the simulation, one of `pamsim.recordings.signals.MUSCLE_DRIVES`; if
             left out what was commanded, and the measured pressure of a muscle if nothing was.
-        protocol: of all logs, which makes them repeats; the file's name without a number at its
-            end if left out.
+        protocol: of all logs, which makes them repeats, or one for each; the file's name without a
+            number at its end if left out.
         rate: such as ``200 Hz``: of the rows of a log without a clock; a log with one is put on an
             even clock of that rate.
         period: such as ``9.93 s``, in which one log repeats.
@@ -156,6 +156,10 @@ def import_log(
     files, others, schedules = _paths(logs), _paths(beside), _paths(schedule)
     loaded = rig if isinstance(rig, Rig) else load_rig(rig)
     stated = [_stated(text, loaded) for text in columns]
+    protocols = [protocol] * len(files) if isinstance(protocol, str) else list(protocol)
+    if len(protocols) != len(files):
+        raise InputError(f"{len(files)} logs and {len(protocols)} `protocol`; give one for each")
+    protocols = [o or without_number(f.stem) for o, f in zip(protocols, files, strict=True)]
     if others or schedules or shared or offset:
         with tempfile.TemporaryDirectory() as scratch:
             names, place = loaded.names, Path(scratch)
@@ -165,7 +169,7 @@ def import_log(
                 )
             else:
                 joined, found_out = schedule_all(
-                    files, schedules, place, names=names, stated=stated, offset=offset
+                    files, schedules, place, names=names, stated=stated, offset=offset, rate=rate
                 )
             # The clock of the second table is not in the joined one.
             second = read_columns((others or schedules)[0], numbers_only=True).cells
@@ -178,7 +182,7 @@ def import_log(
             try:
                 found = import_log(
                     joined, rig=loaded, out=out, schedule=schedules if others else (),
-                    columns=known, drive=drive, protocol=protocol, rate=rate, period=period,
+                    columns=known, drive=drive, protocol=protocols, rate=rate, period=period,
                     segments=segments, lead_in=lead_in, load=load, force=force,
                 )  # fmt: skip
             except InputError as error:
@@ -210,13 +214,13 @@ def import_log(
     entries = [
         {
             "file": file.name,
-            "protocol": own or protocol or without_number(file.stem),
+            "protocol": own or name,
             "drive": kind,
             "load_kg": float(load),
             **cut,
             **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {}),
         }
-        for file in files
+        for file, name in zip(files, protocols, strict=True)
         for own, spans in parts.items()
     ]
 

@@ -62,8 +62,9 @@ def schedule_all(
     names: SignalNames,
     stated: Sequence[Guess],
     offset: str,
+    rate: str = "",
 ) -> tuple[list[Path], list[str]]:
-    """Join each log with its schedule of commands, as `with_schedule`, in a folder.
+    """Join each log with its schedule of commands, or one of all, as `with_schedule`, in a folder.
 
     Returns:
         The files written, and what was made of each schedule.
@@ -73,7 +74,9 @@ def schedule_all(
             meaning.
     """
     known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
-    join = partial(with_schedule, names=names, stated=stated, offset=known)
+    every = parse_quantity(rate, "Hz", "Hz", where="`rate`") if rate else None
+    join = partial(with_schedule, names=names, stated=stated, offset=known, rate=every)
+    schedules = [*schedules] * len(logs) if len(schedules) == 1 else schedules
     return _each(logs, schedules, "`schedule`", folder, "{}_commanded", join)
 
 
@@ -204,6 +207,7 @@ def with_schedule(
     names: SignalNames,
     stated: Sequence[Guess] = (),
     offset: float = 0.0,
+    rate: float | None = None,
 ) -> str:
     """Write the rows of a log with what was commanded meanwhile, as a schedule states it.
 
@@ -217,6 +221,7 @@ def with_schedule(
         names: of the rig's signals, to know the clocks by.
         stated: what is known of columns; of a clock, in both tables.
         offset: what the log's clock shows when the schedule is at 0 [s].
+        rate: of the rows of a log without a clock, which begins at 0 then [Hz].
 
     Returns:
         What was made of it, and which columns are left out, in a sentence.
@@ -226,7 +231,8 @@ def with_schedule(
             numbers, a column that both have, or a schedule that begins after the log.
     """
     first, second = _read(log, schedule, stated)
-    (_, time), (clock, other) = (_clock(table, names, stated) for table in (first, second))
+    _, time = _clock(first, names, stated, rate)
+    clock, other = _clock(second, names, stated)
     if time.size < 2:
         raise InputError(f"{log}: a single row; a schedule needs a log of two or more")
     samples = np.append(time, 2.0 * time[-1] - time[-2])
@@ -301,12 +307,19 @@ def _guesses(table: Columns, names: SignalNames, stated: Sequence[Guess]) -> tup
     return guesses
 
 
-def _clock(table: Columns, names: SignalNames, stated: Sequence[Guess]) -> tuple[str, FloatArray]:
-    """Column of a log's clock, and its times [s]."""
+def _clock(
+    table: Columns, names: SignalNames, stated: Sequence[Guess], rate: float | None = None
+) -> tuple[str, FloatArray]:
+    """Column of a log's clock, and its times [s]; without such a column, by the rate."""
     clocks = [one for one in stated if one.quantity == "time"]
     one = next((one for one in _guesses(table, names, clocks) if one.quantity == "time"), None)
+    if one is None and rate is not None:
+        return "", np.arange(len(table.lines)) / rate
     if one is None:
-        raise InputError(f"{table.path}: no clock among {', '.join(table.cells)}; name it time_s")
+        raise InputError(
+            f"{table.path}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
+            " time=t:s, or call it time_s"
+        )
     where = f"{table.path}: {one.column}"
     factor, of_factor = number_and_unit(one.times or "1", where=where)
     unit = f"{one.unit}*({of_factor})" if of_factor else one.unit

@@ -277,7 +277,13 @@ def _standing_still(rig: Rig, trials: Sequence[Trial], simulated: Simulated) -> 
     """Channels that never move, although the simulation does."""
     of_joint = {rig.names.joint_channel(joint): joint for joint in rig.joints}
     for channel in dict.fromkeys(c for t in trials for c in t.measured):
-        own = [t for t in trials if channel in t.measured and channel in simulated[t.name]]
+        own = [
+            t
+            for t in trials
+            if channel in t.measured
+            and channel in simulated[t.name]
+            and of_joint.get(channel) not in t.drives.imposed
+        ]
         still = all(np.ptp(t.measured[channel]) == 0.0 for t in own)
         if still and any(np.ptp(simulated[t.name][channel]) > 0.0 for t in own):
             text = f"{channel} does not change"
