@@ -235,7 +235,7 @@ class ChainRuns:
             rig = self._rig.with_parameters(each_muscle(self._rig, values), data=self._data)
         except (InputError, ParameterError):
             return None
-        model = rig.model_for(data=self._data if rig.file is self._rig.file else None)
+        model = rig.model_for(data=self._data if rig.compiled is self._rig.compiled else None)
         for steps in _STEPS:
             model.opt.timestep = steps * self._fine
             try:

@@ -227,6 +227,8 @@ def _range(rig: Rig, parameter: RigParameter, limits: Bounds | None) -> tuple[fl
     unit = stated.unit if stated else spec.unit
     if limits is not None:
         where = f"`bounds` of {parameter.name}"
+        if len(limits) != 2:
+            raise InputError(f"{where}: {len(limits)} numbers; give a low and a high one")
         low, high = (
             parse_quantity(end, unit, spec.unit, where=where) if isinstance(end, str) else end
             for end in limits

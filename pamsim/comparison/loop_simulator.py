@@ -207,7 +207,7 @@ class LoopRows:
         candidates: the effects as a search takes them.
 
     Raises:
-        InputError: if no pressure was read on both branches.
+        InputError: if no pressure was read on both branches, or the length never changes.
     """
 
     def __init__(self, loop: Loop, effects: Sequence[LoopEffect]) -> None:
@@ -217,6 +217,8 @@ class LoopRows:
         both = np.all(counts > 0, axis=0)
         if not np.any(both):
             raise InputError("no pressure was read on both branches, rising and falling")
+        if np.ptp(loop.length) == 0.0:
+            raise InputError(f"the length never changes from {loop.length[0]:g} m: no loop")
 
         def mean(values: FloatArray) -> FloatArray:
             sums = [np.bincount(number[s], values[s], minlength=levels.size) for s in sides]

@@ -60,6 +60,8 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
         InputError: for what cannot be read, recordings of different rigs, or two static tables of
             the same name.
     """
+    if not sources:
+        raise InputError("no data: give the folder of a recording, or the CSV of a table at rest")
     trials: list[Trial] = []
     tables: list[StaticTable] = []
     notes: list[str] = []

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pamsim.comparison.link_inputs import sample_noise
 from pamsim.core.units import FloatArray
-from pamsim.recordings.trial import Trial
+from pamsim.recordings.trial import Trial, TrialLead
 
 _SAME = 1e-6  # of a command's range, to which it is written
 _SAME_TIME = 1e-6  # s: clocks that begin later, up to 1970, round to less; valves are slower
@@ -41,8 +41,16 @@ class Repeats:
     def mean(self) -> Trial:
         """The trial with the mean of all measured and imposed signals, under the first's name."""
         first = self.trials[0]
+        leads = [trial.lead_in for trial in self.trials if trial.lead_in is not None]
         return replace(
             first,
+            lead_in=replace(
+                leads[0],
+                command=np.mean([lead.command for lead in leads], axis=0),
+                start_pressure=np.mean([lead.start_pressure for lead in leads], axis=0),
+            )
+            if leads
+            else None,
             command=np.mean([trial.command for trial in self.trials], axis=0),
             measured={
                 channel: np.mean([trial.measured[channel] for trial in self.trials], axis=0)
@@ -100,7 +108,10 @@ def protocols_by_load(trials: Sequence[Trial]) -> dict[str, str]:
 
 
 def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = None) -> bool:
-    """Whether trials have one protocol, load and clock, and some columns of their commands."""
+    """Whether trials have one protocol, load, clock, and some columns of their commands.
+
+    So they must before each, where they do not begin at rest.
+    """
     own = slice(None) if columns is None else columns
     return (
         first.protocol == other.protocol
@@ -109,8 +120,20 @@ def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = No
         and first.time.shape == other.time.shape
         and float(np.abs(first.time - other.time).max()) <= _SAME_TIME
         and np.array_equal(first.command[:, own], other.command[:, own])
-        and first.lead_in is None
-        and other.lead_in is None
+        and _same_lead(first.lead_in, other.lead_in, own)
+    )
+
+
+def _same_lead(
+    first: TrialLead | None, other: TrialLead | None, columns: slice | NDArray[np.intp]
+) -> bool:
+    if first is None or other is None:
+        return first is other
+    return (
+        first.time.shape == other.time.shape
+        and abs(first.duration - other.duration) <= _SAME_TIME
+        and float(np.abs(first.time - other.time).max(initial=0.0)) <= _SAME_TIME
+        and np.array_equal(first.command[:, columns], other.command[:, columns])
     )
 
 

@@ -62,7 +62,11 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
             f"{table.name!r} is of {table.pressure.shape[1]} muscles, rig {rig.name!r} has"
             f" {len(rig.muscles)}"
         )
-    _ = rig.only_joint
+    if not rig.names.short:
+        raise InputError(
+            f"{table.name!r} gives angles at rest of one joint that turns, rig {rig.name!r} has"
+            f" {', '.join(rig.joints)}; compare recordings over time"
+        )
     nuisance = [n for n in options.nuisance or NUISANCE if n != PULLEY or pulleys(rig)]
     own = {name: stated(rig, name).value for name in nuisance}
     refuse_zero(own)

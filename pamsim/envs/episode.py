@@ -223,13 +223,20 @@ class Episodes:
         """The rig of an episode, with its load and parameters, and the state in which it begins.
 
         Raises:
-            InputError: if the rig cannot be stepped at its time step.
+            InputError: if the rig cannot be stepped at its time step, or for a parameter that
+                gives it other states.
         """
         load, values = float(episode.load or 0.0), episode.parameters
         if not values:
             return self._usual(load, episode.start_pressure)
         # The load sets the mass of its body after all other parameters.
         rig = self._rig.with_parameters(values, data=self._data)
+        if rig.compiled is not self._rig.compiled:
+            raise InputError(
+                f"{', '.join(values)}: an episode cannot have another law or operator than its"
+                f" environment; make one with rig=pamsim.load_rig({self._rig.name!r})"
+                ".with_parameters(...)"
+            )
         return self._settled(rig, _STEPS, load, episode.start_pressure)
 
     def _settled(
