@@ -101,6 +101,36 @@ def test_a_turned_sign_and_a_channel_that_stands_still_are_suspicious(recorded, 
     assert "angle does not change; if a machine holds it, state shaft = 'angle'" in found
 
 
+def test_a_rod_that_a_machine_holds_may_stand_still(tmp_path):
+    time = np.arange(0.0, 1.0, 0.01)
+    held = np.column_stack([np.where(time < 0.5, 3e5, 4e5), 0.0 * time])
+    run = pamsim.simulate(
+        pamsim.load_rig("muscle_bench"),
+        pamsim.Experiment(
+            drive={"muscle": "pressure_set", "rod": "length"},
+            command_time=time,
+            command_value=held,
+            start_pressure=[3e5],
+            duration=0.99,
+            sample_rate=100.0,
+        ),
+    )
+    columns = {
+        "time_s": time,
+        "muscle_set_kpa": held[:, 0] / 1e3,
+        "muscle_kpa": run.pressure[:, 0] / 1e3,
+        "muscle_n": run.tension[:, 0],
+        "rod_mm": held[:, 1],
+    }
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "hold.csv", table, delimiter=",", header=",".join(columns), comments="")
+    (tmp_path / "recording.toml").write_text(
+        'schema = "pamsim-recording/1"\nrig = "muscle_bench"\n[[trial]]\nfile = "hold.csv"\n'
+        'protocol = "hold"\ndrive = { muscle = "pressure_set", rod = "length" }\n'
+    )
+    assert pamsim.check(tmp_path, effects=ONE).suspicions == ()
+
+
 def test_trials_that_are_all_held_out_show_their_effects_all_the_same(recorded):
     every = pamsim.check(recorded, effects=ONE)
     assert pamsim.plot(every).axes

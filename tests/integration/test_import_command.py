@@ -444,7 +444,25 @@ def test_numbered_logs_stay_repeats_with_the_tables_that_are_joined_to_them(rig,
     )
     assert found.trials == ("run_and_arm_commanded_1", "run_and_arm_commanded_2")
     trials = read_recordings(tmp_path / "out").trials
-    assert [trial.protocol for trial in trials] == ["run_and_arm_commanded"] * 2
+    assert [trial.protocol for trial in trials] == ["run"] * 2
+    with pytest.raises(InputError, match="2 logs and 1 `protocol`; give one for each"):
+        pamsim.import_log(logs, rig=rig, out=tmp_path / "other", protocol=["fill"])
+
+
+def test_one_schedule_is_of_all_logs_and_a_rate_is_their_clock(rig, tmp_path):
+    columns = [FLEXOR, EXTENSOR, ANGLE]
+    logs = [write(tmp_path / f"pulses_check_{k}.csv", columns) for k in (1, 2)]
+    opened = {"time_s": [0.0, 1.0, 1.5], "flexor_valve": [0.0, 0.5, 0.0]}
+    shut = {"extensor_valve": [0.0, 0.0, 0.0]}
+    schedule = write(tmp_path / "schedule.csv", opened | shut)
+    pamsim.import_log(
+        logs, rig=rig, out=tmp_path / "out", schedule=schedule, rate="100Hz", columns=BARE
+    )
+    for trial in read_recordings(tmp_path / "out").trials:
+        assert trial.protocol == "pulses_check"
+        np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
+        assert np.array_equal(trial.command[:, 0], np.where((TIME >= 1) & (TIME < 1.5), 0.5, 0.0))
+        np.testing.assert_allclose(trial.measured["flexor.pressure"], FLEXOR)
 
 
 def test_names_may_hold_any_character(imported):

@@ -16,7 +16,7 @@ from pamsim.comparison.links import (
 )
 from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.engine.rig import load_rig
-from pamsim.recordings.trial import Trial, of_rig
+from pamsim.recordings.trial import Trial, TrialLead, of_rig
 
 ARM = load_rig("mas20_arm")
 PRESSURES = ("pressure_1", "pressure_2")
@@ -121,6 +121,24 @@ def test_repeats_may_begin_at_any_time_of_their_clocks():
     late = a.time + 1792012500.37
     (group,) = repeats([a, replace(a, name="late", time=late - late[0])])
     assert len(group.trials) == 2
+
+
+def test_periods_of_a_log_are_repeats_where_what_precedes_them_is():
+    a = trial("angle")
+    lead = TrialLead(
+        time=a.time, duration=0.05, command=a.command, start_pressure=np.array([1e5, 3e5])
+    )
+    other = replace(lead, start_pressure=np.array([2e5, 3e5]))
+    two = [replace(a, name=name, lead_in=own) for name, own in (("b", lead), ("c", other))]
+    (group,) = repeats(two)
+    assert group.mean().lead_in.start_pressure.tolist() == [1.5e5, 3e5]
+    for changed in (
+        None,
+        replace(lead, command=1.1 * a.command),
+        replace(lead, duration=0.06),
+        replace(lead, time=a.time[:4], command=a.command[:4]),
+    ):
+        assert len(repeats([two[0], replace(two[1], lead_in=changed)])) == 2
 
 
 def test_the_mean_of_repeats_is_that_of_what_was_measured_and_of_what_was_imposed():
