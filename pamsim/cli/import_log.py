@@ -73,8 +73,8 @@ def _spans(
     "--schedule",
     type=options.PATH,
     multiple=True,
-    help="Of each log, a table of what was commanded when, if it was not logged; a row holds until"
-    " the next.",
+    help="Of each log, or of all, a table of what was commanded when, if it was not logged; a row"
+    " holds until the next.",
 )
 @click.option("--protocol", default="", help="Makes the logs repeats; their names if left out.")
 @click.option(

@@ -4,6 +4,7 @@ A process for every line takes twice as long as all of them.
 """
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,9 @@ BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 def run_line(line, monkeypatch):
     """Run a line of a shell that begins with ``pamsim``; a ``*`` stands for the files there."""
-    words = [sorted(map(str, Path().glob(w))) if "*" in w else [w] for w in line.split()]
+    words = [
+        sorted(map(str, Path().glob(w))) or [w] if "*" in w else [w] for w in shlex.split(line)
+    ]
     monkeypatch.setattr("sys.argv", [word for part in words for word in part])
     with pytest.raises(SystemExit) as ended:
         main()

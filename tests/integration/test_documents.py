@@ -24,7 +24,7 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.glob("*.md")
 READMES = list(ROOT.glob("models/*/README.md"))
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.py"))
 # Tested block by block: the first below, the others in files of their own.
-IN_ONE_FOLDER = {"walkthrough.md", "own_physics.md", "sweep.md", "gpu.md"}
+IN_ONE_FOLDER = {"walkthrough.md", "more_rigs.md", "own_physics.md", "sweep.md", "gpu.md"}
 # What these do, tests of the commands, of the suite of controllers, the demo and the walkthrough do
 # every day, in less time.
 LONG = {"control.md-2", "diagnose.md-0", "hide_and_diagnose", "identify.md-0", "recipes.md-8"}
@@ -135,11 +135,9 @@ def test_what_long_snippets_type_and_call_is_there(monkeypatch, tmp_path):
             cli.get_command(click.Context(cli), name).make_context(name, words)
 
 
-@pytest.fixture(scope="module")
-def walked(tmp_path_factory):
-    """Folder of the whole walkthrough, and the words of the page."""
-    folder = tmp_path_factory.mktemp("walkthrough")
-    text = (DOCS / "walkthrough.md").read_text(encoding="utf-8")
+def walked(page, folder):
+    """Run all blocks of a page in a folder, and return the page's words."""
+    text = (DOCS / page).read_text(encoding="utf-8")
     with pytest.MonkeyPatch.context() as monkeypatch:
         monkeypatch.chdir(folder)
         for language, block in BLOCK.findall(text):
@@ -148,7 +146,7 @@ def walked(tmp_path_factory):
                 case "xml":
                     Path(stated[1]).write_text(block, encoding="utf-8")
                 case "python":
-                    exec(compile(block, "walkthrough", "exec"), {"__name__": "__main__"})
+                    exec(compile(block, page, "exec"), {"__name__": "__main__"})
                 case "sh":
                     for line in block.splitlines():
                         run_line(line, monkeypatch)
@@ -156,15 +154,21 @@ def walked(tmp_path_factory):
                     shown = tomllib.loads(block)
                     written = tomllib.loads(Path(stated[1]).read_text())
                     assert shown == {**written, "trial": written["trial"][:1]}
+                case "csv":
+                    assert any(f.read_text().startswith(block) for f in Path().glob("*.csv"))
                 case _:
                     pytest.fail(f"a block of {language}, which nothing runs")
-    return folder, " ".join(text.split())
+    return " ".join(text.split())
 
 
-def test_the_walkthrough_runs_and_its_numbers_come_out(walked):
-    folder, words = walked
+def result(folder, name):
+    return json.loads((folder / name).read_text(encoding="utf-8"))
+
+
+def test_the_walkthrough_runs_and_its_numbers_come_out(tmp_path):
+    words = walked("walkthrough.md", tmp_path)
     checked, calibrated, diagnosed = (
-        json.loads((folder / name).read_text())
+        result(tmp_path, name)
         for name in ("page/check.json", "calibrated/calibration.json", "diagnosed/diagnosis.json")
     )
     assert checked["suspicions"] == []
@@ -184,6 +188,31 @@ def test_the_walkthrough_runs_and_its_numbers_come_out(walked):
         f"`{effect['name']}`, {friction['value']:.3f} [{low:.3f}, {high:.3f}] N·m",
     ):
         assert sentence in words, sentence
+
+
+@pytest.mark.slow
+def test_two_more_rigs_run_and_their_numbers_come_out(tmp_path):
+    words = walked("more_rigs.md", tmp_path)
+    calibrated = result(tmp_path, "sealed_calibrated/calibration.json")
+    assert calibrated["status"] == "converged"
+    found = {one["name"]: one for one in calibrated["parameters"]}
+    planted = {"joint.shaft.frictionloss": 0.3, "force.scale": 0.9}
+    shown = []
+    for name, value in planted.items():
+        low, high = found[name]["interval95"]
+        assert low < value < high
+        shown.append(f"{found[name]['value']:.3f} [{low:.3f}, {high:.3f}]")
+    (angle,) = (one for one in calibrated["misfit"] if one["channel"] == "angle")
+    shown.append(f"from {angle['before']:.2f} to {angle['after']:.2f} deg")
+    diagnosed = result(tmp_path, "diagnosed/diagnosis.json")
+    assert diagnosed["verdict"] == "named"
+    sizes = {n: size for one in diagnosed["effects"] for n, size in one["sizes"].items()}
+    for name, digits in (
+        ("chamber.heat_rate", 2), ("chamber.polytropic_index", 3), ("valve.closing_delay", 5),
+    ):  # fmt: skip
+        low, high = sizes[name]["interval95"]
+        shown.append(f"{sizes[name]['value']:.{digits}f} [{low:.{digits}f}, {high:.{digits}f}]")
+    assert [text for text in shown if text not in words] == []
 
 
 def prose(page):
