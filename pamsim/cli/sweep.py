@@ -11,7 +11,15 @@ from typing import Any
 import click
 
 from pamsim.cli import options
-from pamsim.cli.command import Command, answer, progress_bar, resumable, save_json, show_page
+from pamsim.cli.command import (
+    Command,
+    answer,
+    exit_code,
+    progress_bar,
+    resumable,
+    save_json,
+    show_page,
+)
 
 
 @click.command(name="sweep", cls=Command)
@@ -28,11 +36,11 @@ def command(
     scheduler: str | None,
     json_file: Path | None,
     **choices: Any,
-) -> None:
+) -> int:
     """Simulate, diagnose or calibrate a rig over everything that STUDY, a TOML file, varies.
 
     The table has a row for every run, failed ones included. An interrupted sweep goes on with
-    --resume where it stopped.
+    --resume where it stopped. Exits with 1 if every run failed.
     """
     from pamsim.report.sweep_figure import write_sweep
     from pamsim.sweeps.sweep import sweep
@@ -46,6 +54,7 @@ def command(
         click.echo(f"wrote {path}")
     show_page(page)
     answer(result.summary())
+    return exit_code(result.failed < result.runs)
 
 
 @contextlib.contextmanager

@@ -83,7 +83,8 @@ def new_rig(
     if not re.fullmatch(_NAME, name):
         raise InputError(f"{name!r} is no name for a rig; use letters, digits, _ and -")
     if (mjcf is None) == (not kind):
-        raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`")
+        both = " and not both" if kind else ""
+        raise InputError(f"give a `kind` ({', '.join(KINDS)}) or an `mjcf`{both}")
     if kind and pushing:
         raise InputError("`pushing` goes with an `mjcf`; a kind that pushes is bellows")
     if kind and kind not in KINDS:

@@ -258,3 +258,14 @@ def test_what_the_system_refuses_and_an_interruption_are_one_line(monkeypatch, r
     monkeypatch.setattr("pamsim.fitting.models.models", missing)
     with pytest.raises(ImportError, match="no module named x"):
         run("list", "models")
+
+
+@pytest.mark.parametrize(("supplies", "code"), [("600, 100", 0), ("100, 150", 1)])
+def test_a_sweep_of_which_every_run_fails_exits_with_1(supplies, code, tmp_path, run):
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'schema = "pamsim-sweep/1"\ndesign = "grid"\n[experiment]\nstart_pressure = [300, 300]\n'
+        "final = [300, 100]\nduration = 0.1\nsettle = 0.1\n[vary]\n"
+        f'"valve.supply_pressure" = {{ values = [{supplies}] }}\n'
+    )
+    assert run("sweep", study, "--out", tmp_path / "out")[0] == code
