@@ -50,6 +50,7 @@ _SPANS: Mapping[str, float] = {
 """Unit of a clock -> [s]."""
 _NAMED_BY_UNIT = {"s", "sec", "seconds", "ms", "msec", "min", "minutes", "hours", "days"}
 _DECIMAL = re.compile(r"[-+]?\d*\.?(\d*)(?:e([-+]?\d+))?", re.IGNORECASE)
+_DAY = 86400.0  # [s]
 _OF_DAY = re.compile(r"(\d+):([0-5]\d):([0-5]\d(?:\.\d+)?)")
 _SI_UNITS = {"pressure": "Pa", "angle": "rad", "position": "m", "force": "N", "torque": "N*m"}
 _OTHER_UNITS = {"v": "V", "a": "A", "w": "W", "hz": "Hz", "rpm": "rpm", "degc": "degC"}
@@ -200,9 +201,12 @@ def _numbers_or_dates(table: Columns, name: str) -> FloatArray:
     if not _is_date(cells[0]):
         return table.numbers(name)
     try:
-        return np.array([_seconds_since(cell, cells[0]) for cell in cells])
+        found = np.array([_seconds_since(cell, cells[0]) for cell in cells])
     except (ValueError, TypeError):
         raise InputError(f"{table.path}: {name}: not all cells are dates as {cells[0]}") from None
+    if _OF_DAY.fullmatch(cells[0]):  # past midnight a time of day begins again
+        found += _DAY * np.cumsum(np.diff(found, prepend=found[0]) < -0.5 * _DAY)
+    return found
 
 
 def _seconds_since(cell: str, first: str) -> float:

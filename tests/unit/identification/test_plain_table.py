@@ -43,6 +43,7 @@ def record(path, *, given=None, explained=None, **clock):
 START = datetime(2026, 3, 1, tzinfo=UTC)
 DATES = [(START + timedelta(seconds=2 * k)).isoformat() for k in range(N)]
 OF_DAY = [f"10:{k // 30:02d}:{2 * k % 60:02d}.000" for k in K]
+OVER_MIDNIGHT = [(START + timedelta(seconds=2 * k - 100)).strftime("%H:%M:%S") for k in range(N)]
 LABVIEW = "LabVIEW\nWriter_Version\t2\n***End_of_Header***\n"
 MINUTES = (2.0 * K / 60.0).round(12)
 CAPITALS = "".join(f"{2.0 * k}|{OUTPUT[k]}|{INPUT[k]}\n" for k in K)
@@ -62,6 +63,7 @@ DIALECTS = {
     "days": (table(["clock (d)", "u", "y"], (2.0 * K / 86400.0).round(15)), {}),
     "dates": (table(["timestamp", "u", "y"], DATES), {}),
     "times of day": (table(["Time", "u", "y"], OF_DAY), {}),
+    "over midnight": (table(["Time", "u", "y"], OVER_MIDNIGHT), {}),
     "named by its unit": (table(["seconds", "u", "y"], 2.0 * K), {}),
     "output first, in capitals": ("Time|Output|Input\n" + CAPITALS, {}),
     "a clock by name": (table(["X_Value", "u", "y"], 2.0 * K), {"time": "X_Value"}),
