@@ -46,7 +46,7 @@ def test_commands_are_held_from_rest_at_the_first_measured_pressures():
     found = experiment_of(trial())
     assert found.command_time.tolist() == [0.0, 0.5]
     assert found.command_value.tolist() == [[0.0, 0.0], [1.0, 0.0]]
-    assert found.start_pressure.tolist() == [2e5, 0.0]
+    assert found.start_pressure == pytest.approx([2e5, 0.0])
     assert (found.load, found.sample_rate, found.drive) == (0.5, 100.0, "valve")
     assert found.duration == pytest.approx(0.99)
 
