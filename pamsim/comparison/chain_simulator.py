@@ -59,6 +59,7 @@ class ChainSimulator:
         repeats: the groups.
         stated: residual of the rig as it is, (n,) [SI].
         noise: of every output of every link.
+        not_compared: links of inputs, and why.
 
     Raises:
         InputError: for a trial that does not fit the rig or does not give its start pressures, no
@@ -84,12 +85,18 @@ class ChainSimulator:
                 " and the units of the recordings"
             )
         self.links = tuple(dict.fromkeys(link for link, _, _ in own))
-        driven = [
-            (group, mean, run)
-            for group, mean in ((group, group.mean()) for group in groups)
-            for run in divided(rig, mean)
-            if all((run.link, t.name, c) in own for t in group.trials for c in run.outputs)
+        means = [(group, group.mean()) for group in groups]
+        every = [(group, mean, run) for group, mean in means for run in divided(rig, mean)]
+        broken = [
+            not all((run.link, t.name, c) in own for t in group.trials for c in run.outputs)
+            for group, _, run in every
         ]
+        driven = [one for one, breaks in zip(every, broken, strict=True) if not breaks]
+        self.not_compared = tuple(
+            f"{run.link.name} of {group.name} and its repeats: a simulation breaks down"
+            for (group, _, run), breaks in zip(every, broken, strict=True)
+            if breaks
+        )
         self._runs = [(group, run) for group, _, run in driven]
         self._simulator = ChainRuns(rig, [(mean, run) for _, mean, run in driven], threads=threads)
         self._rows = self._places()

@@ -170,5 +170,8 @@ def diagnose_links(
         model=model,
         whole=None if whole is None else whole[1],
         shape=shape,
-        notes=evidence_notes(simulator.noise, units, alpha),
+        notes=(
+            *(f"not compared: {text}" for text in simulator.not_compared),
+            *evidence_notes(simulator.noise, units, alpha),
+        ),
     )

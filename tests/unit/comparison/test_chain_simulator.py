@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pamsim.comparison import chain_runs
 from pamsim.comparison.chain_runs import COARSE, ChainRuns, in_link, link_residuals, plain
 from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.effects_on_rig import at_size, rig_effect
@@ -113,6 +114,28 @@ def test_a_rig_that_breaks_down_everywhere_is_not_mistaken_for_one_without_measu
         ChainSimulator(ARM, repeats(trials[:1]))
     with refused("nothing is measured that drives nothing"):
         ChainSimulator(ARM, repeats([replace(trials[0], measured={})]))
+
+
+def test_links_of_an_input_that_break_down_in_one_repeat_are_left_out_with_a_note(
+    chain, trials, monkeypatch
+):
+    simulate, last = chain_runs.sensed_signals, trials[-1].name
+
+    def broken(jobs, **settings):
+        found = zip(jobs, simulate(jobs, **settings), strict=True)
+        return [None if trial.name == last else signals for (_, trial, _), signals in found]
+
+    assert chain.not_compared == ()
+    monkeypatch.setattr(chain_runs, "sensed_signals", broken)
+    own = ChainSimulator(ARM, repeats(trials))
+    *_, group = repeats(trials)
+    assert last in [trial.name for trial in group.trials]
+    left = {trial.name for trial in trials} - {trial.name for trial in group.trials}
+    assert {block.unit for block in own.blocks} == left
+    assert own.not_compared == tuple(
+        f"{link.name} of {group.name} and its repeats: a simulation breaks down"
+        for link in chain.links
+    )
 
 
 def test_a_rig_without_a_gap_leaves_noise_and_coarse_steps_change_an_effect_by_little(chain):
