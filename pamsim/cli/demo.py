@@ -41,6 +41,8 @@ def command(effect: str, size: float, seed: int, out: Path, film: bool, opened: 
     from pamsim.engine.parameters import rig_parameter
     from pamsim.report.link_page import Hidden
 
+    if size == 0.0:
+        raise click.UsageError("a --size of 0 hides nothing; give one such as 1")
     rig = pamsim.load_rig(_RIG)
     found = look_up(effect)
     tried = [found.name, *(n for n in found.look_alikes if look_up(n).in_trials)]

@@ -78,6 +78,8 @@ def record(
     sizes = size * len(names) if len(size) == 1 else size
     if len(sizes) != len(names):
         raise click.UsageError(f"{len(sizes)} sizes for {len(names)} effects; give one, or each")
+    if 0.0 in sizes:
+        raise click.UsageError("a --size of 0 hides nothing; for a recording of nothing hide none")
     with progress_bar("trial") as progress:
         hidden = dict(zip(names, sizes, strict=True))
         recording = hide(rig, hidden, progress=progress, forces=not no_forces, **choices)

@@ -62,6 +62,7 @@ def test_bad_input_is_said_and_exits_with_2(run, tmp_path):
         ("none --protocols bursts --variation -1", "--variation is -1"),
         ("none --seed -1", "-1 is not in the range"),
         ("air_leak --size -1", "air_leak: a size of -1 hides nothing"),
+        ("air_leak --size 0", "a --size of 0 hides nothing"),
         ("air_leak+air_leak --size 1,3", "has an effect twice"),
         ("valve_flow+valve_asymmetry", "another hidden effect has set valve.conductance_exhaust"),
         ("valve_flow+valve_mismatch", "another hidden effect has set valve.conductance_fill"),
