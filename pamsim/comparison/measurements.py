@@ -65,6 +65,7 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
     trials: list[Trial] = []
     tables: list[StaticTable] = []
     notes: list[str] = []
+    noted: list[tuple[str, Sequence[str]]] = []
     rigs: dict[str, tuple[str, str]] = {}  # as `_known_by` -> source, and rig as it is named there
     recordings = [s for s in sources if Path(s).is_dir() or Path(s).suffix == ".toml"]
     for source in sources:
@@ -88,7 +89,12 @@ def read_calibration_data(sources: Sequence[str | os.PathLike[str]]) -> Calibrat
             replace(trial, name=f"{stem}{trial.name}", protocol=f"{stem}{trial.protocol}")
             for trial in recording.trials
         ]
-        notes += [f"{stem}{note}" if stem else note for note in recording.notes]
+        noted.append((stem, recording.notes))
+    # What holds for every recording is noted once.
+    shared = {note for _, own in noted for note in own if all(note in other for _, other in noted)}
+    notes += dict.fromkeys(
+        note if note in shared else f"{stem}{note}" for stem, own in noted for note in own
+    )
     if len(rigs) > 1:
         pairs = " and ".join(f"{source} of {rig!r}" for source, rig in rigs.values())
         raise InputError(f"the recordings are of different rigs: {pairs}; calibrate one at a time")

@@ -189,3 +189,10 @@ def test_recordings_beside_each_other_are_of_one_rig_by_whatever_path(rig, tmp_p
     assert found.rig == str(tmp_path / "one" / ".." / "mine")
     with pytest.raises(InputError, match="of different rigs"):
         read_calibration_data([tmp_path / "one", tmp_path / "three"])
+    for folder in ("four", "five"):
+        write_recording(tmp_path / folder, str(tmp_path / "mine"), {"step_1": run}, forces=False)
+    missing = tuple(f"force_{i} was not measured in any trial" for i in (1, 2))
+    both = read_calibration_data([tmp_path / "four", tmp_path / "five"])
+    assert both.notes == missing
+    one = read_calibration_data([tmp_path / "one", tmp_path / "five"])
+    assert one.notes == tuple(f"five/{note}" for note in missing)
