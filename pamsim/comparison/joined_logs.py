@@ -94,7 +94,7 @@ def _each(
     files: list[Path] = []
     for log, table in pairs:
         own, other = (without_number(path.stem) for path in (log, table))
-        # The log's number comes last: logs that differ in it alone stay repeats.
+        # The log's number comes last, as in its own name.
         files.append(folder / f"{name.format(own, other)}{log.stem.removeprefix(own)}.csv")
     return files, [join(*pair, out) for pair, out in zip(pairs, files, strict=True)]
 

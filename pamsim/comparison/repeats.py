@@ -41,16 +41,15 @@ class Repeats:
     def mean(self) -> Trial:
         """The trial with the mean of all measured and imposed signals, under the first's name."""
         first = self.trials[0]
-        leads = [trial.lead_in for trial in self.trials if trial.lead_in is not None]
+        lead = first.lead_in
+        if lead is not None:
+            leads = [trial.lead_in for trial in self.trials if trial.lead_in is not None]
+            command = np.mean([one.command for one in leads], axis=0)
+            start = np.mean([one.start_pressure for one in leads], axis=0)
+            lead = replace(lead, command=command, start_pressure=start)
         return replace(
             first,
-            lead_in=replace(
-                leads[0],
-                command=np.mean([lead.command for lead in leads], axis=0),
-                start_pressure=np.mean([lead.start_pressure for lead in leads], axis=0),
-            )
-            if leads
-            else None,
+            lead_in=lead,
             command=np.mean([trial.command for trial in self.trials], axis=0),
             measured={
                 channel: np.mean([trial.measured[channel] for trial in self.trials], axis=0)

@@ -27,6 +27,7 @@ from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.recording import Outcome, Recording
 from pamsim.recordings.sensors import true_at_rest
 from pamsim.recordings.signals import KINDS, kind_of
+from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
 CHANNELS = tuple(KINDS)
@@ -82,19 +83,14 @@ class TrialPredictor:
         self._experiments: list[Experiment] = []
         self._numbers: dict[tuple[object, ...], int] = {}
         for trial in data.trials:
-            self._check_muscles(trial.name, trial.muscles)
+            _check_muscles(rig, trial.name, trial.muscles)
             if not self.compared(trial):
                 raise InputError(
                     f"trial {trial.name!r} has none of the channels {', '.join(channels)}; it has"
                     f" {', '.join(trial.measured) or 'none'}"
                 )
         for table in data.tables:
-            self._check_muscles(table.name, table.pressure.shape[1])
-            if not rig.names.short:
-                raise InputError(
-                    f"{table.name!r} gives angles at rest of one joint that turns, rig"
-                    f" {rig.name!r} has {', '.join(rig.joints)}; compare recordings over time"
-                )
+            check_table(rig, table)
         self._of_trial = [0] * len(data.trials)
         self._start_of = [np.zeros(0)] * len(data.trials)
         for start, members in start_groups(data.trials):
@@ -105,13 +101,6 @@ class TrialPredictor:
         self._sensitivities: list[dict[str, FloatArray]] | None = None
         self._starts: list[StartError] = []
         self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
-
-    def _check_muscles(self, name: str, muscles: int) -> None:
-        if muscles != len(self.rig.muscles):
-            raise InputError(
-                f"{name!r} is of {muscles} muscles, rig {self.rig.name!r} has"
-                f" {len(self.rig.muscles)}"
-            )
 
     def _number(self, experiment: Experiment) -> int:
         """Number of an experiment among the different ones."""
@@ -306,3 +295,22 @@ def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
         if name not in CHANNELS:
             raise InputError(f"`channels`: no channel {name!r}; {nearest(name, CHANNELS)}")
     return tuple(channels)
+
+
+def check_table(rig: Rig, table: StaticTable) -> None:
+    """Refuse a table at rest that is not of a rig.
+
+    Raises:
+        InputError: for another number of muscles, or a rig of several joints or one that slides.
+    """
+    _check_muscles(rig, table.name, table.pressure.shape[1])
+    if not rig.names.short:
+        raise InputError(
+            f"{table.name!r} gives angles at rest of one joint that turns, rig {rig.name!r} has"
+            f" {', '.join(rig.joints)}; compare recordings over time"
+        )
+
+
+def _check_muscles(rig: Rig, name: str, count: int) -> None:
+    if count != len(rig.muscles):
+        raise InputError(f"{name!r} is of {count} muscles, rig {rig.name!r} has {len(rig.muscles)}")

@@ -13,8 +13,8 @@ from pamsim.comparison.candidate import Candidate, Probe, inside
 from pamsim.comparison.chain_runs import Values
 from pamsim.comparison.effects_on_rig import at_size, candidates
 from pamsim.comparison.rest_simulator import RestPredictor, RestSimulator, table_blocks
-from pamsim.comparison.trial_prediction import AT_REST
-from pamsim.core.errors import InputError, ParameterError
+from pamsim.comparison.trial_prediction import AT_REST, check_table
+from pamsim.core.errors import ParameterError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
@@ -57,16 +57,7 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
             the rig does not fit, too few rows, or a rig of several joints.
     """
     began = time.perf_counter()
-    if table.pressure.shape[1] != len(rig.muscles):
-        raise InputError(
-            f"{table.name!r} is of {table.pressure.shape[1]} muscles, rig {rig.name!r} has"
-            f" {len(rig.muscles)}"
-        )
-    if not rig.names.short:
-        raise InputError(
-            f"{table.name!r} gives angles at rest of one joint that turns, rig {rig.name!r} has"
-            f" {', '.join(rig.joints)}; compare recordings over time"
-        )
+    check_table(rig, table)
     nuisance = [n for n in options.nuisance or NUISANCE if n != PULLEY or pulleys(rig)]
     own = {name: stated(rig, name).value for name in nuisance}
     refuse_zero(own)

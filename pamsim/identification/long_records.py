@@ -17,9 +17,11 @@ from pamsim.identification.records import SignalRecord
 _ROWS = 50_000
 """Samples of the first part: enough for every effect of more than a thousandth of the noise's
 variance, and searched in seconds."""
-_MORE = 4  # times as many in the next
-_MOVES = 0.5  # spread of a signal in a part, over that in the whole, from which the part is like it
-_SHOWN = 0.1  # time in which the slowest mode decays, over a trial's length, that a trial shows
+_MORE = 4  # times as many in the next: all parts together cost a third of the whole at most
+_MOVES = 0.5
+"""Spread of a signal in a part, over that in the whole, from which the part is like it: at half the
+signal the ratio to the noise is still a quarter of the whole's."""
+_SHOWN = 0.1  # slowest time constant over the length of a trial, in which it decays to 5e-5
 
 
 def growing_parts(records: Sequence[SignalRecord]) -> Iterator[Sequence[SignalRecord]]:

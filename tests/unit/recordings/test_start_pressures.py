@@ -46,12 +46,9 @@ def test_rows_count_until_a_command_changes_and_few_are_no_rest():
     assert resting_rows(trial(np.zeros((200, 2)), "sealed")) == 50
 
 
-@pytest.mark.parametrize("drive", ["valve", "pressure_set", {"muscle": "measured"}])
+@pytest.mark.parametrize("drive", ["valve", "pressure_set", "measured"])
 def test_where_air_flows_from_the_first_row_on_the_first_reading_is_the_start(drive):
-    command = np.full((200, 2), 0.5)
-    kinds = drive if isinstance(drive, str) else "measured"
-    one = trial(command, kinds)
+    one = trial(np.full((200, 2), 0.5), drive)
     assert resting_rows(one) == 1
     first = [one.measured[f"pressure_{i}"][0] for i in (1, 2)]
-    if kinds != "measured":
-        assert start_pressures(one) == pytest.approx(first)
+    assert start_pressures(one) == pytest.approx(first)
