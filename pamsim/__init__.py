@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from pamsim.engine.new_rig import new_rig as new_rig
     from pamsim.engine.rig import load_rig as load_rig
     from pamsim.engine.simulate import simulate as simulate
-    from pamsim.engine.simulated_step import simulated_step as simulated_step
+    from pamsim.engine.simulate import simulated_step as simulated_step
     from pamsim.engine.state import pressures as pressures
     from pamsim.engine.state import reset as reset
     from pamsim.engine.state import restore_state as restore_state
@@ -132,7 +132,7 @@ _HOME = {
     "simulate": "pamsim.engine.simulate",
     "simulate_batch": "pamsim.engine.batch",
     "simulate_worlds": "pamsim.gpu.simulate_worlds",
-    "simulated_step": "pamsim.engine.simulated_step",
+    "simulated_step": "pamsim.engine.simulate",
     "slot": "pamsim.physics.record",
     "sweep": "pamsim.sweeps.sweep",
     "table": "pamsim.report.table",

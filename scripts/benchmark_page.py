@@ -5,11 +5,12 @@ python scripts/benchmark_page.py
 
 from __future__ import annotations
 
-import json
 import statistics
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
+
+from records import RESULTS, read
 
 from pamsim.core.limits import SWEEP_RUNS
 
@@ -58,8 +59,7 @@ REST = 1.8
 
 def recorded(name: str) -> dict[str, Any]:
     """A record."""
-    path = ROOT / "scripts" / "benchmarks" / "results" / f"{name}.json"
-    return json.loads(path.read_text(encoding="utf-8"))
+    return read(ROOT / "scripts" / "benchmarks" / "results" / f"{name}.json")
 
 
 def row(
@@ -116,8 +116,7 @@ def large() -> str:
     """What 10^9 seconds of an arm cost."""
     runs = recorded("steps_per_second")["runs"]
     rate = statistics.median(run["steps_per_second"]["pamsim, compiled"] for run in runs)
-    path = ROOT / "scripts" / "results" / "sweeps.json"
-    sweep = json.loads(path.read_text(encoding="utf-8"))
+    sweep = read(RESULTS / "sweeps.json")
     grown = sweep["memory_mb"] - sweep["memory_mb_quarter_of_the_runs"]
     memory = 1e3 * grown / (0.75 * sweep["runs"])
     cost = statistics.mean(sweep["cost"]["sweep_over_batch"])

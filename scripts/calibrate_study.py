@@ -18,21 +18,17 @@ Finished runs are kept in out/calibrate_study: a stopped study goes on where it 
 from __future__ import annotations
 
 import dataclasses
-import json
 import tempfile
-import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import as_text, fingerprint, kept_rows
-from records import parser, write
-from scipy.signal import lfilter
+from records import RESULTS, fingerprint, kept_rows, noise, print_and_write, read, study_parser
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.core.computation import versions
-from pamsim.core.units import FloatArray
 from pamsim.recordings.recording import write_recording
 
 KEPT = Path("out/calibrate_study")
@@ -78,26 +74,19 @@ def experiment(load: float, openings: list[tuple[float, float]]) -> pamsim.Exper
     )
 
 
-def noise(rng: np.random.Generator, shape: tuple[int, ...], correlation: float) -> FloatArray:
-    """Unit noise along the first axis, white or AR(1) with a correlation time [s]."""
-    white = rng.standard_normal((1000 + shape[0], *shape[1:]))
-    phi = np.exp(-1.0 / (RATE * correlation)) if correlation else 0.0
-    return np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white, axis=0)[1000:]
-
-
 def recorded(
     rig: pamsim.Rig, sequences: dict[str, Any], setting: str, seed: int, path: Path
 ) -> None:
     """Simulate a rig's trials and write noisy repeats of each."""
     rng = np.random.default_rng([seed, SETTINGS.index(setting)])
-    correlation = COLOURS[setting.removesuffix(ONE)]
+    correlation = RATE * COLOURS[setting.removesuffix(ONE)]
     repeats = 1 if setting.endswith(ONE) else REPEATS
     trials: dict[str, pamsim.Recording] = {}
     for name, (load, openings) in sequences.items():
         run = pamsim.simulate(rig, experiment(load, openings)).completed()
         for repeat in range(1, 1 + repeats):
-            angle = noise(rng, run.angle.shape, correlation)
-            pressure = noise(rng, run.pressure.shape, correlation)
+            angle = noise(rng, run.angle.shape, correlation, 1000)
+            pressure = noise(rng, run.pressure.shape, correlation, 1000)
             trials[f"{name}_{repeat}"] = dataclasses.replace(
                 run.with_angle(run.angle + ANGLE_NOISE * angle),
                 pressure=run.pressure + PRESSURE_NOISE * pressure,
@@ -117,7 +106,7 @@ def at_rest(rig: pamsim.Rig, seed: int, path: Path) -> None:
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Run one task of either kind, in a worker."""
     rig = pamsim.load_rig("mas20_arm")
     rig.model.opt.timestep = TIMESTEP
@@ -135,7 +124,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
         # Forces are left out: few rigs have them.
         found = calibrate([path], rig=rig, free=free, channels=["angle", "pressure"], threads=1)
     result = found.fit
-    row = {
+    return {
         "seconds": found.seconds,
         "simulations": found.simulations,
         "status": str(result.status),
@@ -149,7 +138,6 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             for p in result.parameters
         },
     }
-    return as_text(row)
 
 
 def coverage(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -167,10 +155,8 @@ def coverage(rows: list[dict[str, Any]]) -> dict[str, Any]:
             "coverage_percent": 100.0
             * float(np.mean((ends[:, 0] <= truth) & (truth <= ends[:, 1]))),
         }
-    statuses = [row["status"] for row in rows]
     return {
-        "runs": len(rows),
-        "statuses": {status: statuses.count(status) for status in sorted(set(statuses))},
+        **ended(rows),
         "median_seconds": float(np.median([row["seconds"] for row in rows])),
         "median_simulations": float(np.median([row["simulations"] for row in rows])),
         "parameters": table,
@@ -179,29 +165,28 @@ def coverage(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def blindness(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """What was said of parameters that the recordings cannot show."""
-    statuses = [row["status"] for row in rows]
-    names = rows[0]["parameters"]
-    return {
-        "runs": len(rows),
-        "statuses": {status: statuses.count(status) for status in sorted(set(statuses))},
-        "sentence_of_seed_0": rows[0]["sentence"],
-        "flags_percent": {
-            name: {
-                flag: 100.0
-                * float(np.mean([flag in row["parameters"][name]["flags"] for row in rows]))
-                for flag in sorted({f for row in rows for f in row["parameters"][name]["flags"]})
-            }
-            for name in names
-        },
-    }
+    flags: dict[str, dict[str, float]] = {}
+    for name in rows[0]["parameters"]:
+        own = [row["parameters"][name]["flags"] for row in rows]
+        every = sorted({flag for each in own for flag in each})
+        flags[name] = {f: 100.0 * float(np.mean([f in each for each in own])) for f in every}
+    return {**ended(rows), "sentence_of_seed_0": rows[0]["sentence"], "flags_percent": flags}
 
 
-def study(workers: int, before: dict[str, Any], *, stopped: bool) -> dict[str, Any]:
+def ended(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """How many runs there were, and how they ended."""
+    statuses = Counter(row["status"] for row in rows)
+    return {"runs": len(rows), "statuses": dict(sorted(statuses.items()))}
+
+
+def main() -> None:
     """Run what is not yet there unless it is stopped, and summarise all, or what is finished."""
+    options = study_parser(__doc__, RESULTS / "calibrate_study.json").parse_args()
+    before = read(options.json)
     mark = fingerprint("pamsim.", __file__, *Path("models/mas20_arm").glob("*.toml"))
     tasks = [("cover", name, seed) for name in reversed(SETTINGS) for seed in range(RUNS)]
     tasks += [("blind", name, seed) for name in BLIND for seed in range(BLIND_RUNS)]
-    rows = kept_rows(run_one, tasks, KEPT, mark, workers, stopped=stopped)
+    rows = kept_rows(run_one, tasks, KEPT, mark, options.workers, stopped=options.stopped)
     covered, blind = (dict(before.get(key, {})) for key in ("coverage", "rank_deficient"))
     for kind, names, count, summary, table in (
         ("cover", SETTINGS, RUNS, coverage, covered),
@@ -211,7 +196,7 @@ def study(workers: int, before: dict[str, Any], *, stopped: bool) -> dict[str, A
             keys = [(kind, name, seed) for seed in range(count)]
             if rows.keys() >= set(keys):
                 table[name] = summary([rows[key] for key in keys])
-    return {
+    result = {
         "command": "python scripts/calibrate_study.py",
         "versions": versions(),
         "timestep_s": TIMESTEP,
@@ -220,18 +205,7 @@ def study(workers: int, before: dict[str, Any], *, stopped: bool) -> dict[str, A
         "coverage": covered,
         "rank_deficient": blind,
     }
-
-
-def main() -> None:
-    """Run the study."""
-    target = Path("scripts/results/calibrate_study.json")
-    asked = parser(__doc__, target, workers=2)
-    asked.add_argument("--stopped", action="store_true", help="run nothing")
-    options = asked.parse_args()
-    began = time.perf_counter()
-    before = json.loads(options.json.read_text("utf-8")) if options.json.exists() else {}
-    write(study(options.workers, before, stopped=options.stopped), options.json)
-    print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")
+    print_and_write(result, options.json)
 
 
 if __name__ == "__main__":

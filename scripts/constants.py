@@ -1,17 +1,16 @@
 """Every number that the rooms of the diagnosis are written with, and its reason.
 
-    python scripts/constants.py [--rules]
+    python scripts/constants.py
 
 prints a Markdown table of the module-level numbers of effects, inference, comparison, diagnosis,
-twins, calibration and fitting: where it stands, its value, and the comment or docstring beside it.
-``--rules`` prints only those that decide what a diagnosis concludes, or what it tries. The others
-are tolerances of numerical methods, limits of memory and effort, and the conventions by which
-experiments are made and results written.
+twins, calibration and fitting: where it stands, its value, the comment or docstring beside it, and
+whether it decides what a diagnosis concludes, or what it tries. The others are tolerances of
+numerical methods, limits of memory and effort, and the conventions by which experiments are made
+and results written.
 """
 
 from __future__ import annotations
 
-import argparse
 import ast
 import inspect
 from collections.abc import Iterator
@@ -22,10 +21,10 @@ ROOT = Path(__file__).parents[1]
 ROOMS = ("effects", "inference", "comparison", "diagnosis", "twins", "calibration", "fitting")
 
 RULES = {
-    "by_link/judged.py": ("ALPHA", "EXPLAINED", "BESIDE_OTHERS", "NAMED", "SERIES"),
+    "by_link/judged.py": ("EXPLAINED", "BESIDE_OTHERS", "NAMED", "SERIES"),
     "by_link/link_fit.py": ("_SEEN", "PRIOR"),
     "by_link/judged_units.py": ("VARIATION",),
-    "by_link/remainder.py": ("LEAST",),
+    "by_link/remainder.py": ("ALPHA", "LEAST"),
     "by_link/judge.py": ("_RIVALS",),
     "by_link/search.py": (
         "MATERIAL", "_OF_LEFT", "CONTENDS", "_WORTH", "_MOST, _FORMS",
@@ -106,13 +105,10 @@ def _reason(lines: list[str], node: ast.stmt, after: ast.stmt | None) -> str:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rules", action="store_true")
-    options = parser.parse_args()
-    print("| file | number | value | reason |\n|---|---|---|---|")
+    print("| file | number | value | reason | rule |\n|---|---|---|---|---|")
     for one in constants():
-        if one.is_rule or not options.rules:
-            print(f"| {one.file} | `{one.names}` | {one.value} | {one.reason} |")
+        rule = "yes" if one.is_rule else ""
+        print(f"| {one.file} | `{one.names}` | {one.value} | {one.reason} | {rule} |")
 
 
 if __name__ == "__main__":

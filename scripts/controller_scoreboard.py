@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import gymnasium
-from records import parser, write
+from records import RESULTS, parser, print_and_write
 from tqdm import tqdm
 
 import pamsim
@@ -29,7 +29,6 @@ from pamsim.core.computation import versions
 from pamsim.core.errors import PamsimError
 from pamsim.envs.closed_loop import Score, mean_score, run_episode, score
 
-RESULTS = Path("scripts/results/controller_scoreboard.json")
 POLICIES = ("sine", "step")
 TASKS = ("sine", "step", "disturbance", "stiffness")
 TUNING, SEEDS = (1000, 1005, 1012), (0, 1, 2, 3, 4)
@@ -68,38 +67,56 @@ def driven(env: gymnasium.Env, controller: Controller, seeds: tuple[int, ...]) -
     return mean_score([score(run_episode(env, controller, seed)) for seed in seeds])
 
 
+def tuned(
+    name: str, suite: Suite, envs: Mapping[str, gymnasium.Env]
+) -> tuple[float | None, Controller] | None:
+    """The free number of a family of controllers that is best on the tuning seeds, if it has one.
+
+    Args:
+        name: of the family.
+        suite: what it is designed on.
+        envs: kind of command -> environment.
+
+    Returns:
+        The number and its controller; None if no controller can be designed.
+    """
+    family, found = FAMILIES[name], []
+    for value in family.tried:
+        try:
+            controller = family.make(suite, value)
+        except PamsimError as error:  # a margin that cannot be had is no candidate
+            tqdm.write(f"{name} {value:g}: {error}")
+            continue
+        if len(family.tried) == 1:
+            return None, controller
+        rmse = driven(envs[controller.command], controller, TUNING).rmse
+        found.append((rmse, value, controller))
+    return min(found, key=lambda trial: trial[0])[1:] if found else None
+
+
 def rows_of(plant: Plant, bar: tqdm) -> list[dict[str, object]]:
     """Scores of all controllers on a plant."""
     rig = pamsim.load_rig("mas20_arm").with_parameters(plant.values)
     suite = Suite(rig=rig, load=plant.believed)
     rows = []
     for task in plant.tasks:
-        pressure, valve = (environment(plant, task, kind) for kind in ("pressure_set", "valve"))
-        for name, family in FAMILIES.items():
+        envs = {kind: environment(plant, task, kind) for kind in ("pressure_set", "valve")}
+        for name in FAMILIES:
             bar.set_postfix_str(f"{plant.name}, {task}, {name}")
-            tuned = []
-            for value in family.tried:
-                try:
-                    controller = family.make(suite, value)
-                except PamsimError as error:  # a margin that cannot be had is no candidate
-                    bar.write(f"{name} {value:g}: {error}")
-                    continue
-                env = pressure if controller.command == "pressure_set" else valve
-                tried = driven(env, controller, TUNING).rmse if len(family.tried) > 1 else 0.0
-                tuned.append((tried, value, controller, env))
-            if tuned:
-                _, value, controller, env = min(tuned, key=lambda trial: trial[0])
-                chosen = value if len(family.tried) > 1 else None
-                rows.append(row(plant, task, name, chosen, driven(env, controller, SEEDS)))
+            if best := tuned(name, suite, envs):
+                chosen, controller = best
+                got = driven(envs[controller.command], controller, SEEDS)
+                rows.append(row(plant, task, name, chosen, got))
             bar.update()
         for trained in POLICIES:
-            path = RESULTS.parent / f"policy_{trained}.npz"
+            path = RESULTS / f"policy_{trained}.npz"
             policy = NeuralPolicy.read(path, rig)
             name = f"policy trained on {trained}"
-            rows.append(row(plant, task, name, None, driven(pressure, policy, SEEDS)))
+            got = driven(envs["pressure_set"], policy, SEEDS)
+            rows.append(row(plant, task, name, None, got))
             bar.update()
-        pressure.close()
-        valve.close()
+        for env in envs.values():
+            env.close()
     return rows
 
 
@@ -126,8 +143,8 @@ def _round(value: float) -> float | None:
 
 
 def main() -> int:
-    """Drive, print the RMSE, write."""
-    target = parser(__doc__, RESULTS).parse_args().json
+    """Drive, print, write."""
+    target = parser(__doc__, RESULTS / "controller_scoreboard.json").parse_args().json
     rows: list[dict[str, object]] = []
     cells = sum(len(plant.tasks) for plant in PLANTS) * (len(FAMILIES) + len(POLICIES))
     with tqdm(total=cells, file=sys.stderr) as bar:
@@ -141,9 +158,7 @@ def main() -> int:
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),
     }
-    write(page, target)
-    for row in rows:
-        print(f"{row['plant']:34} {row['task']:12} {row['controller']:32} {row['rmse_deg']} deg")
+    print_and_write(page, target)
     return 0
 
 

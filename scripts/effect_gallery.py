@@ -1,4 +1,4 @@
-"""Write docs/effects.md: a card and a picture of every effect that a diagnosis can name.
+"""Write docs/effects.md: a card and a film of every effect that a diagnosis can name.
 
     python scripts/effect_gallery.py [NAME ...]
 
@@ -12,9 +12,11 @@ import itertools
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from moving_arms import animate, draw_arms
 from pictures import DOCUMENTS, GREY, on_any_ground, save_small_svg
 
 import pamsim
@@ -22,19 +24,11 @@ from pamsim.comparison.effects_on_rig import at_size, rig_name
 from pamsim.comparison.experiments import sensed_runs
 from pamsim.comparison.protocols import DURATION, PROTOCOLS
 from pamsim.core.units import DEG_PER_RAD, FloatArray
-from pamsim.effects import (
-    command,
-    joint,
-    measurement,
-    muscle,
-    muscle_at_rest,
-    pneumatic,
-    transmission,
-)
-from pamsim.effects.catalog import FORMS
+from pamsim.effects.catalog import FORMS, PARTS
 from pamsim.effects.effect import Effect, EffectParameter
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
+from pamsim.recordings.recording import Recording
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
 from pamsim.twins.noise import ANGLE_NOISE, PRESSURE_NOISE
 
@@ -45,13 +39,13 @@ RIG = "mas20_arm"
 EVERY = 3  # of the samples is drawn
 
 LAYERS = {
-    "Joint": joint,
-    "Muscle": muscle,
-    "Air and valves": pneumatic,
-    "Command": command,
-    "Transmission": transmission,
-    "Sensors": measurement,
-    "Static force of the muscle": muscle_at_rest,
+    "Joint": "joint",
+    "Muscle": "muscle",
+    "Air and valves": "air",
+    "Command": "command",
+    "Transmission": "transmission",
+    "Sensors": "sensor",
+    "Static force of the muscle": "muscle_at_rest",
 }
 
 INTRODUCTION = f"""\
@@ -72,9 +66,10 @@ An effect may have several **forms**: formulas of the same physics, in bold. Eff
 - **Second round**: tried only where the other effects leave more than noise, or by name.
 - **Picture**: what an effect of typical size changes in the readings of `{RIG}`, in the input of
   `pamsim hide` (its title) that shows it best over the sensors' noise
-  ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa).
+  ({ANGLE_NOISE * DEG_PER_RAD:.2f} deg, {PRESSURE_NOISE / 1e3:.1f} kPa). The arms move by the
+  readings without and with the effect, in real time; a small difference is drawn larger.
 
-Written by `scripts/effect_gallery.py` from `pamsim/effects/`.
+Written by `scripts/effect_gallery.py` from `pamsim/data/effects/`.
 """
 
 SHARED_WORDS = 4  # that begin two descriptions and are not repeated; fewer save no reading
@@ -85,13 +80,13 @@ def page() -> str:
     """The text of docs/effects.md."""
     rig = pamsim.load_rig(RIG)
     parts = [INTRODUCTION]
-    for layer, module in LAYERS.items():
+    for layer, part in LAYERS.items():
         parts.append(f"\n## {layer}\n")
-        if module is muscle_at_rest:
+        if part == "muscle_at_rest":
             parts.append(f"\n{AT_REST}\n")
-        for name in dict.fromkeys(one.name for one in module.EFFECTS):
+        for name in dict.fromkeys(one.name for one in PARTS[part]):
             first, *others = FORMS[name]
-            where = "" if first.link == module.EFFECTS[0].link else f", link {first.link}"
+            where = "" if first.link == PARTS[part][0].link else f", link {first.link}"
             parts.append(f"\n### {name}\n\nFamily `{first.family}`{where}.")
             parts.append(("\n\n" if first.form else " ") + _card(rig, first, None))
             for before, one in itertools.pairwise((first, *others)):
@@ -171,35 +166,45 @@ def draw(
         changed = rig.with_parameters(at_size(rig, one, 1.0))
         runs = sensed_runs([(changed, experiment) for experiment in experiments])
         changes = {
-            name: (run.time, run.angle - base.angle, run.pressure - base.pressure)
+            name: _Change(base, run.angle - base.angle, run.pressure - base.pressure)
             for name, run, base in zip(inputs, runs, without, strict=True)
         }
-        best = max(changes, key=lambda name: _visible(*changes[name][1:]))
-        _draw_one(best, *changes[best], folder / _picture(one).name)
+        best = max(changes, key=lambda name: changes[name].visible)
+        _draw_one(best, changes[best], folder / _picture(one).name)
 
 
-def _visible(angle: FloatArray, pressure: FloatArray) -> float:
-    """Root mean square of the channel that changes most, over its noise."""
-    squares = [
-        np.mean(angle**2) / ANGLE_NOISE**2,
-        *np.mean(pressure**2, axis=0) / PRESSURE_NOISE**2,
-    ]
-    return float(np.sqrt(max(squares)))
+@dataclass(frozen=True)
+class _Change:
+    """What an effect adds to the readings of a run without it."""
+
+    without: Recording
+    angle: FloatArray  # (n,) [rad]
+    pressure: FloatArray  # (n, 2) [Pa]
+
+    @property
+    def visible(self) -> float:
+        """Root mean square of the channel that changes most, over its noise."""
+        squares = [
+            np.mean(self.angle**2) / ANGLE_NOISE**2,
+            *np.mean(self.pressure**2, axis=0) / PRESSURE_NOISE**2,
+        ]
+        return float(np.sqrt(max(squares)))
 
 
-def _draw_one(
-    name: str, time: FloatArray, angle: FloatArray, pressure: FloatArray, path: Path
-) -> None:
+def _draw_one(name: str, change: _Change, path: Path) -> None:
+    angle, pressure = change.angle, change.pressure
     with page_style():
-        figure, (left, right) = new_figure(2.0, 1, 2)
-        time = time[::EVERY]
+        figure, (arms, left, right) = new_figure(2.0, 1, 3, width_ratios=(0.5, 1.0, 1.0))
+        factor = draw_arms(arms, angle, unseen=ANGLE_NOISE)
+        time = change.without.time[::EVERY]
         left.plot(time, angle[::EVERY] * DEG_PER_RAD, color=VERMILION)
         right.plot(time, pressure[::EVERY, 0] / 1e3, color=BLUE, label="muscle 1")
         right.plot(time, pressure[::EVERY, 1] / 1e3, color=GREEN, label="muscle 2")
-        finish_axes(left, x="time [s]", y="change of angle [deg]")
+        finish_axes(left, x="time [s]", y="Δ angle [deg]")
         left.set_title(name, color=GREY)
-        finish_axes(right, x="time [s]", y="change of pressure [kPa]")
+        finish_axes(right, x="time [s]", y="Δ pressure [kPa]")
         for axes in (left, right):
+            axes.axvline(0.0, color=GREY, lw=1.0, gid="cursor")
             axes.set_xlim(0.0, DURATION)
             on_any_ground(figure, axes)
             low, high = axes.get_ylim()
@@ -208,6 +213,8 @@ def _draw_one(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, labelcolor=GREY
         )
     save_small_svg(figure, path)
+    seen = change.without.angle + factor * angle
+    animate(path, arms, left, change.without.time, change.without.angle, seen)
 
 
 def main(names: Sequence[str]) -> None:

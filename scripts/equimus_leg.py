@@ -12,8 +12,6 @@ of one processor, the diagnosis a minute.
 
 from __future__ import annotations
 
-import argparse
-import json
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,29 +19,20 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 from pictures import save_small_png
+from records import RESULTS, parser, run_parts
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import versions
-from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.recordings.experiment import Experiment
-from pamsim.report.style import (
-    BLUE,
-    INK,
-    MUTED,
-    VERMILION,
-    finish_axes,
-    new_figure,
-    styled,
-)
+from pamsim.report.style import BLUE, INK, MUTED, VERMILION, finish_axes, new_figure, styled
 
-ROOT = Path(__file__).parents[1]
-RESULTS = ROOT / "scripts" / "results" / "equimus_leg.json"
-OUT = ROOT / "out" / "equimus_leg"
+OUT = Path(__file__).parents[1] / "out" / "equimus_leg"
 SCHEMA = "pamsim-equimus-leg/1"
 PARTS = ("open", "static", "calibrate", "diagnose", "judge", "pictures")
 
@@ -60,32 +49,21 @@ FITTED, CHECKED = (2, 7, 12, 19, 30), (8, 13, 24)
 STEP_SECONDS, CYCLE_SECONDS, CYCLES = 10, 6, 10
 
 # name -> what `pamsim calibrate` may change, and within what [SI]; None for five times either way.
+BELLOWS = ("hip_bellows", "knee_bellows")
 BASE = {
-    "hip_bellows:force.area": None,
-    "knee_bellows:force.area": None,
-    "hip_bellows:force.stiffness": None,
-    "knee_bellows:force.stiffness": None,
-    "hip_bellows:stroke.nominal_length": None,
-    "knee_bellows:stroke.nominal_length": None,
-    "hip_bellows:stroke.damping": None,
-    "knee_bellows:stroke.damping": None,
-    "joint.hip.damping": (0.0, 3.0),
-    "joint.knee.damping": (0.0, 1.0),
-}
+    f"{bellows}:{name}": None
+    for name in ("force.area", "force.stiffness", "stroke.nominal_length", "stroke.damping")
+    for bellows in BELLOWS
+} | {"joint.hip.damping": (0.0, 3.0), "joint.knee.damping": (0.0, 1.0)}
 """The ten numbers that the authors fitted."""
 VALVES = {
     f"{muscle}:valve.conductance_{way}": (5e-12, 5e-9)
-    for muscle in ("hip_bellows", "knee_bellows")
+    for muscle in BELLOWS
     for way in ("fill", "exhaust")
 }
 CALIBRATED = "with_valves"
 FREES = {"as_the_authors": BASE, CALIBRATED: {**BASE, **VALVES}}
-NUISANCE = (
-    "hip_bellows:force.scale",
-    "knee_bellows:force.scale",
-    "hip_bellows:stroke.nominal_length",
-    "knee_bellows:stroke.nominal_length",
-)
+NUISANCE = tuple(f"{b}:{n}" for n in ("force.scale", "stroke.nominal_length") for b in BELLOWS)
 EFFECTS = (
     "valve_delay", "line_lag", "valve_slew", "valve_asymmetry", "tube_resistance",
     "coulomb_friction", "viscous_friction", "muscle_hysteresis", "viscoelastic_creep",
@@ -172,42 +150,40 @@ def triangle(folder: Path, **settings: Any) -> Path:
     )
 
 
-def residuals(rig: Rig, source: Path) -> dict[str, dict[str, FloatArray]]:
-    """Trial -> channel -> measured minus simulated [rad]."""
+def by_joint(values: ArrayLike) -> dict[str, float]:
+    """Joint -> its number of two."""
+    return dict(zip(JOINTS, np.asarray(values).tolist(), strict=True))
+
+
+def residuals(rig: Rig, source: Path) -> list[FloatArray]:
+    """Measured minus simulated angles of every trial, (n, 2) [rad]."""
     data = read_calibration_data([source]).of_rig(rig)
     predictor = TrialPredictor(rig, data, channels=("angle",))
     (prediction,) = predictor.predictions([rig])
     assert prediction is not None
-    return {
-        t.name: {c: t.measured[c] - prediction.trials[t.name][c] for c in CHANNELS}
+    return [
+        np.stack([t.measured[c] - prediction.trials[t.name][c] for c in CHANNELS], axis=1)
         for t in data.trials
-    }
+    ]
 
 
-def rms(found: dict[str, dict[str, FloatArray]]) -> dict[str, float]:
+def rms(found: list[FloatArray]) -> dict[str, float]:
     """Joint -> RMS over all trials [rad]."""
-    return {
-        joint: float(np.sqrt(np.mean(np.concatenate([r[c] for r in found.values()]) ** 2)))
-        for joint, c in zip(JOINTS, CHANNELS, strict=True)
-    }
+    return by_joint(np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0)))
 
 
-def cycles(source: Path) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Time in a cycle (n,) [s], and channel -> its measured cycles (cycles, n) [rad]."""
+def cycles(source: Path) -> tuple[FloatArray, FloatArray]:
+    """Time in a cycle (n,) [s], and measured angles (cycles, n, 2) [rad]."""
     trials = pamsim.read_recordings(source).trials
     rows = min(t.time.size for t in trials)
-    return trials[0].time[:rows], {
-        c: np.stack([t.measured[c][:rows] for t in trials]) for c in CHANNELS
-    }
+    angles = [np.stack([t.measured[c][:rows] for c in CHANNELS], axis=1) for t in trials]
+    return trials[0].time[:rows], np.stack(angles)
 
 
 def floors(folder: Path) -> dict[str, float]:
     """Joint -> what cycles 2 to 10 of TriStatic differ by from their mean [rad]."""
     _, measured = cycles(triangle(folder))
-    return {
-        joint: float(np.sqrt(measured[channel].var(axis=0, ddof=1).mean()))
-        for joint, channel in zip(JOINTS, CHANNELS, strict=True)
-    }
+    return by_joint(np.sqrt(measured.var(axis=0, ddof=1).mean(axis=0)))
 
 
 def log(folder: Path) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -234,11 +210,11 @@ def notebook_score(rig: Rig, folder: Path, seconds: float) -> dict[str, float]:
     )
     run = pamsim.simulate(rig, experiment).completed()
     at = SCORED_FROM + np.arange(0.0, seconds, 0.01)
-    found: dict[str, float] = {}
-    for joint, channel, measured in zip(JOINTS, CHANNELS, angle.T, strict=True):
-        simulated = np.interp(at, run.time - 2.0, run.signal(channel))
-        found[joint] = float(np.sqrt(np.mean((np.interp(at, time, measured) - simulated) ** 2)))
-    return found
+    missed = [
+        np.interp(at, time, measured) - np.interp(at, run.time - 2.0, run.signal(channel))
+        for channel, measured in zip(CHANNELS, angle.T, strict=True)
+    ]
+    return by_joint(np.sqrt(np.mean(np.square(missed), axis=1)))
 
 
 def open_loop(folder: Path) -> dict[str, Any]:
@@ -248,7 +224,6 @@ def open_loop(folder: Path) -> dict[str, Any]:
     return {
         "floors": floors(folder),
         "cycles_2_to_10": rms(residuals(rig, imposed)),
-        "with_assumed_valves": rms(residuals(rig, triangle(folder))),
         "as_the_notebook_scores": notebook_score(rig, folder, SCORED_FOR),
         "as_the_notebook_simulates": notebook_score(
             rig.with_parameters(UNDAMPED), folder, SCORED_FOR
@@ -284,19 +259,17 @@ def static_points(folder: Path) -> dict[str, Any]:
     return {
         "points": int(free.size),
         "not_at_the_stop": int(free.sum()),
-        "rms_not_at_the_stop": dict(
-            zip(JOINTS, np.sqrt(np.mean(miss[free] ** 2, axis=0)).tolist(), strict=True)
-        ),
+        "rms_not_at_the_stop": rms([miss[free]]),
         "stop": float(stopped.mean()),
         "stop_scatter": float(stopped.std(ddof=1)),
     }
 
 
-def calibration(folder: Path, workers: int, only: str | None) -> dict[str, Any]:
+def calibration(folder: Path, workers: int) -> dict[str, Any]:
     """Fit to ToCenter, with the authors' kinds of numbers alone and with the valves'."""
     sources = [released(folder, FITTED, "release"), released(folder, CHECKED, "release_more")]
     results: dict[str, Any] = {"fitted_steps": [*FITTED, *CHECKED]}
-    for name in [only] if only else FREES:
+    for name in FREES:
         found = pamsim.calibrate(
             sources,
             rig="equimus_leg",
@@ -345,22 +318,18 @@ def judged(folder: Path) -> dict[str, Any]:
         if (OUT / name / "rig" / "params.toml").is_file():
             rigs[name] = pamsim.load_rig(OUT / name / "rig")
     results: dict[str, Any] = {"floors": floors(folder), "rigs": {}}
-    fitted = released(folder, (*FITTED, *CHECKED), "release")
     for name, rig in rigs.items():
         found = residuals(rig, source)
         held = {
-            level: {
-                joint: float(np.mean([r[c][int(50 * (end - 0.5)) : int(50 * end)].mean()
-                                      for r in found.values()]))
-                for joint, c in zip(JOINTS, CHANNELS, strict=True)
-            }
+            level: by_joint(
+                np.mean(
+                    [r[int(50 * (end - 0.5)) : int(50 * end)].mean(axis=0) for r in found], axis=0
+                )
+            )
             for level, end in LEVELS.items()
-        }  # fmt: skip
-        results["rigs"][name] = {"rms": rms(found), "held": held}
-        results["rigs"][name]["tocenter"] = rms(residuals(rig, fitted))
-        results["rigs"][name]["small_commands_as_none"] = rms(
-            residuals(rig, without_small_commands(folder))
-        )
+        }
+        cut = rms(residuals(rig, without_small_commands(folder)))
+        results["rigs"][name] = {"rms": rms(found), "held": held, "small_commands_as_none": cut}
         print(name, results["rigs"][name])
     results["cycle"] = mean_cycle(source, rigs)
     return results
@@ -377,17 +346,13 @@ def mean_cycle(source: Path, rigs: Mapping[str, Rig]) -> dict[str, Any]:
         "time": np.round(time, 4).tolist(),
         "measured": {
             c: {"mean": rounded(m.mean(0)), "low": rounded(m.min(0)), "high": rounded(m.max(0))}
-            for c, m in measured.items()
+            for c, m in zip(CHANNELS, np.moveaxis(measured, 2, 0), strict=True)
         },
     }
     for name, rig in rigs.items():
-        missed = list(residuals(rig, source).values())
-        found[name] = {
-            c: rounded(
-                (measured[c] - np.stack([miss[c][: time.size] for miss in missed])).mean(axis=0)
-            )
-            for c in CHANNELS
-        }
+        missed = np.stack([miss[: time.size] for miss in residuals(rig, source)])
+        mean = (measured - missed).mean(axis=0)
+        found[name] = dict(zip(CHANNELS, map(rounded, mean.T), strict=True))
     return found
 
 
@@ -432,16 +397,11 @@ def without_small_commands(folder: Path) -> Path:
 
 def main() -> None:
     """Run what is asked for and write the record."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path, help="the authors' repository")
-    parser.add_argument("--only", choices=PARTS)
-    parser.add_argument("--fit", choices=FREES, help="this calibration alone")
-    parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args()
-    record: dict[str, Any] = {}
-    if RESULTS.is_file():
-        record = json.loads(RESULTS.read_text(encoding="utf-8"))
-    record |= {
+    options = parser(__doc__, RESULTS / "equimus_leg.json", workers=2)
+    options.add_argument("folder", type=Path, help="the authors' repository")
+    options.add_argument("--only", choices=PARTS)
+    asked = options.parse_args()
+    about = {
         "schema": SCHEMA,
         "command": "python scripts/equimus_leg.py FOLDER",
         "data": "github.com/fly-pigTH/EquiMus, commit 095f3a5, MIT",
@@ -450,17 +410,11 @@ def main() -> None:
     jobs = {
         "open": lambda: open_loop(asked.folder),
         "static": lambda: static_points(asked.folder),
-        "calibrate": lambda: (
-            record.get("calibrate", {}) | calibration(asked.folder, asked.workers, asked.fit)
-        ),
+        "calibrate": lambda: calibration(asked.folder, asked.workers),
         "diagnose": lambda: diagnosis(asked.folder, asked.workers),
         "judge": lambda: judged(asked.folder),
     }
-    for part, job in jobs.items():
-        if asked.only in (None, part):
-            record[part] = job()
-            print(part, json.dumps(record[part])[:2000])
-            write_json(RESULTS, record)
+    record = run_parts(asked.json, about, jobs, asked.only)
     if asked.only in (None, "pictures"):
         save_small_png(cycle_figure(record), "equimus_leg")
 

@@ -17,15 +17,13 @@ others. Finished rows are kept in out/first_calibration.
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import as_text, fingerprint, kept_rows
-from records import parser, with_rows_on_lines
+from records import fingerprint, kept_rows, median, study_parser, write_rows
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
@@ -38,6 +36,8 @@ from pamsim.inference.estimate import Flag
 
 KEPT = Path("out/first_calibration")
 RIGS = ("mas20_arm", "joint", "muscle_bench", "two_joint_arm")
+TEMPLATES = ("joint", "leg", "bench", "bellows")
+"""Kinds of `pamsim new-rig`."""
 INPUTS = ("triangle", "staircase", "multisine", "cocontraction", "bursts")
 TIED = {Flag.FLAT_DIRECTION, Flag.NOT_PINNED, Flag.DEAD}
 NEAR = 0.1
@@ -45,8 +45,8 @@ NEAR = 0.1
 
 def rig_of(name: str, folder: Path) -> Rig:
     """A rig as its file describes it; a template is written into a folder."""
-    if name == "joint":
-        return pamsim.load_rig(pamsim.new_rig("my_joint", name, out=folder / "rig"))
+    if name in TEMPLATES:
+        return pamsim.load_rig(pamsim.new_rig(f"my_{name}", name, out=folder / "rig"))
     return pamsim.load_rig(name)
 
 
@@ -66,7 +66,7 @@ def off(rig: Rig, rng: np.random.Generator) -> dict[str, float]:
     return true
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Calibrate one recording, ``first`` or ``plain``."""
     rng = np.random.default_rng((seed, 43))
     with tempfile.TemporaryDirectory() as place:
@@ -85,12 +85,12 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
                 forces=bool(seed % 2),
             ).save(folder)
         except PamsimError as error:  # such as a muscle longer than its fibres
-            return as_text({**row, "not_made": str(error)})
+            return {**row, "not_made": str(error)}
         free = () if kind == "first" else first_names(rig)
         try:
             found = calibrate([folder], rig=rig, free=free, first=kind == "first", threads=1)
         except PamsimError as error:
-            return as_text({**row, "refused": str(error)})
+            return {**row, "refused": str(error)}
         parameters = {p.name: p for p in found.parameters}
         each: dict[str, str] = {}
         inside = [0, 0]
@@ -104,16 +104,14 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             near = abs(one.value - value) < NEAR * abs(before - value)
             tied = TIED & set(one.flags)
             each[parameter] = "found" if held or near else "tied" if tied else "missed"
-        return as_text(
-            {
-                **row,
-                "status": str(found.status),
-                "seconds": found.seconds,
-                "simulations": found.simulations,
-                "inside": inside,
-                "parameters": each,
-            }
-        )
+    return {
+        **row,
+        "status": str(found.status),
+        "seconds": found.seconds,
+        "simulations": found.simulations,
+        "inside": inside,
+        "parameters": each,
+    }
 
 
 def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
@@ -131,19 +129,17 @@ def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
             "all five found": sum(set(row["parameters"].values()) == {"found"} for row in done),
             "parameters": {verdict: each.count(verdict) for verdict in sorted(set(each))},
             "intervals that hold the true value": [
-                int(n) for n in np.sum([row["inside"] for row in done], axis=0)
+                sum(row["inside"][k] for row in done) for k in (0, 1)
             ],
             "refused": len(own) - len(done),
-            "median_seconds": float(np.median([row["seconds"] for row in done])),
+            "median_seconds": median([row["seconds"] for row in done]),
         }
     return table
 
 
 def main() -> None:
     """Run what is left, count, write."""
-    asked = parser(__doc__, count=60, seed=0, workers=2)
-    asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
-    options = asked.parse_args()
+    options = study_parser(__doc__, count=60, seed=0).parse_args()
     cases = [(RIGS[k % len(RIGS)], options.seed + k) for k in range(options.count)]
     tasks = [(kind, *case) for kind in ("first", "plain") for case in cases]
     mark = fingerprint("pamsim", __file__)
@@ -156,9 +152,7 @@ def main() -> None:
         "counts": counted(rows),
         "rows": list(rows.values()),
     }
-    print(json.dumps(result["counts"], indent=1))
-    if options.json:
-        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
+    write_rows(result, options.json)
 
 
 if __name__ == "__main__":

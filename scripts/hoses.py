@@ -25,7 +25,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pictures import save_small_png
-from records import head, parser, with_rows_on_lines
+from records import head, parser, write_rows
 from scipy.optimize import least_squares
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
@@ -305,8 +305,7 @@ def main() -> None:
         },
         "rows": rows,
     }
-    if asked.json:
-        asked.json.write_text(with_rows_on_lines(record), encoding="utf-8")
+    write_rows(record, asked.json)
     save_small_png(
         figure([log for log in logs if (log.metres, log.bar) == (6, 4.0)], fits), "hoses"
     )

@@ -31,7 +31,6 @@ The peers need an environment of their own and are fitted once:
 from __future__ import annotations
 
 import hashlib
-import json
 import tempfile
 import time
 from dataclasses import dataclass
@@ -40,7 +39,7 @@ from typing import Any
 
 import numpy as np
 from free_runs import grows, started_freely
-from records import parser, write
+from records import RESULTS, parser, print_and_write, read, write_arrays
 
 import pamsim
 from pamsim.core.computation import versions
@@ -49,7 +48,6 @@ from pamsim.core.units import FloatArray
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import SignalRecord, fit_percent
 
-RESULTS = Path("scripts/results")
 RULE = "initial state and a constant, by least squares over the whole second half"
 
 # Name -> file, input and output column.
@@ -94,7 +92,7 @@ class Halves:
         np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.12g")
 
 
-def read(folder: Path, name: str) -> Halves:
+def halves_of(folder: Path, name: str) -> Halves:
     """One set from its CSV."""
     file, given, output = SETS[name]
     return Halves(given, output, np.genfromtxt(folder / f"{file}.csv", delimiter=",", names=True))
@@ -148,7 +146,7 @@ def records(folder: Path) -> dict[str, Any]:
     """Both halves of every set as arrays for the peers, input and output each."""
     arrays: dict[str, Any] = {}
     for name in SETS:
-        halves = read(folder, name)
+        halves = halves_of(folder, name)
         arrays[f"{name}|first"] = np.stack(halves.half(0))
         arrays[f"{name}|second"] = np.stack(halves.half(1))
         arrays[f"{name}|interval"] = np.array(halves.interval)
@@ -161,45 +159,11 @@ def digest(arrays: dict[str, Any]) -> str:
     return hashlib.sha256(parts).hexdigest()
 
 
-def cell(best: dict[str, Any] | None) -> str:
-    """Fit and name of the best model, if there is one."""
-    return f"{best['fit_percent']:.1f} ({best['label']})" if best else "-"
-
-
-def lines(sets: dict[str, Any]) -> list[str]:
-    """The table as text."""
-    form = "{:<19}{:>8}  {:<38}{:>6}  {:<45}{:<25}{:<15}{:>8}".format
-    head = ("set", "samples", "pamsim recommends", "fit %", "pamsim hindsight")
-    result = [form(*head, "N4SID hindsight", "OE hindsight", "seconds")]
-    notes: list[str] = []
-    for name, entry in sets.items():
-        row = entry["pamsim"]
-        if "error" in row:
-            own_cells = (f"error: {row['error']}"[:37], "-", "-")
-        else:
-            shown = row["recommended"] or f"none; shown: {row['shown']}"
-            fit = row["fit_percent"]
-            own_cells = (shown, "-" if fit is None else f"{fit:.1f}", cell(row["hindsight"]))
-        peers = entry["peers"].values()
-        cells = [entry["samples"], *own_cells, *(cell(peer["best"]) for peer in peers)]
-        result.append(form(name, *cells, f"{row['seconds']:.1f}"))
-        notes += [
-            f"{name}: {method} {cell(peer['best_unstable'])} if it may be unstable"
-            for method, peer in entry["peers"].items()
-            if peer["best_unstable"]
-            and (
-                not peer["best"]
-                or peer["best_unstable"]["fit_percent"] > peer["best"]["fit_percent"]
-            )
-        ]
-    return [*result, *notes]
-
-
 def study(folder: Path, names: list[str], peers: dict[str, Any]) -> dict[str, Any]:
     """Every set with pamsim's choice and the peers' best."""
     sets: dict[str, Any] = {}
     for name in names:
-        halves = read(folder, name)
+        halves = halves_of(folder, name)
         sets[name] = {
             "samples": int(halves.table.size),
             "sample_time_s": halves.interval,
@@ -232,18 +196,15 @@ def main() -> None:
     options = asked.parse_args()
     arrays = records(options.folder)
     if options.write_records:
-        options.write_records.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(options.write_records, digest=digest(arrays), **arrays)
+        write_arrays(options.write_records, arrays, digest(arrays))
         return
     names = [name.strip() for name in options.sets.split(",")]
     if unknown := [name for name in names if name not in SETS]:
         asked.error(f"no set {unknown[0]!r}; there are {', '.join(SETS)}")
-    peers = json.loads(options.peers.read_text(encoding="utf-8"))
-    if peers["records_sha256"] != digest(arrays):
+    peers = read(options.peers)
+    if peers.get("records_sha256") != digest(arrays):
         asked.error(f"{options.peers} was fitted to other records; fit the peers again")
-    result = study(options.folder, names, peers)
-    print("\n".join(lines(result["sets"])))
-    write(result, options.json)
+    print_and_write(study(options.folder, names, peers), options.json)
 
 
 if __name__ == "__main__":

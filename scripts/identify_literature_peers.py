@@ -16,18 +16,16 @@ the same sample).
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from free_runs import free_responses, grows, started_freely
 from scipy.optimize import least_squares
 from scipy.signal import dlsim, lfilter, tf2ss
-from sippy_peer import estimate, write_page
+from sippy_peer import estimate, study
 
 from pamsim.core.units import FloatArray
 from pamsim.identification.records import fit_percent
@@ -142,26 +140,15 @@ def scores(fitted: Sequence[FloatArray], scored: Sequence[FloatArray], interval:
     return table
 
 
-def main() -> None:
+def estimates(arrays: Any) -> dict[str, Any]:
     """Fit and score all records."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("records", type=Path)
-    parser.add_argument(
-        "--json", type=Path, default=Path("scripts/results/identify_literature_peers.json")
-    )
-    options = parser.parse_args()
-    arrays = np.load(options.records)
     sets: dict[str, Any] = {}
     for name in [key.removesuffix("|interval") for key in arrays if key.endswith("|interval")]:
         first, second = arrays[f"{name}|first"], arrays[f"{name}|second"]
         sets[name] = scores(first, second, float(arrays[f"{name}|interval"]))
         print(f"{name}: {sum(row['seconds'] for row in sets[name].values()):.0f} s", flush=True)
-    command = (
-        "OMP_NUM_THREADS=1 PYTHONPATH=. <venv with sippy-unipi>/bin/python "
-        "scripts/identify_literature_peers.py out/identify_literature.npz"
-    )
-    write_page(options.json, command, str(arrays["digest"]), {"sets": sets})
+    return {"sets": sets}
 
 
 if __name__ == "__main__":
-    main()
+    study(__doc__, "identify_literature_peers", "out/identify_literature.npz", estimates)

@@ -10,13 +10,11 @@ of the 0.5 s of rest they begin with, since it has no offset in its models.
 
 from __future__ import annotations
 
-import argparse
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sippy_peer import estimate, write_page
+from sippy_peer import estimate, study
 
 INTERVAL = 0.01
 RESTING = 50  # samples before the input moves
@@ -55,13 +53,8 @@ def estimated(u: Any, y: Any, options: dict[str, Any]) -> dict[str, Any]:
     return {"T1": fast, "T2": slow, "seconds": seconds}
 
 
-def main() -> None:
-    """Estimate all records with all methods."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("records", type=Path)
-    parser.add_argument("--json", type=Path, default=Path("scripts/results/identify_peers.json"))
-    options = parser.parse_args()
-    arrays = np.load(options.records)
+def estimates(arrays: Any) -> dict[str, Any]:
+    """All records by all methods."""
     names = [key.removesuffix("|u") for key in arrays if key.endswith("|u")]
     scenarios: dict[str, list[dict[str, Any]]] = {}
     for name in names:
@@ -70,12 +63,8 @@ def main() -> None:
         for i, (u, y) in enumerate(pairs):
             scenarios[name].append({m: estimated(u, y, given) for m, given in METHODS.items()})
             print(f"{name}: {i + 1} of {len(pairs)}", flush=True)
-    command = (
-        "OMP_NUM_THREADS=1 <venv with sippy-unipi>/bin/python "
-        "scripts/identify_peers.py out/identify_peers.npz"
-    )
-    write_page(options.json, command, str(arrays["digest"]), {"scenarios": scenarios})
+    return {"scenarios": scenarios}
 
 
 if __name__ == "__main__":
-    main()
+    study(__doc__, "identify_peers", "out/identify_peers.npz", estimates)

@@ -22,7 +22,6 @@ Finished rows are kept in out/identify_planted_INPUTS.
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,19 +29,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import Task, as_text, fingerprint, kept_rows
 from numpy.typing import NDArray
-from records import parser, share, with_rows_on_lines
-from scipy.signal import cont2discrete, lfilter, tf2ss
+from records import Task, fingerprint, kept_rows, noise, parser, share, write_rows
+from scipy.signal import cont2discrete, tf2ss
 
 from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
+from pamsim.identification.choose import recommend
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.models import ModelSet, fit_models
-from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import pole_coordinates
 
@@ -88,15 +86,15 @@ def drawn(number: int, inputs: int) -> System:
             constants += [size * np.exp(1j * angle), size * np.exp(-1j * angle)]
         else:
             constants.append(complex(size))
-    above, late, gain = numerator(draw, poles, slowest)
-    drift = bool(draw.random() < 1.0 / 3.0)
-    noise, correlation = draw.uniform(0.01, 0.05), float(draw.choice([0.0, 5.0]))
-    numerators, dead_times = [gain * above], [late]
-    for _ in range(inputs - 1):
-        more = np.random.default_rng([number, 29])
-        above, late, gain = numerator(more, poles, slowest)
+    numerators: list[FloatArray] = []
+    dead_times: list[float] = []
+    for i in range(inputs):
+        own = draw if i == 0 else np.random.default_rng([number, 29])
+        above, late, gain = numerator(own, poles, slowest)
         numerators.append(gain * above)
         dead_times.append(late)
+    drift = bool(draw.random() < 1.0 / 3.0)
+    noise, correlation = draw.uniform(0.01, 0.05), float(draw.choice([0.0, 5.0]))
     return System(
         constants=np.array(constants),
         integrators=integrators,
@@ -121,20 +119,18 @@ def numerator(
 def recorded(system: System, number: int) -> SignalRecord:
     """Its record, cut out of motion."""
     draw = np.random.default_rng([number, 23])
-    slowest = float(np.max(np.abs(system.constants)))
-    inputs = [telegraph(draw, slowest, system.integrators > 0)]
-    for i in range(1, len(system.above)):
-        more = np.random.default_rng([number, 31, i])
-        inputs.append(telegraph(more, slowest, system.integrators > 0))
+    slowest, balanced = float(np.max(np.abs(system.constants))), system.integrators > 0
+    inputs = [
+        telegraph(np.random.default_rng([number, 31, i]) if i else draw, slowest, balanced)
+        for i in range(len(system.above))
+    ]
     output = sum(
         through(system, above, late, given)
         for above, late, given in zip(system.above, system.dead_times, inputs, strict=True)
     )[BEFORE:]
     spread = float(np.std(output))
-    phi = np.exp(-1.0 / system.correlation) if system.correlation else 0.0
-    white = draw.standard_normal(SAMPLES + 500)
-    noise = np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white)[500:]
-    output = output + 0.3 * spread + system.noise * spread * noise
+    errors = noise(draw, (SAMPLES,), system.correlation, 500)
+    output = output + 0.3 * spread + system.noise * spread * errors
     if system.drift:
         output = output + DRIFT * spread * np.linspace(0.0, 1.0, SAMPLES)
     bias = 0.2 if system.integrators else 0.0
@@ -163,7 +159,7 @@ def through(system: System, above: FloatArray, late: float, given: FloatArray) -
 
 
 @one_blas_thread()
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Identify one record by default, and fit its planted structure."""
     del kind
     system = drawn(seed, int(name))
@@ -197,7 +193,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             "passes": best.adequate,
             "fit_percent": best.fit.fit_percent,
         }
-    return as_text(row)
+    return row
 
 
 def _alone(each: Sequence[Any]) -> Any:
@@ -226,21 +222,14 @@ def intervals(system: System, record: SignalRecord) -> dict[str, list[float]]:
         fit = fit_model([record], structure, starts=[np.append(start, late)])
     except InputError:
         return {}
-    values: dict[str, float] = {}
-    for i, (above, delay) in enumerate(zip(system.above, system.dead_times, strict=True), start=1):
-        number = "" if len(system.above) == 1 else f"[{i}]"
-        values |= {f"K{number}": float(above[-1]), f"L{number}": delay}
+    values = planted_numbers(system)
     # The search begins at the planted poles: each pair is found in its place.
     count = int(np.sum(system.constants.imag > 0.0))
     places = {float(np.exp(x)): i for i, x in enumerate(fit.coordinates[: 2 * count])}
     values |= {
         e.name: float(np.exp(start[places[e.value]])) for e in fit.estimates if e.value in places
     }
-    return {
-        e.name: [values[e.name], *e.interval95]
-        for e in fit.estimates
-        if e.name in values and e.interval95 is not None
-    }
+    return held_by(values, fit)
 
 
 def intervals_after_choice(system: System, fit: IdentifiedModel) -> dict[str, list[float]]:
@@ -250,14 +239,25 @@ def intervals_after_choice(system: System, fit: IdentifiedModel) -> dict[str, li
     """
     if fit.structure.integrators != system.integrators:
         return {}
-    found: dict[str, list[float]] = {}
+    return held_by(planted_numbers(system), fit)
+
+
+def planted_numbers(system: System) -> dict[str, float]:
+    """Name -> planted gain or dead time of every input."""
+    found: dict[str, float] = {}
     for i, (above, late) in enumerate(zip(system.above, system.dead_times, strict=True), start=1):
         number = "" if len(system.above) == 1 else f"[{i}]"
-        for one in fit.estimates:
-            planted = {f"K{number}": float(above[-1]), f"L{number}": late}.get(one.name)
-            if planted is not None and one.interval95 is not None:
-                found[one.name] = [planted, *one.interval95]
+        found |= {f"K{number}": float(above[-1]), f"L{number}": late}
     return found
+
+
+def held_by(values: dict[str, float], fit: IdentifiedModel) -> dict[str, list[float]]:
+    """Name -> planted value and 95 % interval of it, where a fit has one."""
+    return {
+        e.name: [values[e.name], *e.interval95]
+        for e in fit.estimates
+        if e.name in values and e.interval95 is not None
+    }
 
 
 def scores(rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -309,9 +309,7 @@ def main() -> None:
         "scores": scores(list(rows.values())),
         "rows": [{"number": number, **row} for (_, _, number), row in rows.items()],
     }
-    print(json.dumps(result["scores"], indent=1))
-    if options.json is not None:
-        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
+    write_rows(result, options.json)
 
 
 if __name__ == "__main__":

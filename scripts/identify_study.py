@@ -22,15 +22,14 @@ and realisation methods; scipy stands for the plain baseline (curve_fit, one sta
 from __future__ import annotations
 
 import hashlib
-import json
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import as_text, fingerprint, kept_rows
-from records import parser, write
+from records import RESULTS, fingerprint, kept_rows, noise, parser, read, write, write_arrays
 from scipy.optimize import curve_fit
 from scipy.signal import cont2discrete, lfilter, ss2tf, tf2ss
 
@@ -42,7 +41,6 @@ from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_independence
 
-RESULTS = Path("scripts/results")
 KEPT = Path("out/identify_study")
 RUNS, PEER_RUNS = 200, 25
 INTERVAL, SAMPLES = 0.01, 2000
@@ -79,10 +77,8 @@ def planted(seed: int, *, decibel: float, correlation_s: float, delay_s: float) 
     levels = np.repeat(rng.choice([-1.0, 1.0], SAMPLES // 20 + 1), 20)
     u = np.concatenate([np.zeros(50), np.ones(250), levels])[:SAMPLES]
     y = clean_output(u, delay_s, FAST, SLOW)
-    white = rng.standard_normal(SAMPLES + 1000)
-    phi = np.exp(-INTERVAL / correlation_s) if correlation_s else 0.0
-    noise = np.sqrt(1.0 - phi**2) * lfilter([1.0], [1.0, -phi], white)[1000:]
-    y = y + OFFSET + np.std(y) * 10.0 ** (-decibel / 20.0) * noise
+    errors = noise(rng, (SAMPLES,), correlation_s / INTERVAL, 1000)
+    y = y + OFFSET + np.std(y) * 10.0 ** (-decibel / 20.0) * errors
     return SignalRecord(f"{seed}", INTERVAL * np.arange(SAMPLES), u, y)
 
 
@@ -158,9 +154,9 @@ def compared(name: str, seed: int) -> dict[str, Any]:
     return rows
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Run one task of either kind, in a worker."""
-    return as_text((fitted if kind == "fit" else compared)(name, seed))
+    return (fitted if kind == "fit" else compared)(name, seed)
 
 
 def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
@@ -182,14 +178,14 @@ def summary(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
             ),
         }
     delays = np.array([row["parameters"]["L"][0] for row in rows])
-    statuses = [row["status"] for row in rows]
+    statuses = Counter(row["status"] for row in rows)
     return {
         **SCENARIOS[name],
         "runs": len(rows),
         "parameters": parameters,
         "dead_time_within_one_sample_percent": 100.0
         * float(np.mean(np.abs(delays - truth["L"]) < INTERVAL)),
-        "statuses": {status: statuses.count(status) for status in sorted(set(statuses))},
+        "statuses": dict(sorted(statuses.items())),
         "median_seconds_per_fit": float(np.median([row["seconds"] for row in rows])),
         "independence_false_alarm_percent_at_5": 100.0
         * float(np.mean([row["p_right"] < 0.05 for row in rows])),
@@ -222,13 +218,16 @@ def side_by_side(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def peer_tables() -> dict[str, Any] | None:
-    """Read what identify_peers.py wrote, if it was run on these very records."""
-    path = RESULTS / "identify_peers.json"
-    if not path.exists():
+    """Read what identify_peers.py wrote, if it was run.
+
+    Raises:
+        SystemExit: if it was run on other records.
+    """
+    page = read(RESULTS / "identify_peers.json")
+    if not page:
         return None
-    page = json.loads(path.read_text(encoding="utf-8"))
     if page["records_sha256"] != records_digest():
-        return None
+        raise SystemExit("identify_peers.json is of other records: run the peers again, see --help")
     tables = {name: side_by_side(rows) for name, rows in page["scenarios"].items()}
     return {"versions": page["versions"], "command": page["command"], "scenarios": tables}
 
@@ -249,13 +248,20 @@ def records_digest() -> str:
     return hashlib.sha256(text).hexdigest()
 
 
-def study(workers: int) -> dict[str, Any]:
-    """Run what is not yet there and summarise all."""
+def main() -> None:
+    """Run what is not yet there and summarise all, or write the records that peers are given."""
+    arguments = parser(__doc__, RESULTS / "identify_study.json", workers=2)
+    arguments.add_argument("--write-records", type=Path, metavar="FILE")
+    options = arguments.parse_args()
+    if options.write_records:
+        write_arrays(options.write_records, peer_records(), records_digest())
+        return
+    peers = peer_tables()
     mark = fingerprint("pamsim.identification.", __file__)
     tasks = [("fit", name, seed) for name in SCENARIOS for seed in range(RUNS)]
     tasks += [("compare", name, seed) for name in PEER_SCENARIOS for seed in range(PEER_RUNS)]
-    rows = kept_rows(run_one, tasks, KEPT, mark, workers)
-    return {
+    rows = kept_rows(run_one, tasks, KEPT, mark, options.workers)
+    result = {
         "command": "python scripts/identify_study.py",
         "versions": versions("scipy"),
         "plant": {"K": GAIN, "T1_s": FAST, "T2_s": SLOW, "L_s": DELAY},
@@ -268,22 +274,9 @@ def study(workers: int) -> dict[str, Any]:
             name: side_by_side([rows["compare", name, seed] for seed in range(PEER_RUNS)])
             for name in PEER_SCENARIOS
         },
-        "peers_on_the_same_records": peer_tables(),
+        "peers_on_the_same_records": peers,
     }
-
-
-def main() -> None:
-    """Run the study, or write the records that peers are given."""
-    arguments = parser(__doc__, RESULTS / "identify_study.json", workers=2)
-    arguments.add_argument("--write-records", type=Path, metavar="FILE")
-    options = arguments.parse_args()
-    if options.write_records:
-        options.write_records.parent.mkdir(parents=True, exist_ok=True)
-        np.savez(options.write_records, digest=records_digest(), **peer_records())
-        return
-    began = time.perf_counter()
-    write(study(options.workers), options.json)
-    print(f"{time.perf_counter() - began:.0f} s; written to {options.json}")
+    write(result, options.json)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ been for 98 % of the time. Finished rows are kept in out/learned_study.
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 import time
@@ -26,8 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import as_text, fingerprint, kept_rows
-from records import parser, with_rows_on_lines
+from records import fingerprint, kept_rows, median, study_parser, write_rows
 
 import pamsim
 from pamsim.core.computation import versions
@@ -99,7 +97,7 @@ def visited(trials: Sequence[Trial], over: str) -> tuple[float, float]:
     return low, high
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Record a case of a rig and diagnose it."""
     rng = np.random.default_rng((seed, 61))
     fields = hidden_torque(kind, rng) if kind in LEFT_OUT else {}
@@ -108,12 +106,9 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
         effect = str(rng.choice(list(LIBRARY)))
         effects = {effect: LIBRARY[effect]}
     elif fields:
+        torque = on_joint(lambda _: fields)
         PLANT_EFFECTS["torque"] = PlantEffect(
-            name="torque",
-            formulation=kind,
-            unit="1",
-            typical=1.0,
-            change=on_joint(lambda _: fields),
+            name="torque", formulation=kind, unit="1", typical=1.0, change=torque
         )
         effects = {"torque": 1.0}
     recording = hide(
@@ -153,16 +148,14 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
                 "after": one.after,
             }
         )
-    return as_text(
-        {
-            "kind": kind,
-            "seed": seed,
-            "fields": fields,
-            "effects": {one.name: one.level for one in found.effects},
-            "learned": curves,
-            "seconds": round(seconds, 1),
-        }
-    )
+    return {
+        "kind": kind,
+        "seed": seed,
+        "fields": fields,
+        "effects": {one.name: one.level for one in found.effects},
+        "learned": curves,
+        "seconds": round(seconds, 1),
+    }
 
 
 def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -192,16 +185,9 @@ def counted(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
-def median(values: Sequence[float]) -> float | None:
-    """Median; None of nothing."""
-    return float(np.median(values)) if values else None
-
-
 def main() -> None:
     """Run what is left, count, write."""
-    asked = parser(__doc__, count=70, seed=0, workers=2)
-    asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
-    options = asked.parse_args()
+    options = study_parser(__doc__, count=70, seed=0).parse_args()
     seeds = range(options.seed, options.seed + options.count)
     tasks = [(KINDS[seed % len(KINDS)], RIG, seed) for seed in seeds]
     mark = fingerprint(("pamsim", "tests.plant"), __file__)
@@ -215,9 +201,7 @@ def main() -> None:
         "versions": versions(),
         "rows": done,
     }
-    print(json.dumps({key: value for key, value in result.items() if key != "rows"}, indent=2))
-    if options.json is not None:
-        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
+    write_rows(result, options.json)
 
 
 if __name__ == "__main__":

@@ -7,14 +7,13 @@ The curves are those of the committed records of `pamsim train`, `results/policy
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from pictures import DOCUMENTS, GREY, on_any_ground, save_small_svg
+from records import RESULTS, read
 
 from pamsim.report.style import BLUE, GREEN, VERMILION, finish_axes, new_figure, page_style
 
-RESULTS = Path(__file__).parent / "results"
 PICTURE = DOCUMENTS / "learning_curves.svg"
 COLOURS = {"policy_sine": BLUE, "policy_step": GREEN, "policy_two_joint": VERMILION}
 
@@ -24,7 +23,7 @@ def draw(path: Path) -> None:
     with page_style():
         figure, (axes,) = new_figure(2.6, width_in=5.2)  # read on a phone as well
         for name, colour in COLOURS.items():
-            record = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+            record = read(RESULTS / f"{name}.json")
             curve, settings = record["curve"], record["settings"]
             label = f"{settings['rig']}, {settings['task']}"
             steps = [count / 1e3 for count in curve["steps"]]

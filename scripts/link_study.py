@@ -8,48 +8,35 @@ Every case is a recording on disk (five inputs that no diagnosis contains, in tw
 is read from there. With ``--repeats 1`` a case is a single log of 20 s: one input, once. What is
 counted is defined in link_study_scores.py. Finished rows are kept in out/link_study: a stopped
 study goes on where it was, as long as the code is the same.
-
-The rules were made with the cases of scripts/blind_study_cases.json; what the diagnosis of the
-whole chain, which this one has replaced, gave on these is in results/blind_study_plant.json.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
-import functools
 import hashlib
-import json
-import platform
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
-from blind_study_cases import DURATION, INPUTS
-from kept_rows import as_text, fingerprint, kept_rows
+from link_study_cases import DURATION, INPUTS, plant_recording
 from link_study_cases import FILE as CASES
-from link_study_scores import must_show, printed
-from records import with_rows_on_lines
+from link_study_scores import must_show, table
+from records import fingerprint, head, kept_rows, read, study_parser, write_rows
 
 import pamsim
 from pamsim.comparison.effects_on_rig import candidates, rig_effect, rig_name
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.core.errors import InputError, SimulationError
+from pamsim.core.errors import InputError
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis, diagnose_links
-from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.judged_units import held_out_split
 from pamsim.diagnosis.options import NUISANCE
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
 from pamsim.twins.synthetic_recording import SyntheticRecording
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from tests.plant.hide import hide
 
 KEPT = Path("out/link_study")
 LOG, LOG_DURATION = "levels", 20.0
@@ -80,11 +67,7 @@ def settings(case: Case, repeats: int) -> dict[str, Any]:
 
 def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
     """The recordings of a case; of one log, its first setting alone."""
-    made = functools.partial(hide, rig, case["effects"], **settings(case, repeats))
-    try:
-        hidden = made(step=STEP)
-    except SimulationError:  # a lag so short needs the plant's own step
-        hidden = made()
+    hidden = plant_recording(rig, case["effects"], STEP, **settings(case, repeats))
     if repeats > 1:
         return hidden
     stem = next(iter(hidden.trials))
@@ -95,14 +78,14 @@ def recorded(rig: Rig, case: Case, repeats: int) -> SyntheticRecording:
     )
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Record a case, diagnose it link by link, and write down what was found."""
     repeats, threads, file = kind.split(" ", 2)
-    (case,) = [c for c in _cases(Path(file)) if c["name"] == name]
+    (case,) = [c for c in read(Path(file))["cases"] if c["name"] == name]
     rig = pamsim.load_rig(case["rig"])
     with tempfile.TemporaryDirectory() as folder:
         hidden = recorded(rig, case, int(repeats))
-        truth = json.loads(hidden.save(Path(folder) / "data").read_text(encoding="utf-8"))
+        truth = read(hidden.save(Path(folder) / "data"))
         data = read_calibration_data([str(Path(folder) / "data")]).of_rig(rig)
     kept = ("name", "formulation", "stands_for", "families", "resembles")
     known = distances(rig, truth)
@@ -122,8 +105,8 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
             threads=int(threads),
         )
     except InputError as error:  # such as too few parts to judge by
-        return as_text({**about, "refused": str(error), "links": {}, "effects": [], "sizes": {}})
-    return as_text({**row(found), **about, "seconds": round(time.perf_counter() - began, 1)})
+        return {**about, "refused": str(error), "links": {}, "effects": [], "sizes": {}}
+    return {**row(found), **about, "seconds": round(time.perf_counter() - began, 1)}
 
 
 def distances(rig: Rig, truth: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -152,7 +135,7 @@ def row(found: LinkDiagnosis) -> dict[str, Any]:
                 "after": _rounded(found.after[link]),
                 "left": _rounded(found.unexplained[link].excess),
                 "left_p_value": _rounded(found.unexplained[link].p_value),
-                "more_left": found.unexplained[link].counts(ALPHA),
+                "more_left": found.unexplained[link].counts,
             }
             for link in found.links
         },
@@ -183,27 +166,21 @@ def _rounded(value: float) -> float:
     return float(f"{value:.4g}") if np.isfinite(value) else value
 
 
-def _cases(file: Path) -> list[Mapping[str, Any]]:
-    return json.loads(file.read_text(encoding="utf-8"))["cases"]
-
-
 def main() -> None:
     """Run what is left, count, write."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = study_parser(__doc__)
     parser.add_argument("--cases", type=Path, default=CASES)
     parser.add_argument("--repeats", type=int, choices=(1, 2, 3), default=3)
     parser.add_argument("--from", dest="begin", type=int, default=1, help="number of first case")
     parser.add_argument("--to", type=int, help="number of the last case; all if left out")
     parser.add_argument("--tier", default="", help="only cases of this tier")
-    parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--threads", type=int, default=1, help="of each case")
-    parser.add_argument("--stopped", action="store_true", help="score the finished rows only")
-    parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     if not options.cases.is_file():
         parser.error(f"no {options.cases}: draw it by scripts/link_study_cases.py, or give --cases")
-    mark = fingerprint(("pamsim", "tests.plant"), __file__, options.cases)
-    some = _cases(options.cases)[options.begin - 1 : options.to]
+    code = ("pamsim", "tests.plant", "link_study_cases")
+    mark = fingerprint(code, __file__, options.cases)
+    some = read(options.cases)["cases"][options.begin - 1 : options.to]
     chosen = [c for c in some if options.tier in ("", c["tier"])]
     kind = f"{options.repeats} {options.threads} {options.cases}"
     tasks = [(kind, case["name"], case["seed"]) for case in chosen]
@@ -215,19 +192,27 @@ def main() -> None:
     ]
     result = {
         "schema": "pamsim-link-study/1",
-        "command": f"python scripts/link_study.py --repeats {options.repeats}"
-        + (f" --from {options.begin}" * (options.begin > 1))
-        + (f" --to {options.to}" * (options.to is not None))
-        + (f" --workers {options.workers} --threads {options.threads}" * (options.threads > 1)),
+        **head(command(options)),
         "cases": hashlib.sha256(options.cases.read_bytes()).hexdigest()[:16],
         "fingerprint": mark,
-        "versions": {"mujoco": mujoco.__version__, "python": platform.python_version()},
         "must_show": must_show(done),
         "rows": done,
     }
-    print(printed(result["must_show"]))
-    if options.json is not None:
-        options.json.write_text(with_rows_on_lines(result), encoding="utf-8")
+    write_rows(result, options.json, "\n".join(table({"these": result})))
+
+
+def command(options: argparse.Namespace) -> str:
+    """The command that makes the same rows."""
+    parts = [
+        "python scripts/link_study.py",
+        f"--cases {options.cases}" * (options.cases != CASES),
+        f"--repeats {options.repeats}",
+        f"--from {options.begin}" * (options.begin > 1),
+        f"--to {options.to}" * (options.to is not None),
+        f"--tier {options.tier}" * bool(options.tier),
+        f"--workers {options.workers} --threads {options.threads}" * (options.threads > 1),
+    ]
+    return " ".join(filter(None, parts))
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import binomtest
+import records
 
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
 
@@ -56,7 +56,7 @@ SIZE_ERROR = 0.15
 _SIGNS = {"at_least": ">=", "at_most": "<="}
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Bar:
     """What a quantity of the study must reach.
 
@@ -181,77 +181,46 @@ def sizes(row: Row) -> Iterator[tuple[bool, float, bool, bool]]:
             yield own, error, low <= truth <= high, not low <= neutral <= high
 
 
+BARS = (
+    Bar("claim where nothing is hidden", high=0.02, aim=0.0, count=60),
+    Bar("wrong at the level that is called certain", high=0.02, aim=0.01),
+    Bar("one effect, library's formula: unique name", low=0.95, aim=0.98),
+    Bar("one effect, another formula: family certain", low=0.90, aim=0.95),
+    Bar("two effects, different links: both certain at family level", low=0.85, aim=0.95),
+    Bar("two effects, same link: both certain at family level", low=0.65, aim=0.8),
+    Bar("three effects: two or more certain, none wrong", low=0.75, aim=0.9),
+    Bar("outside the library: place certain and right", low=0.70, aim=0.90),
+    Bar("outside the library: a wrong family certain", high=0.0),
+    Bar("size within 15 % where the size is certain", low=0.90),
+    Bar("intervals that hold what was hidden, library's formula", low=0.92, high=0.98),
+    Bar("intervals that hold what was hidden, another formula", low=0.0),
+    Bar("median seconds per diagnosis", high=25.0, aim=15.0, unit="s"),
+)
+
+
 def must_show(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """The quantities that have a bar, each with its share, count, interval and bar."""
 
-    def of(tiers: Sequence[str], hit: Callable[[Row], bool]) -> dict[str, Any]:
-        return share([r for r in rows if r["tier"] in tiers], hit)
+    def of(hit: Callable[[Row], bool], *tiers: str) -> dict[str, Any]:
+        return share([r for r in rows if r["tier"] in tiers or not tiers], hit)
 
-    every = tuple(dict.fromkeys(r["tier"] for r in rows))
     stated = [one for r in rows for one in sizes(r)]
-    own = [held for library, _, held, _ in stated if library]
-    other = [held for library, _, held, _ in stated if not library]
-    return [
-        Bar(quantity="claim where nothing is hidden", high=0.02, aim=0.0, count=60).judged(
-            of(["nothing"], lambda r: any(certain(one, "place") for one in r["effects"]))
-        ),
-        Bar(quantity="wrong at the level that is called certain", high=0.02, aim=0.01).judged(
-            of(every, wrong)
-        ),
-        Bar(quantity="one effect, library's formula: unique name", low=0.95, aim=0.98).judged(
-            of(["library"], unique)
-        ),
-        Bar(quantity="one effect, another formula: family certain", low=0.90, aim=0.95).judged(
-            of(["other_formula"], all_found)
-        ),
-        Bar(
-            quantity="two effects, different links: both certain at family level",
-            low=0.85,
-            aim=0.95,
-        ).judged(of(["two_links"], all_found)),
-        Bar(
-            quantity="two effects, same link: both certain at family level", low=0.65, aim=0.8
-        ).judged(of(["one_link"], all_found)),
-        Bar(quantity="three effects: two or more certain, none wrong", low=0.75, aim=0.9).judged(
-            of(["three"], lambda r: found_families(r) >= 2 and not wrong(r))
-        ),
-        Bar(quantity="outside the library: place certain and right", low=0.70, aim=0.90).judged(
-            of(["outside", "removed"], placed)
-        ),
-        Bar(quantity="outside the library: a wrong family certain", high=0.0).judged(
-            of(["outside", "removed"], lambda r: any(certain(o, "family") for o in r["effects"]))
-        ),
-        Bar(quantity="size within 15 % where the size is certain", low=0.90).judged(
-            plain_share([error <= SIZE_ERROR for _, error, _, sure in stated if sure])
-        ),
-        Bar(
-            quantity="intervals that hold what was hidden, library's formula", low=0.92, high=0.98
-        ).judged(plain_share(own)),
-        Bar(quantity="intervals that hold what was hidden, another formula", low=0.0).judged(
-            plain_share(other)
-        ),
-        Bar(quantity="median seconds per diagnosis", high=25.0, aim=15.0, unit="s").judged(
-            median(r["seconds"] for r in rows if "seconds" in r)
-        ),
-    ]
-
-
-def printed(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The quantities that have a bar as lines of text: found, count, interval, bar."""
-    lines: list[str] = []
-    for row in rows:
-        factor = 100.0 if row["unit"] == "%" else 1.0
-        bar = [f"{sign} {factor * row[name]:g}" for name, sign in _SIGNS.items() if name in row]
-        value = row.get("share", row.get("median"))
-        found = "no data" if value is None else f"{factor * value:.1f} {row['unit']}"
-        if "hits" in row:
-            low, high = row["interval95"]
-            found += f" ({row['hits']} of {row['count']}, {100 * low:.1f} to {100 * high:.1f} %)"
-        few = "" if row["count"] >= row["of_at_least"] else f" of >= {row['of_at_least']}"
-        verdict = "met" if row["met"] else "NOT MET"
-        need = f"{' and '.join(bar)} {row['unit']}{few}"
-        lines.append(f"{verdict:8}{row['quantity']}: {found}; must be {need}")
-    return "\n".join(lines)
+    found = (
+        of(lambda r: any(certain(one, "place") for one in r["effects"]), "nothing"),
+        of(wrong),
+        of(unique, "library"),
+        of(all_found, "other_formula"),
+        of(all_found, "two_links"),
+        of(all_found, "one_link"),
+        of(lambda r: found_families(r) >= 2 and not wrong(r), "three"),
+        of(placed, "outside", "removed"),
+        of(lambda r: any(certain(o, "family") for o in r["effects"]), "outside", "removed"),
+        plain_share([error <= SIZE_ERROR for _, error, _, sure in stated if sure]),
+        plain_share([held for library, _, held, _ in stated if library]),
+        plain_share([held for library, _, held, _ in stated if not library]),
+        median(r["seconds"] for r in rows if "seconds" in r),
+    )
+    return [bar.judged(one) for bar, one in zip(BARS, found, strict=True)]
 
 
 def table(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
@@ -271,11 +240,8 @@ def table(records: Mapping[str, Mapping[str, Any]]) -> list[str]:
             if name in row and (name, row[name]) != ("at_least", 0.0)
         ]
         bar = f"{' and '.join(ends)} {row['unit']}" if ends else ""
-        lines.append(
-            "| "
-            + " | ".join([quantity, bar, *(_cell(own.get(quantity, {})) for own in columns)])
-            + " |"
-        )
+        cells = [quantity, bar, *(_cell(own.get(quantity, {})) for own in columns)]
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 
@@ -301,13 +267,9 @@ def plain_share(hits: Sequence[bool]) -> dict[str, Any]:
     """Share with its exact (Clopper-Pearson) 95 % interval."""
     if not hits:
         return {"count": 0}
-    interval = binomtest(sum(hits), len(hits)).proportion_ci(method="exact")
-    return {
-        "share": round(sum(hits) / len(hits), 4),
-        "hits": sum(hits),
-        "count": len(hits),
-        "interval95": [round(float(interval.low), 4), round(float(interval.high), 4)],
-    }
+    found = records.share(sum(hits), len(hits))
+    ends = [round(float(end), 4) for end in found["interval95"]]
+    return {**found, "share": round(found["share"], 4), "interval95": ends}
 
 
 def median(values: Any) -> dict[str, Any]:

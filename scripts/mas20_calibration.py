@@ -14,19 +14,19 @@ are not fitted again unless --fresh is given, so that an interrupted run goes on
 
 from __future__ import annotations
 
-import argparse
-import json
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from records import parser, read, write
 from scipy.optimize import brentq
+from static_models import SMALL_STEPS, StaticModel, StaticModelFit, Term, fit_static_models
 from tqdm import tqdm
 
 from pamsim.core.computation import versions
-from pamsim.core.encoding import to_dict, write_json
+from pamsim.core.encoding import to_dict
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.identification.step_response import step_of_lags
@@ -35,13 +35,6 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.papers.static_models import (
-    SMALL_STEPS,
-    StaticModel,
-    StaticModelFit,
-    Term,
-    fit_static_models,
-)
 from pamsim.recordings.printed import mas20_models, mas20_steps
 from pamsim.recordings.step_metrics import step_metrics
 
@@ -54,63 +47,30 @@ MEAN_RADIUS = 0.0121276
 MID_STROKE = 0.207
 """Length at the reference point if the muscles are mounted half contracted [m]."""
 
-LOCKING = Term(
-    name="braid locks when stretched",
-    parameter="passive.locking",
-    low=0.5,
-    high=60.0,
-    start=26.0,
-    neutral=0.0,
-)
-FLATTENING = Term(
-    name="pressure acts less on a stretched muscle",
-    parameter="force.a",
-    low=-2e-3,
-    high=0.0,
-    start=-4.5e-4,
-    neutral=-4.00180705e-5,
-)
-TILT = Term(
-    name="load turns a tilted shaft",
-    parameter="body.rig.tilt",
-    low=-0.3,
-    high=0.3,
-    start=-0.03,
-    neutral=0.0,
-)
-SOFTENING = Term(
-    name="tube softens in contraction",
-    parameter="passive.softening",
-    low=0.1,
-    high=60.0,
-    start=10.0,
-    neutral=PUBLISHED_SOFTENING,
-)
-EXTENSIBILITY = Term(
-    name="pressure lengthens the free muscle",
-    parameter="braid.extensibility",
-    low=0.0,
-    high=4e-7,
-    start=1.2e-7,
-    neutral=0.0,
-)
-COMPLIANCE = Term(
-    name="chain and fittings give",
-    parameter="chain.compliance",
-    low=0.0,
-    high=2e-5,
-    start=1e-6,
-    neutral=0.0,
-)
-RADIUS = Term(
-    name="sprocket radius",
-    parameter="tendon.chain_1.coef",
-    also=("tendon.chain_2.coef",),
-    low=8e-3,
-    high=2e-2,
-    start=MEAN_RADIUS,
-    neutral=MEAN_RADIUS,
-)
+# Name, parameters, least and largest value, start, and value without the term [SI].
+LOCKING, FLATTENING, TILT, SOFTENING, EXTENSIBILITY, COMPLIANCE, RADIUS = TERMS = tuple(
+    Term(
+        name=name,
+        parameter=parameter,
+        also=tuple(also),
+        low=low,
+        high=high,
+        start=start,
+        neutral=neutral,
+    )
+    for name, (parameter, *also), low, high, start, neutral in (
+        ("braid locks when stretched", ["passive.locking"], 0.5, 60.0, 26.0, 0.0),
+        ("pressure acts less on a stretched muscle", ["force.a"], -2e-3, 0.0, -4.5e-4,
+         -4.00180705e-5),
+        ("load turns a tilted shaft", ["body.rig.tilt"], -0.3, 0.3, -0.03, 0.0),
+        ("tube softens in contraction", ["passive.softening"], 0.1, 60.0, 10.0,
+         PUBLISHED_SOFTENING),
+        ("pressure lengthens the free muscle", ["braid.extensibility"], 0.0, 4e-7, 1.2e-7, 0.0),
+        ("chain and fittings give", ["chain.compliance"], 0.0, 2e-5, 1e-6, 0.0),
+        ("sprocket radius", ["tendon.chain_1.coef", "tendon.chain_2.coef"], 8e-3, 2e-2,
+         MEAN_RADIUS, MEAN_RADIUS),
+    )
+)  # fmt: skip
 CONDUCTANCE = FreeParameter(
     name="valve.conductance_exhaust",
     unit="m^3/(s*Pa)",
@@ -122,7 +82,6 @@ CONDUCTANCE = FreeParameter(
 DAMPING = FreeParameter(
     name="joint.shaft.damping", unit="N*m*s/rad", start=0.3, low=0.02, high=3.0, scale="log"
 )
-TERMS = (LOCKING, FLATTENING, TILT, SOFTENING, EXTENSIBILITY, COMPLIANCE, RADIUS)
 
 _MAP = {"force.b": 292.4620246, "force.f": -280.498151, "passive.stiffness": 0.0}
 """The published law whole, its pressure-free part included."""
@@ -162,28 +121,19 @@ STATIC_MODELS = (
 )  # fmt: skip
 
 
-def compare_static_models(rig: Rig, record: dict[str, Any]) -> None:
+def compare_static_models(rig: Rig, record: dict[str, Any], path: Path) -> None:
     """Fit the models that are missing in the record; print and keep each as it is done."""
     have = {entry["name"]: entry for entry in record.get("static_models", [])}
     missing = [model for model in STATIC_MODELS if model.name not in have]
     bar = tqdm(total=len(missing), unit="model")
 
     def keep(result: StaticModelFit) -> None:
-        fitted = result.fit.parameters if result.fit else ()
-        bar.write(
-            f"{math.degrees(result.rms):6.3f} {math.degrees(result.leave_one_out_rms):6.3f}"
-            f" {math.degrees(result.blocks[SMALL_STEPS]):6.3f} deg  "
-            + result.model.name
-            + "".join(
-                f"; {p.name} {p.value:.5g}"
-                + (f" [{p.interval95[0]:.4g}, {p.interval95[1]:.4g}]" if p.interval95 else "")
-                + "".join(f" {flag}" for flag in p.flags)
-                for p in fitted
-            )
-        )
+        errors = (result.rms, result.leave_one_out_rms, result.blocks[SMALL_STEPS])
+        shown = " ".join(f"{math.degrees(error):6.3f}" for error in errors)
+        bar.write(f"{shown} deg  {result.model.name}")
         have[result.model.name] = result.to_dict()
         record["static_models"] = [have[m.name] for m in STATIC_MODELS if m.name in have]
-        write_json(RECORD, record)
+        write(record, path)
         bar.update()
 
     with bar:
@@ -272,23 +222,22 @@ def _turning_back(rig: Rig, damping: float) -> float:
 
 def main() -> None:
     """Run what is asked for and write the record."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("static", "dynamic"))
-    parser.add_argument("--fresh", action="store_true", help="fit again what is there")
-    asked = parser.parse_args()
+    options = parser(__doc__, RECORD)
+    options.add_argument("--only", choices=("static", "dynamic"))
+    options.add_argument("--fresh", action="store_true", help="fit again what is there")
+    asked = options.parse_args()
     rig = load_rig("mas20_arm")
-    keep = RECORD.is_file() and not asked.fresh
-    record: dict[str, Any] = json.loads(RECORD.read_text()) if keep else {}
+    record = {} if asked.fresh else read(asked.json)
     record |= {
         "schema": SCHEMA,
         "command": "python scripts/mas20_calibration.py",
         "versions": versions("scipy"),
     }
     if asked.only != "dynamic":
-        compare_static_models(rig, record)
+        compare_static_models(rig, record, asked.json)
     if asked.only != "static":
         record["dynamic"] = dynamic_fit(rig)
-    write_json(RECORD, record)
+    write(record, asked.json)
 
 
 if __name__ == "__main__":

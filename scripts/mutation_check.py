@@ -15,7 +15,6 @@ it.
 from __future__ import annotations
 
 import ast
-import json
 import os
 import random
 import resource
@@ -28,7 +27,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from records import parser, write
+from records import parser, read, write
 from tqdm import tqdm
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -226,7 +225,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
         result: of the part so far, or empty; filled, and complete enough to keep at each step.
 
     Raises:
-        RuntimeError: if the result is of other sources, tests or options; if tests that noticed
+        SystemExit: if the result is of other sources, tests or options; if tests that noticed
             every mutation fail where nothing is changed, too.
     """
     room = PARTS[part]
@@ -238,7 +237,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
         result |= {"command": command, "commit": commit, "possible": len(every)}
         result |= {"drawn": len(drawn), "tried": 0, "caught": 0, "survivors": []}
     if result["command"] != command or _git("diff", result["commit"], "--", "pamsim", "tests"):
-        raise RuntimeError(
+        raise SystemExit(
             f"{part}: the sources, tests or options are not those of the result; remove the part"
             " from it to begin again"
         )
@@ -255,7 +254,7 @@ def check(part: str, count: int, seed: int, result: dict[str, Any]) -> Iterator[
                 tqdm.write(f"{mutation.file}:{mutation.line}: {mutation.after}")
             yield
         if not result["survivors"] and not passes(room.tests, copy):
-            raise RuntimeError(f"{part}: the tests fail where nothing is changed")
+            raise SystemExit(f"{part}: the tests fail where nothing is changed")
 
 
 def _git(*args: str) -> str:
@@ -268,7 +267,9 @@ def main() -> None:
     asked = parser(__doc__, count=20, seed=0)
     asked.add_argument("parts", nargs="*", default=list(PARTS), metavar="PART")
     given = asked.parse_args()
-    kept = json.loads(given.json.read_text()) if given.json and given.json.exists() else {}
+    if unknown := set(given.parts) - PARTS.keys():
+        asked.error(f"no part {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    kept = read(given.json)
     for part in given.parts:
         result = kept.setdefault(part, {})
         for _ in check(part, given.count, given.seed, result):

@@ -21,15 +21,14 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from records import parser, write
+from records import parser, share, write
 from scipy.signal import lfilter
 from scipy.stats import binomtest, kstest
 
 from pamsim.comparison.links import PARTS, Link
 from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.judged import ALPHA
-from pamsim.diagnosis.by_link.remainder import remainders
+from pamsim.diagnosis.by_link.remainder import ALPHA, remainders
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together, nearest_units
@@ -154,7 +153,7 @@ def trial_tests(repeats: int, kind: str, rng: np.random.Generator) -> Found:
     left = remainders(rows, each, seed=seed).values()
     return (
         {TRIALS: float(equally.p_value[0]), SHARED: min(1.0, *(one.p_value for one in left))},
-        {"remainder in trials": any(one.counts(ALPHA) for one in left)},
+        {"remainder in trials": any(one.counts for one in left)},
     )
 
 
@@ -206,12 +205,6 @@ def drawn(data: str, draw: Draw, runs: int) -> tuple[dict[str, FloatArray], dict
     return {test: np.array(values) for test, values in p_values.items()}, alarms
 
 
-def share(hits: int, runs: int) -> dict[str, Any]:
-    """A share with its exact interval."""
-    low, high = binomtest(hits, runs).proportion_ci(0.95, method="exact")
-    return {"hits": hits, "share": hits / runs, "interval95": [low, high]}
-
-
 def measured(p_values: FloatArray) -> dict[str, Any]:
     """How p-values of a null hypothesis are distributed."""
     below = {level: int(np.sum(p_values <= level)) for level in LEVELS}
@@ -238,22 +231,16 @@ def judged(row: Mapping[str, Any], comparisons: int) -> str:
 
 def rendered(record: Mapping[str, Any]) -> list[str]:
     """The tables of docs/validation.md: of every test and every rule, the range over its data."""
-    tests: dict[str, list[Mapping[str, Any]]] = {}
-    for row in record["tests"]:
-        tests.setdefault(_label(row["test"], row["data"]), []).append(row)
     lines = ["| nothing to find: p-value of | p <= 0.05 | p <= 0.01 | p <= 0.001 | found to be |"]
     lines.append("|---|---|---|---|---|")
-    for label, rows in tests.items():
+    for label, rows in _by_label(record["tests"], "test").items():
         shares = [_range([r["at_or_below"][str(level)] for r in rows]) for level in LEVELS[::-1]]
         counts = Counter(row["verdict"] for row in rows)
         found = ", ".join(f"{verdict} {counts[verdict]}" for verdict in sorted(counts))
         lines.append(f"| {label} | {' | '.join(shares)} | {found} |")
-    rules: dict[str, list[Mapping[str, Any]]] = {}
-    for row in record["rules"]:
-        rules.setdefault(_label(row["rule"], row["data"]), []).append(row)
     lines += ["", "| nothing to find: rule | false alarms | most in one kind of data |"]
     lines.append("|---|---|---|")
-    for label, rows in rules.items():
+    for label, rows in _by_label(record["rules"], "rule").items():
         most = max(rows, key=lambda row: row["hits"])
         low, high = (100.0 * end for end in most["interval95"])
         total = f"{sum(row['hits'] for row in rows)} of {sum(row['runs'] for row in rows)}"
@@ -261,9 +248,15 @@ def rendered(record: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _label(name: str, data: str) -> str:
-    """A name in a table: readings of one loop that drift are a case apart."""
-    return f"{name}; readings drift" if "levels" in data and "drifting" in data else name
+def _by_label(
+    rows: Sequence[Mapping[str, Any]], name: str
+) -> Mapping[str, list[Mapping[str, Any]]]:
+    """Rows by their name in a table: readings of one loop that drift are a case apart."""
+    found: dict[str, list[Mapping[str, Any]]] = {}
+    for row in rows:
+        apart = "levels" in row["data"] and "drifting" in row["data"]
+        found.setdefault(row[name] + "; readings drift" * apart, []).append(row)
+    return found
 
 
 def _range(shares: Sequence[Mapping[str, Any]]) -> str:

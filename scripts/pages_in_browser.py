@@ -26,21 +26,19 @@ import pamsim
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 WIDTHS, SCHEMES = (1280, 390), ("light", "dark")
-MADE: dict[str, tuple[str, ...]] = {
-    "demo": ("demo", "--no-open", "--out", "demo"),
-    "reproduce": ("reproduce", "--out", "reproduce"),
-    "replicate": ("replicate", "--out", "replicate"),
-    "step": ("step", "--pressure", "400,0", "--load", "1.2kg", "--out", "step"),
-    "fit": ("fit", str(Path(pamsim.__file__).parent / "data" / "dmsp20_300_force_map.csv"),
-            "--model", "six_parameter", "--nominal-length", "300mm", "--out", "fit"),
-    "sweep": ("sweep", "study.toml", "--out", "sweep"),
-    "identify": ("identify", "step", "--out", "identify"),
-    "check": ("check", "demo/recording", "--out", "check"),
-    "calibrate": ("calibrate", "demo/recording", "--free", "joint.shaft.damping",
-                  "--out", "calibrate"),
-    "diagnose": ("diagnose", "demo/recording", "--effects", "viscous_friction,air_leak",
-                 "--out", "diagnose"),
-}  # fmt: skip
+MAP = Path(pamsim.__file__).parent / "data" / "dmsp20_300_force_map.csv"
+MADE = {
+    "demo": "demo --no-open --out demo",
+    "reproduce": "reproduce --out reproduce",
+    "replicate": "replicate --out replicate",
+    "step": "step --pressure 400,0 --load 1.2kg --out step",
+    "fit": "fit map.csv --model six_parameter --nominal-length 300mm --out fit",
+    "sweep": "sweep study.toml --out sweep",
+    "identify": "identify step --out identify",
+    "check": "check demo/recording --out check",
+    "calibrate": "calibrate demo/recording --free joint.shaft.damping --out calibrate",
+    "diagnose": "diagnose demo/recording --effects viscous_friction,air_leak --out diagnose",
+}
 """Name -> arguments of ``pamsim``; later ones read what earlier ones wrote."""
 
 STUDY = """
@@ -75,11 +73,14 @@ def make(folder: Path) -> None:
     """Run the commands that write pages."""
     folder.mkdir(parents=True)
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    for name, args in MADE.items():
-        print(name, flush=True)
-        done = subprocess.run([sys.executable, "-m", "pamsim", *args], cwd=folder, check=False)
+    shutil.copyfile(MAP, folder / "map.csv")
+    for line in MADE.values():
+        print(line, flush=True)
+        done = subprocess.run(
+            [sys.executable, "-m", "pamsim", *line.split()], cwd=folder, check=False
+        )
         if done.returncode not in (0, 1):
-            raise SystemExit(f"pamsim {' '.join(args)} failed")
+            raise SystemExit(f"pamsim {line} failed")
 
 
 def seen(page: Page, file: Path, width: int, scheme: Any) -> dict[str, Any]:
@@ -120,15 +121,13 @@ def main() -> None:
             for width, scheme in itertools.product(WIDTHS, SCHEMES):
                 row = seen(page, file, width, scheme)
                 rows.append(row)
-                bad += bool(row["wider_px"] or row["cut_off"] or row["axe"])
+                if row["wider_px"] or row["cut_off"] or row["axe"]:
+                    bad += 1
+                    print(name, row, flush=True)
                 if options.pictures is not None:
                     options.pictures.mkdir(parents=True, exist_ok=True)
                     picture = f"{name.replace('/', '_')}_{width}_{scheme}.png"
                     page.screenshot(path=options.pictures / picture, full_page=True)
-            print(name, png, svg, [
-                (r["width_px"], r["scheme"], r["wider_px"], r["cut_off"], r["axe"]) for r in rows
-                if r["wider_px"] or r["cut_off"] or r["axe"]
-            ], flush=True)  # fmt: skip
         browser.close()
     write(result, options.json)
     print(f"{bad} of {4 * len(files)} views have something cut off or found")

@@ -11,7 +11,6 @@ Each pressure between the lowest and the highest is left out in turn.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 from pathlib import Path
@@ -21,17 +20,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pictures import save_small_png
+from records import RESULTS, parser, write
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import versions
-from pamsim.core.encoding import write_json
 from pamsim.core.units import FloatArray
 from pamsim.report.style import finish_axes, new_figure, series_look, styled
 
 ROOT = Path(__file__).parents[1]
-RESULTS = ROOT / "scripts" / "results" / "printed_cylinders.json"
 RIG = ROOT / "scripts" / "printed_cylinder"
 OUT = ROOT / "out" / "printed_cylinders"
 SCHEMA = "pamsim-printed-cylinders/1"
@@ -212,10 +210,9 @@ def friction_figure(record: dict[str, Any]) -> Figure:
 
 def main() -> None:
     """Run all seals and write the record."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path, help="the author's repository")
-    parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args()
+    options = parser(__doc__, RESULTS / "printed_cylinders.json", workers=2)
+    options.add_argument("folder", type=Path, help="the author's repository")
+    asked = options.parse_args()
     record: dict[str, Any] = {
         "schema": SCHEMA,
         "command": "python scripts/printed_cylinders.py FOLDER",
@@ -227,7 +224,7 @@ def main() -> None:
     }
     for seal in SEALS:
         record["seals"][seal] = seal_result(asked.folder, seal, asked.workers)
-        write_json(RESULTS, json.loads(json.dumps(record)))
+        write(json.loads(json.dumps(record)), asked.json)
     save_small_png(friction_figure(json.loads(json.dumps(record))), "printed_cylinders")
 
 

@@ -16,32 +16,28 @@ seconds, their synthetic runs some minutes.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
-import json
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept_rows import as_text, fingerprint, kept_rows
 from pictures import save_small_png
+from records import RESULTS, fingerprint, kept_rows, parser, run_parts
 
 from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.computation import versions
-from pamsim.core.encoding import write_json
 from pamsim.core.units import DEG_PER_RAD, MM_PER_M
 from pamsim.diagnosis.by_link.result import LinkReport
 from pamsim.diagnosis.diagnose import diagnose
+from pamsim.diagnosis.fitted_rig import PULLEY, possible_rig
 from pamsim.diagnosis.length_pressure_loop import (
     PRINTED_LOOPS,
     diagnose_length_loop,
     printed_loop,
 )
 from pamsim.diagnosis.options import Options
-from pamsim.diagnosis.published_rig import published_rig
-from pamsim.diagnosis.pulley_radius import PULLEY
-from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
+from pamsim.diagnosis.table_at_rest import diagnose_table, published_rig
 from pamsim.effects.catalog import ROW_EFFECTS
 from pamsim.engine.rig import Rig
 from pamsim.papers.alraouf2025.loop import loop_scores
@@ -50,9 +46,8 @@ from pamsim.papers.replicate import replication_figures
 from pamsim.papers.torque_law import printed_rows_law
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import first_figure
-from pamsim.report.replication_statics import arctangent_loop, static_law
+from pamsim.report.replication_figures import arctangent_loop, static_law
 
-RESULTS = Path(__file__).parent / "results" / "real_data_diagnoses.json"
 KEPT = Path("out") / "real_data_synthetic"
 SCHEMA = "pamsim-real-data/3"
 
@@ -74,7 +69,11 @@ RUNS = (3, 6, 12, 24, 48)
 DRAWS = 60
 HYSTERESIS = "muscle_hysteresis"
 
-PARTS = ("table", "loop", "authors", "synthetic", "pictures")
+PARTS = {
+    "table": "mas20", "loop": "alraouf2025", "authors": "authors", "synthetic": "synthetic",
+    "pictures": "pictures",
+}  # fmt: skip
+"""Part -> its key in the record."""
 MM_PER_CM = 10.0
 
 
@@ -95,7 +94,7 @@ def repaired(report: LinkReport) -> Rig:
     """The published rig with the effects that were found and the refitted radius."""
     values = {n: size.value_si for one in report.effects for n, size in one.sizes.items()}
     (radius,) = report.nuisance
-    rig = rig_with(published_rig(), values | {PULLEY: radius.whole / MM_PER_M})
+    rig = possible_rig(published_rig(), values | {PULLEY: radius.whole / MM_PER_M})
     assert rig is not None
     return rig
 
@@ -109,7 +108,7 @@ def rms_in_time(rig: Rig) -> float:
     return float(np.sqrt(np.mean(residual**2))) * DEG_PER_RAD
 
 
-def synthetic_table(kind: str, name: str, seed: int) -> dict[str, str]:
+def synthetic_table(kind: str, name: str, seed: int) -> dict[str, Any]:
     """Hide an effect in simulated rows and diagnose them."""
     del kind
     hidden, removed = SYNTHETIC[name]
@@ -124,7 +123,7 @@ def synthetic_table(kind: str, name: str, seed: int) -> dict[str, str]:
         Options(effects=tuple(e for e in ROW_EFFECTS if e != removed), seed=seed, threads=1),
     ).to_dict()
     keep = ("verdict", "sentence", "effects", "alternatives", "gap", "run")
-    return as_text({key: result[key] for key in keep})
+    return {key: result[key] for key in keep}
 
 
 def synthetic_tables(seeds: int, workers: int) -> dict[str, Any]:
@@ -208,30 +207,21 @@ def draw(record: dict[str, Any]) -> None:
 
 def main() -> None:
     """Run what is asked for and write the record."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=PARTS)
-    parser.add_argument("--seeds", type=int, default=1, help="of every synthetic table")
-    parser.add_argument("--workers", type=int, default=2)
-    asked = parser.parse_args()
-    record: dict[str, Any] = {}
-    if RESULTS.is_file():
-        record = json.loads(RESULTS.read_text(encoding="utf-8"))
-    record |= {
+    options = parser(__doc__, RESULTS / "real_data_diagnoses.json", workers=2, seeds=1)
+    options.add_argument("--only", choices=PARTS)
+    asked = options.parse_args()
+    about = {
         "schema": SCHEMA,
         "command": "python scripts/real_data_diagnoses.py",
         "versions": versions("scipy"),
     }
     jobs = {
-        "table": ("mas20", printed_table),
-        "loop": ("alraouf2025", loop),
-        "authors": ("authors", authors_models),
-        "synthetic": ("synthetic", lambda: synthetic_tables(asked.seeds, asked.workers)),
+        "mas20": printed_table,
+        "alraouf2025": loop,
+        "authors": authors_models,
+        "synthetic": lambda: synthetic_tables(asked.seeds, asked.workers),
     }
-    for part, (key, job) in jobs.items():
-        if asked.only in (None, part):
-            record[key] = job()
-            write_json(RESULTS, record)
-    draw(record)
+    draw(run_parts(asked.json, about, jobs, PARTS.get(asked.only)))
 
 
 if __name__ == "__main__":

@@ -15,17 +15,15 @@ import tempfile
 from pathlib import Path
 
 import gymnasium
-from controller_scoreboard import SEEDS, TUNING, driven
-from records import parser, write
+from controller_scoreboard import SEEDS, driven, tuned
+from records import RESULTS, parser, print_and_write
 
-from pamsim.controllers.suite import FAMILIES, Suite
+from pamsim.controllers.suite import Suite
 from pamsim.core.computation import versions
-from pamsim.core.errors import PamsimError
 from pamsim.diagnosis.diagnose import diagnose
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.twins.hide import hide
 
-RESULTS = Path("scripts/results/repaired_rig_control.json")
 HIDDEN = {"passive_stiffness": 1.0, "muscle_hysteresis": 1.0}
 PROTOCOLS = ("triangle", "multisine", "loaded_steps")
 NAMES = ("PID", "LQG", "feed-forward", "feed-forward + PID", "feed-forward, compensated + PID")
@@ -38,35 +36,23 @@ def environment(rig: Rig, task: str) -> gymnasium.Env:
     return gymnasium.make("pamsim/PamArmPressure-v0", rig=rig, task=task, load=LOAD)
 
 
-def rmse(
-    env: gymnasium.Env, suite: Suite, name: str, value: float, seeds: tuple[int, ...]
-) -> float:
-    """Of a controller [rad]; infinite for one that cannot be designed."""
-    try:
-        controller = FAMILIES[name].make(suite, value)
-    except PamsimError:
-        return math.inf
-    return driven(env, controller, seeds).rmse
-
-
 def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
     """Controllers designed on what is known, scored on the plant."""
     suite, found = Suite(rig=known, load=LOAD), []
     for task in TASKS:
         own, real = environment(known, task), environment(plant, task)
         for name in NAMES:
-            tried = FAMILIES[name].tried
-            value = min(tried, key=lambda v: rmse(own, suite, name, v, TUNING))
-            got = rmse(real, suite, name, value, SEEDS)
-            row = {
-                "designed_on": label,
-                "task": task,
-                "controller": name,
-                "chosen": value if len(tried) > 1 else None,
-                "rmse_deg": round(math.degrees(got), 4),
-            }
-            print(row)
-            found.append(row)
+            chosen, controller = tuned(name, suite, {"pressure_set": own}) or (None, None)
+            got = driven(real, controller, SEEDS).rmse if controller else math.inf
+            found.append(
+                {
+                    "designed_on": label,
+                    "task": task,
+                    "controller": name,
+                    "chosen": chosen,
+                    "rmse_deg": round(math.degrees(got), 4),
+                }
+            )
         own.close()
         real.close()
     return found
@@ -74,7 +60,7 @@ def scores(known: Rig, plant: Rig, label: str) -> list[dict[str, object]]:
 
 def main() -> int:
     """Hide, diagnose, design, drive, write; 1 if the diagnosis names nothing to repair."""
-    target = parser(__doc__, RESULTS).parse_args().json
+    target = parser(__doc__, RESULTS / "repaired_rig_control.json").parse_args().json
     filed = load_rig("mas20_arm")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -103,7 +89,7 @@ def main() -> int:
         "rows": rows,
         "versions": versions("scipy", "control", "gymnasium"),
     }
-    write(page, target)
+    print_and_write(page, target)
     return 0
 
 

@@ -5,14 +5,17 @@ Imported by scripts that run in an environment of their own, with sippy-unipi an
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import importlib.metadata
 import io
 import json
 import platform
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sippy_unipi import system_identification
 
 
@@ -26,16 +29,32 @@ def estimate(u: Any, y: Any, interval: float, options: dict[str, Any]) -> Any:
         return None
 
 
-def write_page(path: Path, command: str, digest: str, found: dict[str, Any]) -> None:
-    """Write the results with the command, the versions and the fingerprint of the records."""
+def study(
+    description: str, name: str, records: str, estimates: Callable[[Any], dict[str, Any]]
+) -> None:
+    """Read the records of a study, estimate, and write the results with what they hang on.
+
+    Args:
+        description: of the script.
+        name: of the script and its record.
+        records: file of the records, as in the command.
+        estimates: arrays of the records to results.
+    """
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("records", type=Path)
+    target = Path(__file__).parent / "results" / f"{name}.json"
+    parser.add_argument("--json", type=Path, default=target)
+    options = parser.parse_args()
+    arrays = np.load(options.records)
     page = {
-        "command": command,
+        "command": "OMP_NUM_THREADS=1 PYTHONPATH=. <venv with sippy-unipi>/bin/python"
+        f" scripts/{name}.py {records}",
         "versions": {
             "python": platform.python_version(),
             **{k: importlib.metadata.version(k) for k in ("sippy-unipi", "casadi", "numpy")},
         },
-        "records_sha256": digest,
-        **found,
+        "records_sha256": str(arrays["digest"]),
+        **estimates(arrays),
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")
+    options.json.parent.mkdir(parents=True, exist_ok=True)
+    options.json.write_text(json.dumps(page, indent=1) + "\n", encoding="utf-8")

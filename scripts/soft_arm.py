@@ -14,7 +14,6 @@ diagnosis: what such a rig misses if both valves have one conductance. It needs 
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import records
+from records import head, parser, run_parts
 
 import pamsim
 from pamsim.comparison.measurements import read_calibration_data
@@ -289,25 +288,19 @@ def diagnosis(folder: Path, workers: int) -> dict[str, Any]:
 
 def main() -> None:
     """Do what is asked for and write the record."""
-    parser = records.parser(__doc__, workers=2)
-    parser.add_argument("folder", type=Path, help="the authors' repository")
-    parser.add_argument("--only", choices=("links", "rigs", "diagnosis"))
-    asked = parser.parse_args()
-    folder, record = asked.folder, dict[str, Any]()
-    if asked.json and asked.json.is_file():
-        record = json.loads(asked.json.read_text(encoding="utf-8"))
-    record |= records.head(COMMAND)
-    record["data"] = "github.com/ASU-RISE-Lab/4-chamber-softarm-control, commit 9fe7de6, MIT"
+    options = parser(__doc__, workers=2)
+    options.add_argument("folder", type=Path, help="the authors' repository")
+    options.add_argument("--only", choices=("links", "rigs", "diagnosis"))
+    asked = options.parse_args()
+    folder = asked.folder
+    source = "github.com/ASU-RISE-Lab/4-chamber-softarm-control, commit 9fe7de6, MIT"
     pamsim.new_rig("regulator", "bench", out=OUT / "regulator", force=True)
     jobs = {
         "links": lambda: {name: identified(folder, link) for name, link in LINKS.items()},
         "rigs": lambda: {name: calibrated(folder, name, asked.workers) for name in CHAMBERS},
         "diagnosis": lambda: diagnosis(folder, asked.workers),
     }
-    for part, job in jobs.items():
-        if asked.only in (None, part):
-            record[part] = job()
-            records.write(record, asked.json)
+    run_parts(asked.json, head(COMMAND) | {"data": source}, jobs, asked.only)
 
 
 if __name__ == "__main__":

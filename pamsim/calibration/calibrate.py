@@ -6,13 +6,13 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from pamsim.calibration.calibration_problem import CalibrationProblem
+from pamsim.calibration.calibration_problem import CalibrationProblem, possible
 from pamsim.calibration.first_values import first_values
-from pamsim.calibration.possible_cases import possible
 from pamsim.calibration.result import Calibration, write_calibrated_rig
 from pamsim.comparison.compared_signal import Comparison, comparisons_of
 from pamsim.comparison.experiments import experiment_of
@@ -24,12 +24,8 @@ from pamsim.comparison.free_parameters import (
     freed_parameters,
 )
 from pamsim.comparison.likely_mistakes import likely_mistakes
-from pamsim.comparison.measurements import (
-    CalibrationData,
-    read_calibration_data,
-    split_held_out,
-)
-from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, check_channels
+from pamsim.comparison.measurements import read_calibration_data, split_held_out
+from pamsim.comparison.trial_prediction import AT_REST, CHANNELS, TrialPredictor, check_channels
 from pamsim.core.computation import Progress, one_blas_thread
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import InputError, nearest
@@ -117,19 +113,12 @@ def calibrate(
     for name in profiles:
         if name not in names:
             raise InputError(f"`profiles` {name}: it is not free; {nearest(name, names)}")
+    check_channels(channels)
     checkpoint = _checkpoint(out, resume)
     counter = _Counter(progress)
-
-    def problem(data: CalibrationData, freed: Sequence[FreedParameter]) -> CalibrationProblem:
-        return CalibrationProblem(
-            loaded,
-            data,
-            freed,
-            channels=check_channels(channels),
-            threads=threads,
-            simulated=counter.simulated,
-        )
-
+    of = partial(
+        TrialPredictor, loaded, channels=channels, threads=threads, simulated=counter.simulated
+    )
     if first:
         freed = first_values(
             loaded,
@@ -139,22 +128,22 @@ def calibrate(
             simulated=counter.simulated,
             stage=counter.report,
         )
-    jacobian, not_shown = None, []
+    jacobian, not_shown = None, dict[str, None]()
     if first and not free:
         # Friction that comes out as none, as it was, would only make the fit less smooth.
         none = [f.name for f in freed if f.free.start == f.free.low == f.before.value]
-        not_shown += [name for name in none if name not in profiles]
+        not_shown = dict.fromkeys(name for name in none if name not in profiles)
         freed = tuple(f for f in freed if f.name not in not_shown)
-    compared = problem(fitted, freed)
+    compared = CalibrationProblem(of(fitted), freed)
     if not free:
         seen, jacobian = shown(compared, [f.free for f in freed])
         seen |= [f.name in profiles for f in freed]
         if seen.any() and not seen.all():
             jacobian = jacobian[:, seen]
-            not_shown += [f.name for f, yes in zip(freed, seen, strict=True) if not yes]
+            not_shown |= {f.name: None for f, yes in zip(freed, seen, strict=True) if not yes}
             freed = tuple(f for f in freed if f.name not in not_shown)
-            compared = problem(fitted, freed)
-    unseen = problem(held_out, freed)
+            compared = CalibrationProblem(of(fitted), freed)
+    unseen = CalibrationProblem(of(held_out), freed)
     parameters = [f.free for f in freed]
     fit = fit_simulator(
         compared,
@@ -288,17 +277,18 @@ def _checkpoint(out: Path | None, resume: bool) -> CheckpointFile | None:
 
 def _comparisons(problem: CalibrationProblem, values: FloatArray, held: bool) -> list[Comparison]:
     """Every channel of some measurements, simulated with the rig as it is and with a fit."""
+    predictor = problem.predictor
     before = after = None
-    if problem.predictor.experiments:
+    if predictor.experiments:
         (after,) = problem.predictions(values)
         # Muscles may differ in a number that is freed: its value before is not that of each.
-        (before,) = possible(problem.predictor.predictions, [problem.rig], begun=True)
+        (before,) = possible(predictor.predictions, [predictor.rig], begun=True)
     both = before, after
     found: list[Comparison] = []
-    for trial in problem.data.trials:
+    for trial in predictor.data.trials:
         ends = (None if p is None else p.trials[trial.name] for p in both)
-        found += comparisons_of(trial, problem.predictor.compared(trial), *ends, held_out=held)
-    for table in problem.data.tables:
+        found += comparisons_of(trial, predictor.compared(trial), *ends, held_out=held)
+    for table in predictor.data.tables:
         rows = [None if p is None else p.tables[table.name] for p in both]
         found.append(
             Comparison(

@@ -3,52 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
-from pamsim.calibration.possible_cases import possible
 from pamsim.comparison.free_parameters import FreedParameter, rig_values
-from pamsim.comparison.measurements import CalibrationData
-from pamsim.comparison.trial_prediction import CHANNELS, Prediction, TrialPredictor
-from pamsim.core.errors import ParameterError
+from pamsim.comparison.trial_prediction import Prediction, TrialPredictor
+from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.inference.residual_block import Blocks
+
+Case = TypeVar("Case")
+Found = TypeVar("Found")
 
 _REMEMBERED = 4
 """Simulated vectors: those that a fit comes back to with other starts are the last ones."""
 
 
+def possible(
+    simulate: Callable[[Sequence[Case]], Sequence[Found | None]],
+    cases: Sequence[Case],
+    *,
+    begun: bool,
+) -> list[Found | None]:
+    """What cases give when simulated together; None for those that cannot begin.
+
+    A muscle that would be longer than its fibres is a reason to search elsewhere, but not at the
+    rig as it is.
+
+    Args:
+        simulate: cases together.
+        cases: such as rigs.
+        begun: whether any has been simulated before; if not, what is wrong is raised.
+
+    Raises:
+        InputError: if the first cases cannot begin.
+    """
+    try:
+        return list(simulate(cases))
+    except InputError:
+        if not begun:
+            raise
+        if len(cases) == 1:
+            return [None]
+    return [found for case in cases for found in possible(simulate, [case], begun=True)]
+
+
 class CalibrationProblem:
     """Residuals of a rig against measurements, as a function of its freed parameters.
 
-    The rig is compared with ``data``; its ``freed`` parameters are in the order of the vectors.
-    See `TrialPredictor` for what else it takes and raises.
+    Args:
+        predictor: of the measurements, with the rig whose parameters are changed.
+        freed: parameters, in the order of the vectors.
     """
 
-    def __init__(
-        self,
-        rig: Rig,
-        data: CalibrationData,
-        freed: Sequence[FreedParameter],
-        *,
-        channels: Sequence[str] = CHANNELS,
-        threads: int | None = None,
-        simulated: Callable[[], None] | None = None,
-    ) -> None:
-        self.rig = rig
-        self.freed = tuple(freed)
-        self.predictor = TrialPredictor(
-            rig, data, channels=channels, threads=threads, simulated=simulated
-        )
+    def __init__(self, predictor: TrialPredictor, freed: Sequence[FreedParameter]) -> None:
+        self.predictor, self.freed = predictor, tuple(freed)
         self._start = np.array([one.free.start for one in freed])
         self._linearised = False
         self._simulated: dict[bytes, Prediction | None] = {}
-
-    @property
-    def data(self) -> CalibrationData:
-        """What the rig is compared with."""
-        return self.predictor.data
 
     def __call__(self, vectors: FloatArray) -> list[Blocks | None]:
         """Blocks of residuals, simulated minus measured, of parameter vectors (k, p) [SI].
@@ -72,11 +86,8 @@ class CalibrationProblem:
     def _as_simulated(self, vectors: FloatArray) -> list[Prediction | None]:
         """Predictions from the starts as read; those of the last few vectors are remembered."""
         keys = [vector.tobytes() for vector in vectors]
-        new = {
-            key: vector
-            for key, vector in zip(keys, vectors, strict=True)
-            if key not in self._simulated
-        }
+        pairs = zip(keys, vectors, strict=True)
+        new = {key: vector for key, vector in pairs if key not in self._simulated}
         if new:
             rigs = [self._rig(vector) for vector in new.values()]
             found = possible(self.predictor.as_simulated, rigs, begun=bool(self._simulated))
@@ -102,6 +113,6 @@ class CalibrationProblem:
 
     def _rig(self, vector: FloatArray) -> Rig | None:
         try:
-            return self.rig.with_parameters(rig_values(self.freed, vector.tolist()))
+            return self.predictor.rig.with_parameters(rig_values(self.freed, vector.tolist()))
         except ParameterError:  # an open end of a range, such as a length of exactly 0
             return None

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from pamsim.calibration.possible_cases import possible
+from pamsim.calibration.calibration_problem import possible
 from pamsim.comparison.chain_runs import COARSE, ChainRuns, Outputs, Values
 from pamsim.comparison.free_parameters import FreedParameter, rig_values
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link, LinkRun, link_runs
@@ -94,30 +94,27 @@ def _stages(freed: Sequence[FreedParameter], runs: Sequence[tuple[Trial, LinkRun
     placed: list[FreedParameter] = []
     for link in links:
         own = [one for one in freed if _part(one) in link.parts and one not in placed]
+        own.sort(key=_rank)
         placed += own
-        together: list[FreedParameter] = []
-        for groups in (*_FIRST, None):
-            new = [
-                one
-                for one in own
-                if one not in together and (groups is None or _group(one) in groups)
-            ]
-            if new:
-                together = [*together, *new]
-                stages.append(_Stage(together, [link]))
+        stages += [
+            _Stage([one for one in own if _rank(one) <= rank], [link])
+            for rank in dict.fromkeys(map(_rank, own))
+        ]
     if len(stages) > 1:
         stages.append(_Stage(list(freed), links))
     return stages
 
 
-def _group(one: FreedParameter) -> str:
-    return ParameterName.parse(one.name).group
+def _rank(one: FreedParameter) -> int:
+    """Place of a parameter in the order of `_FIRST`; all others come last, together."""
+    group = ParameterName.parse(one.name).group
+    return next((i for i, groups in enumerate(_FIRST) if group in groups), len(_FIRST))
 
 
 def _part(one: FreedParameter) -> str:
     if ParameterName.parse(one.name).owner == _NATIVE:
         return JOINT
-    return VALVES if _group(one) in _VALVES else MUSCLE
+    return VALVES if ParameterName.parse(one.name).group in _VALVES else MUSCLE
 
 
 def _residuals(
@@ -133,6 +130,19 @@ def _residuals(
     def together(sets: Sequence[Values]) -> list[dict[int, Outputs] | None]:
         return chain.simulate(sets, [stage.links] * len(sets), None, COARSE)
 
+    def blocks(outputs: dict[int, Outputs]) -> Blocks:
+        return [
+            ResidualBlock(
+                trial=f"{mean.name} {run.link.name}",
+                protocol=mean.name,  # trials of one with other loads or inputs are no repeats
+                channel=channel,
+                residual=signals[channel] - mean.measured[channel],
+                sample_interval=mean.sample_interval,
+            )
+            for (mean, run), (signals, _) in ((runs[k], o) for k, o in sorted(outputs.items()))
+            for channel in run.outputs
+        ]
+
     def simulate(vectors: FloatArray) -> list[Blocks | None]:
         nonlocal begun
         sets: list[dict[str, float]] = []
@@ -141,21 +151,6 @@ def _residuals(
             sets.append(rig_values(begin, [own.get(o.name, o.free.start) for o in begin]))
         found = possible(together, sets, begun=begun)
         begun = True
-        return [
-            None
-            if outputs is None
-            else [
-                ResidualBlock(
-                    trial=f"{mean.name} {run.link.name}",
-                    protocol=mean.name,  # trials of one with other loads or inputs are no repeats
-                    channel=channel,
-                    residual=signals[channel] - mean.measured[channel],
-                    sample_interval=mean.sample_interval,
-                )
-                for (mean, run), (signals, _) in ((runs[k], o) for k, o in sorted(outputs.items()))
-                for channel in run.outputs
-            ]
-            for outputs in found
-        ]
+        return [None if outputs is None else blocks(outputs) for outputs in found]
 
     return simulate

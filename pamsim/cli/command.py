@@ -19,11 +19,22 @@ if TYPE_CHECKING:  # `pamsim --help` needs no numpy
 STANDARD_OUTPUT = "-"
 """Value of ``--json`` that asks for the result on standard output."""
 
-OPENED = "pamsim.open"
-"""Note in a context that ``--open`` was given."""
+_BEGAN, _ANSWER, _OUTPUT = "pamsim.began", "pamsim.answer", "pamsim.output"
 
-_BEGAN, _QUIET, _VERBOSE = "pamsim.began", "pamsim.quiet", "pamsim.verbose"
-_ANSWER, _OUTPUT = "pamsim.answer", "pamsim.output"
+
+def _note(context: click.Context, option: click.Parameter, value: bool) -> bool:
+    context.meta[f"pamsim.{option.name}"] = value
+    return value
+
+
+NOTED: Mapping[str, Any] = {"is_flag": True, "callback": _note}
+"""Settings of a flag that `given` knows; with ``expose_value=False``, no argument either."""
+
+
+def given(flag: str) -> bool:
+    """Whether the command that runs was given a flag that is `NOTED`, such as ``quiet``."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(f"pamsim.{flag}"))
 
 
 class Command(click.Command):
@@ -36,7 +47,7 @@ class Command(click.Command):
             (("-q", "--quiet"), "Print only the answer."),
             (("-v", "--verbose"), "Print more details, and a log on standard error."),
         ):
-            self.params.append(click.Option(flags, is_flag=True, help=help))
+            self.params.append(click.Option(flags, expose_value=False, help=help, **NOTED))
         for param in self.params:
             usual = param.default
             if isinstance(usual, str | int | float) and usual is not False and usual != "":
@@ -44,9 +55,7 @@ class Command(click.Command):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; print its answer after all else."""
-        ctx.meta[_BEGAN] = time.perf_counter()
-        ctx.meta[_QUIET], ctx.meta[_VERBOSE] = ctx.params.pop("quiet"), ctx.params.pop("verbose")
-        ctx.meta[_ANSWER], ctx.meta[_OUTPUT] = [], sys.stdout
+        ctx.meta.update({_BEGAN: time.perf_counter(), _ANSWER: [], _OUTPUT: sys.stdout})
         # What reads a result on standard output gets nothing else.
         text = sys.stderr if str(ctx.params.get("json_file")) == STANDARD_OUTPUT else sys.stdout
         if verbose():
@@ -88,19 +97,14 @@ def warn(text: str) -> None:
     click.echo(f"{click.style('warning:', fg='yellow')} {text}", err=quiet())
 
 
-def standard_output() -> Any:
-    """The stream for a result that ``--json -`` asks for."""
-    return click.get_current_context().meta[_OUTPUT]
-
-
 def quiet() -> bool:
     """Whether only the answer is wanted."""
-    return _noted(_QUIET)
+    return given("quiet")
 
 
 def verbose() -> bool:
     """Whether more details and a log are wanted."""
-    return _noted(_VERBOSE)
+    return given("verbose")
 
 
 def log(text: str) -> None:
@@ -109,17 +113,13 @@ def log(text: str) -> None:
     click.echo(f"{seconds:8.2f} s  {text}", err=True)
 
 
-def _noted(key: str) -> bool:
-    context = click.get_current_context(silent=True)
-    return context is not None and bool(context.meta.get(key))
-
-
 def save_json(path: Path | None, result: Mapping[str, Any]) -> None:
     """Write a result to the file given by ``--json``, if it was given."""
     from pamsim.core.encoding import write_json
 
     if str(path) == STANDARD_OUTPUT:
-        print(json.dumps(result, indent=1, allow_nan=False), file=standard_output())
+        standard_output = click.get_current_context().meta[_OUTPUT]
+        print(json.dumps(result, indent=1, allow_nan=False), file=standard_output)
     elif path is not None:
         write_json(path, result)
 
@@ -135,8 +135,7 @@ def present(result: Any, json_file: Path | None) -> dict[str, Any]:
 def show_page(page: Path) -> None:
     """Print where a page lies, and show it in a browser if ``--open`` was given."""
     click.echo(f"page: {page}")
-    context = click.get_current_context(silent=True)
-    if context is not None and context.meta.get(OPENED):
+    if given("open"):
         click.launch(str(page.resolve()))
 
 

@@ -121,7 +121,7 @@ def _names_or_share(hold_out: tuple[str, ...]) -> tuple[str, ...] | float:
 def _source(
     data: tuple[Path, ...], rig: str | None, step: dict[str, Any]
 ) -> tuple[Path, ...] | TrialSet:
-    from pamsim.engine.simulated_step import simulated_step
+    from pamsim.engine.simulate import simulated_step
 
     if data:
         options.refuse("describes a simulated step; omit it, or omit DATA", rig=rig, **step)

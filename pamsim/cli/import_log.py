@@ -48,6 +48,7 @@ def _spans(
     " where - turns the sign, or knee.torque=F*0.0069m:N. column_1, column_2 in a log without"
     " header. Again for more; the others are guessed.",
 )
+@click.option("--ignore", multiple=True, help="A column to leave out. Again for more.")
 @click.option(
     "--drive",
     default="",
@@ -80,6 +81,7 @@ def _spans(
 @click.option(
     "--rate", default="", help="Row rate without a clock; with one, rate to resample to: 200Hz."
 )
+@click.option("--wraps", default="", help="Time after which the clock begins again at 0: 2s.")
 @click.option("--period", default="", help="Cut a log that repeats into trials: 9.93s.")
 @click.option(
     "--segments",

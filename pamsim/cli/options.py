@@ -15,47 +15,30 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from pamsim.cli.command import OPENED, STANDARD_OUTPUT
+from pamsim.cli.command import NOTED, STANDARD_OUTPUT, given
 from pamsim.core.errors import InputError
 from pamsim.core.files import refuse_existing, results_folder
 
 PATH = click.Path(path_type=Path)
-
-_FORCED, _RESUMED = "pamsim.force", "pamsim.resume"
-
-
-def _noted(key: str) -> Any:
-    def note(context: click.Context, parameter: click.Parameter, value: bool) -> bool:
-        context.meta[key] = value
-        return value
-
-    return note
 
 
 def force(function: Any) -> Any:
     """``--force``, once for all options of a command that write; see `forced`."""
     if any(p.name == "force" for p in getattr(function, "__click_params__", ())):
         return function
-    return click.option(
-        "--force",
-        is_flag=True,
-        is_eager=True,  # read before the options that it allows to write
-        expose_value=False,
-        callback=_noted(_FORCED),
-        help="Replace files that are there.",
-    )(function)
-
-
-def forced() -> bool:
-    """Whether the command that runs may replace files."""
-    return bool(click.get_current_context().meta.get(_FORCED))
+    # Read before the options that it allows to write.
+    settings = {**NOTED, "is_eager": True, "expose_value": False}
+    return click.option("--force", help="Replace files that are there.", **settings)(function)
 
 
 def resume(help: str) -> Any:
     """``--resume``: to go on with what is in the folder of ``--out``."""
-    return click.option(
-        "--resume", is_flag=True, is_eager=True, callback=_noted(_RESUMED), help=help
-    )
+    return click.option("--resume", is_eager=True, help=help, **NOTED)
+
+
+def forced() -> bool:
+    """Whether the command that runs may replace files."""
+    return given("force")
 
 
 def out(help: str, *, required: bool = False, default: str | None = None) -> Any:
@@ -64,10 +47,9 @@ def out(help: str, *, required: bool = False, default: str | None = None) -> Any
     def keep(context: click.Context, parameter: click.Parameter, value: Path | None) -> Path | None:
         if value is None:
             return None
-        resume = bool(context.meta.get(_RESUMED))
+        folder = results_folder(value, force=forced(), resume=given("resume"))
         # Of the root, which ends also where a later option is refused.
-        root = context.find_root()
-        return root.with_resource(results_folder(value, force=forced(), resume=resume))
+        return context.find_root().with_resource(folder)
 
     # Click takes a default of None for a value that an option has, and lets it be left out.
     usual: dict[str, Any] = {} if default is None else {"default": default}
@@ -99,13 +81,7 @@ def json(function: Any) -> Any:
     return option(force(function))
 
 
-open_page = click.option(
-    "--open",
-    is_flag=True,
-    expose_value=False,
-    callback=_noted(OPENED),
-    help="Show the page in a browser.",
-)
+open_page = click.option("--open", expose_value=False, help="Show the page in a browser.", **NOTED)
 
 
 def page(help: str, **more: Any) -> Any:
@@ -253,20 +229,16 @@ class Quantity(click.ParamType):
         return parse_quantity(value, self._unit, self._si_unit, where=where)
 
 
-class Quantities(click.ParamType):
+class Quantities(Quantity):
     """Quantities separated by commas, such as ``487,0`` or ``4.87bar,0``."""
 
     name = "quantities"
 
-    def __init__(self, unit: str, si_unit: str) -> None:
-        """Set the units, as of `Quantity`."""
-        self._each = Quantity(unit, si_unit)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> list[float]:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> Any:
         """Read the text of an option [SI], shape (n,)."""
         if isinstance(value, list):
             return value
-        return [self._each.convert(part, param, ctx) for part in value.split(",")]
+        return [super(Quantities, self).convert(part, param, ctx) for part in value.split(",")]
 
 
 PRESSURES = Quantities("kPa", "Pa")
@@ -278,7 +250,6 @@ class _Load(Quantity):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: Any) -> float:
         """Read the text of an option [kg]."""
-        from pamsim.core.errors import InputError
         from pamsim.core.limits import HEAVIEST_LOAD
 
         mass = super().convert(value, param, ctx)

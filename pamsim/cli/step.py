@@ -77,19 +77,16 @@ def command(
     from pamsim.recordings.signals import KINDS
     from pamsim.recordings.step_metrics import joint_figures, step_metrics
 
-    if pressure is not None and valve is None:
-        highest = [max(pressure)] * len(pressure) if len(pressure) > 1 else [0.0]
-        kind, value, began = "pressure_set", pressure, start or highest
-        if began == value:
-            raise InputError("nothing changes: give the pressures before the step, by `start`")
-    elif valve is None or pressure is not None:
+    if (pressure is None) == (valve is None):
         raise InputError(
             "give either --pressure or --valve: what the step changes, such as --pressure 487,0"
         )
-    elif start is None:
+    kind, value = ("valve", valve or []) if pressure is None else ("pressure_set", pressure)
+    if start is None and kind == "valve":
         raise InputError("--valve needs --start: the pressures the muscles hold before the step")
-    else:
-        kind, value, began = "valve", valve, start
+    began = start or ([max(value)] * len(value) if len(value) > 1 else [0.0])
+    if kind == "pressure_set" and began == value:
+        raise InputError("nothing changes: give the pressures before the step, by `start`")
     if len(began) != len(value):
         raise InputError(
             f"`start` has {len(began)} pressures for {len(value)} muscles; give one for each"
@@ -145,10 +142,10 @@ def command(
 
         show_page(write_step(result, recording, out))
     for name, figures in joints.items():
-        began, final, settling, overshoot = figures.values()
+        first, final, settling, overshoot = figures.values()
         unit = KINDS[recording.joints[name]].shown
         ends = f"settles in {settling:.3f} s"
         if not math.isfinite(settling):
             ends = "not settled when the recording ended"
         shown = "angle" if short else name
-        answer(f"{shown} {began:.2f} -> {final:.2f} {unit}, overshoot {overshoot:.1f} %, {ends}")
+        answer(f"{shown} {first:.2f} -> {final:.2f} {unit}, overshoot {overshoot:.1f} %, {ends}")

@@ -12,17 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import grid_rate, sensed_signals
+from pamsim.comparison.experiments import grid_rate, sensed_runs, sensed_signals
 from pamsim.comparison.link_inputs import inputs_of_runs
 from pamsim.comparison.link_simulation import (
     Signals,
+    arms_along,
     forces_read,
     link_experiment,
-    moment_arms,
     torques_beyond,
     ways_to_rest,
 )
@@ -32,7 +34,6 @@ from pamsim.core.units import FloatArray
 from pamsim.engine.parameters import each_muscle
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
-from pamsim.inference.residual_block import ResidualBlock
 from pamsim.recordings.experiment import Experiment
 from pamsim.recordings.trial import Trial
 
@@ -70,6 +71,9 @@ def place(name: str) -> str:
 Outputs = tuple[Signals, int]
 """Channel -> (n,) at the times of the trial [SI], and the fine time steps in one of the run."""
 
+Residuals = Mapping[tuple[Link, str, str], FloatArray]
+"""Link, trial and channel to simulated minus measured, (n,) [SI]."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Job:
@@ -106,15 +110,16 @@ class ChainRuns:
         simulated: Callable[[], None] | None = None,
     ) -> None:
         self._rig, self._runs = rig, tuple(runs)
-        self._threads, self._simulated = threads, simulated
+        self._options: dict[str, Any] = {"threads": threads, "simulated": simulated}
         self._links = tuple(dict.fromkeys(run.link for _, run in runs))
         self._fine = float(rig.model.opt.timestep)
         self._inputs = inputs_of_runs(rig, runs)
         begun = {mean.name: mean for mean, run in runs if run.pressures and run.moved}
-        self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), threads, simulated)
+        run_all = partial(sensed_runs, **self._options)
+        self._ways = ways_to_rest(rig, self._inputs, list(begun.values()), run_all)
         pulled = {mean.name: mean for mean, run in runs if run.pulled}
         self._forces = {name: forces_read(rig, mean) for name, mean in pulled.items()}
-        self._arms = {name: moment_arms(rig, self._inputs[name]) for name in pulled}
+        self._arms = {name: arms_along(rig, self._inputs[name]) for name in pulled}
         self._data = mujoco.MjData(rig.model)  # in which the constants of other rigs are found
         self._driven: dict[tuple[object, ...], tuple[Trial, Experiment]] = {}  # own sensors
         self._possible = [self._possible_steps(number) for number in range(len(runs))]
@@ -140,21 +145,21 @@ class ChainRuns:
             takes, less the torque of what cells read beyond the muscles' simulated forces.
         """
         rigs = self._rigs(sets, links)
-        jobs = [
-            _Job(number, run, *self._runs[run], rig, self._longest(run, limit, steps))
-            for number, (own, wanted) in enumerate(zip(rigs, links, strict=True))
-            if own is not None
-            for run, (rig, limit) in self._wanted(own, wanted, only)
-        ]
-        signals = self._given(jobs)
-        broken = {number for number, own in enumerate(rigs) if own is None}
-        broken |= {job.number for job, seen in signals.items() if seen is None}
-        found: list[dict[int, Outputs] | None] = [
-            None if number in broken else {} for number in range(len(sets))
-        ]
-        for job, seen in signals.items():
+        jobs: list[_Job] = []
+        for number, (own, wanted) in enumerate(zip(rigs, links, strict=True)):
+            # Joints that are pulled need the forces.
+            pulled = any(how.pulled and how.link in wanted for _, how in self._runs)
+            for run, (mean, how) in enumerate(self._runs):
+                needed = how.link in wanted or (pulled and how.gives_forces)
+                if own is not None and needed and (only is None or mean.name in only):
+                    rig, limit = own[how.link]
+                    jobs.append(_Job(number, run, mean, how, rig, self._longest(run, limit, steps)))
+        found: list[dict[int, Outputs] | None] = [None if own is None else {} for own in rigs]
+        for job, seen in self._given(jobs).items():
             outputs = found[job.number]
-            if outputs is not None and seen is not None and job.how.link in links[job.number]:
+            if seen is None:
+                found[job.number] = None
+            elif outputs is not None and job.how.link in links[job.number]:
                 outputs[job.run] = seen, job.steps
         return found
 
@@ -202,7 +207,7 @@ class ChainRuns:
         same = all(
             np.array_equal(getattr(model, of), getattr(own, of)) for of in ("wrap_prm", "body_quat")
         )
-        arms = self._arms[name] if same else moment_arms(job.rig, self._inputs[name])
+        arms = self._arms[name] if same else arms_along(job.rig, self._inputs[name])
         return torques_beyond(job.rig, self._forces[name], arms, exerted)[job.how.pulled]
 
     def _rigs(
@@ -213,20 +218,20 @@ class ChainRuns:
         None where a value is out of range, or too quick for any time step.
         """
         made: dict[tuple[tuple[str, float], ...], tuple[Rig, int] | None] = {}
+
+        def rig(values: Values, link: Link) -> tuple[Rig, int] | None:
+            inside = {n: v for n, v in values.items() if not place(n)}
+            inside |= {plain(n): v for n, v in values.items() if place(n) == link.name}
+            key = tuple(sorted(inside.items()))
+            if key not in made:
+                made[key] = self._with(inside)
+            return made[key]
+
         found: list[dict[Link, tuple[Rig, int]] | None] = []
         for values, wanted in zip(sets, links, strict=True):
-            own: dict[Link, tuple[Rig, int]] = {}
-            needed = self._links if self._forces else wanted
-            for link in needed:
-                inside = {plain(n): v for n, v in values.items() if place(n) == link.name}
-                inside = {n: v for n, v in values.items() if not place(n)} | inside
-                key = tuple(sorted(inside.items()))
-                if key not in made:
-                    made[key] = self._with(inside)
-                if (one := made[key]) is None:
-                    break
-                own[link] = one
-            found.append(own if len(own) == len(needed) else None)
+            rigs = {link: rig(values, link) for link in (self._links if self._forces else wanted)}
+            own = {link: one for link, one in rigs.items() if one is not None}
+            found.append(own if len(own) == len(rigs) else None)
         return found
 
     def _with(self, values: Values) -> tuple[Rig, int] | None:
@@ -260,19 +265,6 @@ class ChainRuns:
         whole = [abs(n - round(n)) <= 1e-6 * n and round(n) >= 1 for n in periods]
         return tuple(n for n, good in zip(_STEPS, whole, strict=True) if good or n == 1)
 
-    def _wanted(
-        self,
-        rigs: Mapping[Link, tuple[Rig, int]],
-        links: Collection[Link],
-        only: Collection[str] | None,
-    ) -> Iterator[tuple[int, tuple[Rig, int]]]:
-        """Runs that are simulated, each with its rig; joints that are pulled need the forces."""
-        pulled = any(run.pulled and run.link in links for _, run in self._runs)
-        for number, (mean, run) in enumerate(self._runs):
-            needed = run.link in links or (pulled and run.gives_forces)
-            if needed and (only is None or mean.name in only):
-                yield number, rigs[run.link]
-
     def _signals(self, jobs: Sequence[_Job], torques: _Torques) -> dict[_Job, Signals | None]:
         # Rest is shared by what is simulated together, and is another with other drives.
         together: dict[tuple[int, object], dict[_Job, tuple[Rig, Trial, Experiment]]] = {}
@@ -287,8 +279,7 @@ class ChainRuns:
                 list(own.values()),
                 timestep=steps * self._fine,
                 settle_steps=1 if steps == 1 else min(_SETTLE, _SETTLED // steps),
-                threads=self._threads,
-                simulated=self._simulated,
+                **self._options,
             )
             found.update(zip(own, signals, strict=True))
         return found
@@ -321,7 +312,7 @@ def link_residuals(
     threads: int | None = None,
     simulated: Callable[[], None] | None = None,
     steps: int = 1,
-) -> dict[Link, list[ResidualBlock]]:
+) -> Residuals:
     """Simulated minus measured, for every link that the trials separate.
 
     Args:
@@ -333,27 +324,20 @@ def link_residuals(
         steps: fine time steps in one, at most.
 
     Returns:
-        Link -> block of every output of every trial, links from the command on. Runs that break
-        down are left out.
+        Residual of every output of every trial, links from the command on. Runs that break down are
+        left out.
 
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
     runs = [(trial, run) for trial in trials for run in divided(rig, trial)]
     chain = ChainRuns(rig, runs, threads=threads, simulated=simulated)
-    blocks: dict[Link, list[ResidualBlock]] = {}
-    for trial, run, signals in chain.as_it_is(steps):
-        blocks.setdefault(run.link, []).extend(
-            ResidualBlock(
-                trial=trial.name,
-                protocol=trial.protocol,
-                channel=channel,
-                residual=signals[channel] - trial.measured[channel],
-                sample_interval=trial.sample_interval,
-            )
-            for channel in run.outputs
-        )
-    return {link: blocks[link] for link in sorted(blocks, key=lambda link: link.order)}
+    found = {
+        (run.link, trial.name, channel): signals[channel] - trial.measured[channel]
+        for trial, run, signals in chain.as_it_is(steps)
+        for channel in run.outputs
+    }
+    return {key: found[key] for key in sorted(found, key=lambda key: key[0].order)}
 
 
 def most_runs(rig: Rig, trials: Sequence[Trial]) -> int:

@@ -19,6 +19,7 @@ from pamsim.comparison.chain_runs import (
     MIDDLE,
     OF_REPEATS,
     ChainRuns,
+    Residuals,
     Values,
     link_residuals,
     place,
@@ -26,7 +27,7 @@ from pamsim.comparison.chain_runs import (
 )
 from pamsim.comparison.link_noise import link_noise
 from pamsim.comparison.link_simulation import Signals
-from pamsim.comparison.links import VALVES, Link, Runs, joined_runs
+from pamsim.comparison.links import VALVES, Link, LinkRun, Runs, joined_runs
 from pamsim.comparison.repeats import Repeats
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -85,32 +86,41 @@ class ChainSimulator:
                 " and the units of the recordings"
             )
         self.links = tuple(dict.fromkeys(link for link, _, _ in own))
-        means = [(group, group.mean()) for group in groups]
-        every = [(group, mean, run) for group, mean in means for run in divided(rig, mean)]
-        broken = [
-            not all((run.link, t.name, c) in own for t in group.trials for c in run.outputs)
-            for group, _, run in every
-        ]
-        driven = [one for one, breaks in zip(every, broken, strict=True) if not breaks]
-        self.not_compared = tuple(
-            f"{run.link.name} of {group.name} and its repeats: a simulation breaks down"
-            for (group, _, run), breaks in zip(every, broken, strict=True)
-            if breaks
-        )
-        self._runs = [(group, run) for group, _, run in driven]
-        self._simulator = ChainRuns(rig, [(mean, run) for _, mean, run in driven], threads=threads)
+        self._runs: list[tuple[Repeats, LinkRun]] = []
+        means: list[Trial] = []
+        broken: list[str] = []
+        for group in groups:
+            mean = group.mean()
+            for run in divided(rig, mean):
+                if all((run.link, t.name, c) in own for t in group.trials for c in run.outputs):
+                    self._runs.append((group, run))
+                    means.append(mean)
+                else:
+                    broken.append(f"{run.link.name} of {group.name} and its repeats")
+        self.not_compared = tuple(f"{which}: a simulation breaks down" for which in broken)
+        driven = [(mean, run) for mean, (_, run) in zip(means, self._runs, strict=True)]
+        self._simulator = ChainRuns(rig, driven, threads=threads)
         self._rows = self._places()
         fine, long = self._of_means(1), self._of_means(self._of_repeats)
         self.stated = fine - long
+        exact: dict[tuple[Link, str, str], FloatArray] = {}
         for (number, trial, channel), rows in self._rows.items():
-            self.stated[rows] += own[self._runs[number][1].link, trial, channel]
+            key = self._runs[number][1].link, trial, channel
+            self.stated[rows] += own[key]
+            exact[key] = self.stated[rows]
         self._corrections = {1: self.stated - fine, self._of_repeats: self.stated - long}
-        exact = {
-            (self._runs[number][1].link, trial, channel): self.stated[rows]
-            for (number, trial, channel), rows in self._rows.items()
-        }
         self.noise = link_noise(rig, trials, exact, divided=divided, threads=threads)
-        self.blocks, self.link_of = self._blocks()
+        self.blocks = tuple(
+            Block(
+                unit=trial,
+                channel=channel,
+                rows=self._rows[number, trial, channel],
+                noise=self.noise[link, channel].noise,
+                source=trial,
+            )
+            for (number, _, _), (link, trial, channel) in zip(self._rows, exact, strict=True)
+        )
+        self.link_of = tuple(self.links.index(link) for link, _, _ in exact)
 
     def own_value(self, name: str) -> float:
         """Value of a parameter that the rig states [SI]."""
@@ -121,14 +131,13 @@ class ChainSimulator:
         found: set[Link] = set()
         for name in names:
             where, group = place(name), ParameterName.parse(plain(name)).group
-            for link in self.links:
-                if where and link.name != where:
-                    continue
-                valves = VALVES in link.parts
-                if (valves or group not in _OF_VALVES) and (
-                    link.parts != (VALVES,) or group not in _OF_FORCE_ALONE
-                ):
-                    found.add(link)
+            found |= {
+                link
+                for link in self.links
+                if where in ("", link.name)
+                and (VALVES in link.parts or group not in _OF_VALVES)
+                and (link.parts != (VALVES,) or group not in _OF_FORCE_ALONE)
+            }
         return frozenset(found)
 
     def residuals(
@@ -222,34 +231,18 @@ class ChainSimulator:
                     end += trial.time.size
         return found
 
-    def _blocks(self) -> tuple[tuple[Block, ...], tuple[int, ...]]:
-        blocks: list[Block] = []
-        link_of: list[int] = []
-        for (number, trial, channel), rows in self._rows.items():
-            link = self._runs[number][1].link
-            noise = self.noise[link, channel].noise
-            block = Block(unit=trial, channel=channel, rows=rows, noise=noise, source=trial)
-            blocks.append(block)
-            link_of.append(self.links.index(link))
-        return tuple(blocks), tuple(link_of)
-
 
 def _of_trials(
     rig: Rig, trials: Sequence[Trial], divided: Runs, threads: int | None
-) -> tuple[dict[tuple[Link, str, str], FloatArray], int]:
-    """Residuals of link, trial and channel with the trial's own inputs, and the time steps.
+) -> tuple[Residuals, int]:
+    """Residuals of the trials with their own inputs, and the fine time steps in one.
 
     These are the longest in which no run breaks down, of those that what repeats differ by allows.
     """
     outputs = sum(len(run.outputs) for trial in trials for run in divided(rig, trial))
-    own: dict[tuple[Link, str, str], FloatArray] = {}
+    own: Residuals = {}
     for steps in (OF_REPEATS, MIDDLE, 1):
-        by_link = link_residuals(rig, trials, divided=divided, threads=threads, steps=steps)
-        own = {
-            (link, block.trial, block.channel): block.residual
-            for link, blocks in by_link.items()
-            for block in blocks
-        }
-        if sum(map(len, by_link.values())) == outputs:
+        own = link_residuals(rig, trials, divided=divided, threads=threads, steps=steps)
+        if len(own) == outputs:
             return own, steps
     return own, 1

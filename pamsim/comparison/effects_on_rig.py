@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -225,7 +226,8 @@ def candidates(
             try:
                 one = candidate(rig, rig_effect(rig, label))
             except InputError as error:
-                skipped.setdefault(name, str(error))
+                # What else there is helps who wrote a name, not who reads a list.
+                skipped.setdefault(name, re.sub(r"; (known:|did you mean).*", "", str(error)))
                 continue
             usual = all(other.name != one.name for other in tried.values())
             # Of a further form the shape counts, which shows at one size.

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from pamsim.comparison.joined_logs import join_all, schedule_all, without_number
-from pamsim.comparison.joint_signs import turned_joints
+import numpy as np
+
+from pamsim.comparison.joined_logs import join_each, join_logs, with_schedule, without_number
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
+from pamsim.core.units import FloatArray, parse_quantity
+from pamsim.engine.equilibrium import moment_arms
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
 from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings
@@ -25,10 +30,13 @@ from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.signals import (
     EFFORTS,
     JOINT_DRIVES,
+    JOINT_KINDS,
     MUSCLE_DRIVES,
     DriveLike,
     checked,
     in_toml,
+    kind_of,
+    owner_of,
 )
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, of_rig
@@ -37,6 +45,9 @@ Spans: TypeAlias = Sequence[tuple[float, float]]
 """Begin and end of parts of a log [s]."""
 
 PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
+
+_AGAINST = -0.7
+"""Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
 
 # A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
 _toml_value = partial(json.dumps, ensure_ascii=False)
@@ -109,7 +120,9 @@ def import_log(
     columns: Sequence[str] = (),
     drive: str = "",
     protocol: str | Sequence[str] = "",
+    ignore: Sequence[str] = (),
     rate: str = "",
+    wraps: str = "",
     period: str = "",
     segments: Spans | Mapping[str, Spans] = (),
     lead_in: str = "",
@@ -138,8 +151,10 @@ def import_log(
             left out what was commanded, and the measured pressure of a muscle if nothing was.
         protocol: of all logs, which makes them repeats, or one for each; the file's name without a
             number at its end if left out.
+        ignore: columns to leave out that would be taken for something.
         rate: such as ``200 Hz``: of the rows of a log without a clock; a log with one is put on an
             even clock of that rate.
+        wraps: such as ``2 s``, after which a log's clock begins again at 0.
         period: such as ``9.93 s``, in which one log repeats.
         segments: begin and end of each trial in one log [s]; or such pairs by protocol.
         lead_in: such as ``2 s``, simulated before each trial and not compared.
@@ -153,100 +168,95 @@ def import_log(
         InputError: for a log that cannot be read, nothing that drives a muscle, or a file that is
             there already.
     """
-    files, others, schedules = _paths(logs), _paths(beside), _paths(schedule)
-    loaded = rig if isinstance(rig, Rig) else load_rig(rig)
+    files, loaded, folder = _paths(logs), rig if isinstance(rig, Rig) else load_rig(rig), Path(out)
     stated = [_stated(text, loaded) for text in columns]
     protocols = [protocol] * len(files) if isinstance(protocol, str) else list(protocol)
     if len(protocols) != len(files):
         raise InputError(f"{len(files)} logs and {len(protocols)} `protocol`; give one for each")
     protocols = [o or without_number(f.stem) for o, f in zip(protocols, files, strict=True)]
-    if others or schedules or shared or offset:
-        with tempfile.TemporaryDirectory() as scratch:
-            names, place = loaded.names, Path(scratch)
-            if others or not schedules:
-                joined, found_out = join_all(
-                    files, others, place, names=names, stated=stated, shared=shared, offset=offset
-                )
-            else:
-                joined, found_out = schedule_all(
-                    files, schedules, place, names=names, stated=stated, offset=offset, rate=rate
-                )
-            # The clock of the second table is not in the joined one.
-            second = read_columns((others or schedules)[0], numbers_only=True).cells
-            gone = second.keys() - read_columns(joined[0]).cells.keys()
-            known = [
-                text
-                for text, one in zip(columns, stated, strict=True)
-                if one.quantity != "time" or one.column not in gone
-            ]
-            try:
-                found = import_log(
-                    joined, rig=loaded, out=out, schedule=schedules if others else (),
-                    columns=known, drive=drive, protocol=protocols, rate=rate, period=period,
-                    segments=segments, lead_in=lead_in, load=load, force=force,
-                )  # fmt: skip
-            except InputError as error:
-                raise InputError(str(error).replace(f"{scratch}{os.sep}", "")) from None
-        return replace(found, notes=(*found_out, *found.notes))
-    table = read_columns(files[0], numbers_only=True)
-    guesses, unused = guess_columns(
-        table, loaded.names, supply=loaded.supply_pressure, stated=stated
-    )
-    clock = any(one.quantity == "time" for one in guesses)
-    if not clock and not rate:
-        raise InputError(
-            f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
-            " time=t:s, or give `rate`"
+    beside, schedule = _paths(beside), _paths(schedule)
+    again = parse_quantity(wraps, "s", "s", where="`wraps`") if wraps else 0.0
+    if wraps and not 0.0 < again < math.inf:
+        raise InputError(f"`wraps` {wraps}: it must be above 0 s")
+    with tempfile.TemporaryDirectory() as scratch, _naming(f"{scratch}{os.sep}", ""):
+        found_out: list[str] = []
+        if beside or shared or (offset and not schedule):
+            known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
+            join = partial(
+                join_logs,
+                names=loaded.names,
+                stated=stated,
+                shared=shared,
+                offset=known,
+                wraps=again,
+            )
+            files, found_out = join_each(
+                files, beside, Path(scratch), join, what="`beside` them", name="{}_and_{}"
+            )
+            stated, offset = _still_there(stated, beside[0], files[0]), ""
+        if schedule:
+            known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
+            every = parse_quantity(rate, "Hz", "Hz", where="`rate`") if rate else None
+            join = partial(
+                with_schedule,
+                names=loaded.names,
+                stated=stated,
+                offset=known,
+                rate=every,
+                wraps=again,
+            )
+            schedule = schedule * len(files) if len(schedule) == 1 else schedule
+            files, commanded = join_each(
+                files, schedule, Path(scratch), join, what="`schedule`", name="{}_commanded"
+            )
+            found_out += commanded
+            stated = _still_there(stated, schedule[0], files[0])
+        table = read_columns(files[0], numbers_only=True)
+        guesses, unused = guess_columns(
+            table, loaded.names, supply=loaded.supply_pressure, stated=stated, ignore=ignore
         )
-    quantities = [one.quantity for one in guesses]
-    kind = _drive(drive, loaded, quantities, files[0])
-    folder = Path(out)
-    asked = {"rate": rate if clock else "", "period": period, "lead_in": lead_in}
-    cut = {key: text for key, text in asked.items() if text}
-    parts = (segments if isinstance(segments, Mapping) else {"": segments}) or {"": ()}
-    targets = {folder / file.name: file for file in files}
-    if len(targets) < len(files):
-        raise InputError(f"{folder}: two logs have the same name; rename one")
-    moved = {t: f for t, f in targets.items() if not (t.exists() and t.samefile(f))}
-    new = [path for path in (*moved, folder / INDEX) if not path.exists()]
-    for path in (*moved, folder / INDEX):
-        refuse_existing(path, force)
-    entries = [
-        {
-            "file": file.name,
-            "protocol": own or name,
-            "drive": kind,
-            "load_kg": float(load),
-            **cut,
-            **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {}),
-        }
-        for file, name in zip(files, protocols, strict=True)
-        for own, spans in parts.items()
-    ]
+        guesses = tuple(
+            replace(one, wraps=again / one.seconds(one.column))
+            if again and one.quantity == "time"
+            else one
+            for one in guesses
+        )
+        clock = any(one.quantity == "time" for one in guesses)
+        if not clock and not rate:
+            raise InputError(
+                f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
+                " time=t:s, or give `rate`"
+            )
+        kind = _drive(drive, loaded, [one.quantity for one in guesses], files[0])
+        asked = {"rate": rate if clock else "", "period": period, "lead_in": lead_in}
+        cut = {key: text for key, text in asked.items() if text}
+        parts = (segments if isinstance(segments, Mapping) else {"": segments}) or {"": ()}
+        entries = [
+            {
+                "file": file.name,
+                "protocol": own or name,
+                "drive": kind,
+                "load_kg": float(load),
+                **cut,
+                **({"segments": [list(map(float, pair)) for pair in spans]} if spans else {}),
+            }
+            for file, name in zip(files, protocols, strict=True)
+            for own, spans in parts.items()
+        ]
 
-    def write(index: Path, chosen: Sequence[Guess]) -> tuple[Trial, ...]:
-        text = _index(_rig_from(loaded, folder), "" if clock else rate, chosen, entries)
-        index.write_text(text, encoding="utf-8")
-        try:
-            found = read_recordings(index)
-        except InputError as error:
-            raise InputError(str(error).replace(str(index), str(folder / INDEX))) from None
-        return tuple(of_rig(trial, loaded.names, loaded.name)[0] for trial in found.trials)
+        def write(index: Path, chosen: Sequence[Guess]) -> tuple[Trial, ...]:
+            text = _index(_rig_from(loaded, folder), "" if clock else rate, chosen, entries)
+            index.write_text(text, encoding="utf-8")
+            with _naming(str(index), str(folder / INDEX)):
+                found = read_recordings(index)
+            return tuple(of_rig(trial, loaded.names, loaded.name)[0] for trial in found.trials)
 
-    try:
-        for target, file in moved.items():
-            with complete_file(target) as copy:
-                shutil.copyfile(file, copy)
         # The index is there once it is right, not while a sign in it may still be turned.
-        with complete_file(folder / INDEX) as index:
+        with _copied(files, folder, force), complete_file(folder / INDEX) as index:
             trials = write(index, guesses)
             turned = turned_joints(guesses, [one.quantity for one in stated], trials, loaded)
             if turned != guesses:
                 trials = write(index, turned)
-    except InputError:
-        for path in new:
-            path.unlink(missing_ok=True)
-        raise
     return ImportedLog(
         folder=folder,
         rig=loaded.name,
@@ -256,8 +266,49 @@ def import_log(
         drive=kind,
         trials=tuple(trial.name for trial in trials),
         seconds=float(sum(trial.time[-1] for trial in trials)),
-        notes=(*table.notes, *_notes(trials, kind, bool(cut or segments))),
+        notes=(
+            *dict.fromkeys(found_out),
+            *table.notes,
+            *_notes(trials, kind, bool(cut or segments)),
+        ),
     )
+
+
+@contextmanager
+def _naming(place: str, name: str) -> Iterator[None]:
+    """Errors name a file as the user knows it, not where it is written meanwhile."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(str(error).replace(place, name)) from None
+
+
+def _still_there(stated: Sequence[Guess], second: Path, joined: Path) -> list[Guess]:
+    """What is stated, without the clock of a second table: joined ones have the log's."""
+    gone = read_columns(second, numbers_only=True).cells.keys() - read_columns(joined).cells.keys()
+    return [one for one in stated if one.quantity != "time" or one.column not in gone]
+
+
+@contextmanager
+def _copied(files: Sequence[Path], folder: Path, force: bool) -> Iterator[None]:
+    """Logs as they lie in a recording's folder; what is new there is removed if it is refused."""
+    targets = {folder / file.name: file for file in files}
+    if len(targets) < len(files):
+        raise InputError(f"{folder}: two logs have the same name; rename one")
+    moved = {t: f for t, f in targets.items() if not (t.exists() and t.samefile(f))}
+    written = (*moved, folder / INDEX)
+    new = [path for path in written if not path.exists()]
+    for path in written:
+        refuse_existing(path, force)
+    try:
+        for target, file in moved.items():
+            with complete_file(target) as copy:
+                shutil.copyfile(file, copy)
+        yield
+    except InputError:
+        for path in new:
+            path.unlink(missing_ok=True)
+        raise
 
 
 def _paths(given: PathOrPaths) -> list[Path]:
@@ -282,7 +333,6 @@ def _stated(text: str, rig: Rig) -> Guess:
     if quantity not in known:
         raise InputError(f"`columns` {text}: rig {rig.name!r} has no {quantity!r}; "
                          f"{nearest(quantity, known)}")  # fmt: skip
-    sign = -1 if column.startswith("-") else 1
     name, colon, unit = column.removeprefix("-").rpartition(":")
     if not colon:
         name, unit = unit, ""
@@ -294,7 +344,7 @@ def _stated(text: str, rig: Rig) -> Guess:
         quantity=quantity,
         column=name.strip(),
         unit=unit,
-        sign=sign,
+        sign=-1 if column.startswith("-") else 1,
         absolute=absolute,
         times=times.strip(),
     )
@@ -314,7 +364,25 @@ def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> Dri
     kinds = list(MUSCLE_DRIVES)[:-1]
     if wanted and not stated:
         kinds = [checked(wanted, MUSCLE_DRIVES)]
-    of_muscles = _of_muscles(kinds, stated, rig, quantities, where)
+    usable = {
+        muscle: [
+            kind
+            for kind in ([stated[muscle]] if muscle in stated else kinds)
+            if kind == "sealed" or f"{muscle}.{MUSCLE_DRIVES[kind].quantity}" in quantities
+        ]
+        for muscle in rig.muscles
+    }
+    missing = [muscle for muscle, own in usable.items() if not own]
+    if missing:
+        what = MUSCLE_DRIVES[kinds[0]].quantity if len(kinds) == 1 else "pressure"
+        raise InputError(
+            f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its"
+            f" measured pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar,"
+            f" or state that it was shut: `drive` {missing[0]}=sealed beside the drives of the"
+            " others"
+        )
+    common = [kind for kind in kinds if all(kind in own for own in usable.values())]
+    of_muscles = {muscle: (common or own)[0] for muscle, own in usable.items()}
     of_joints = {
         joint: stated.get(joint, EFFORTS[kind])
         for joint, kind in rig.joints.items()
@@ -323,36 +391,6 @@ def _drive(wanted: str, rig: Rig, quantities: Sequence[str], where: Path) -> Dri
     if of_joints or len(set(of_muscles.values())) > 1:
         return {**of_muscles, **of_joints}
     return next(iter(of_muscles.values()))
-
-
-def _of_muscles(
-    kinds: Sequence[str],
-    stated: Mapping[str, str],
-    rig: Rig,
-    quantities: Sequence[str],
-    where: Path,
-) -> dict[str, str]:
-    """Drive of each muscle, of several kinds."""
-    found = {
-        muscle: [
-            kind
-            for kind in ([stated[muscle]] if muscle in stated else kinds)
-            if kind == "sealed" or f"{muscle}.{MUSCLE_DRIVES[kind].quantity}" in quantities
-        ]
-        for muscle in rig.muscles
-    }
-    for kind in kinds:
-        if all(kind in usable for usable in found.values()):
-            return dict.fromkeys(found, kind)
-    missing = [muscle for muscle, usable in found.items() if not usable]
-    if not missing:
-        return {muscle: usable[0] for muscle, usable in found.items()}
-    what = MUSCLE_DRIVES[kinds[0]].quantity if len(kinds) == 1 else "pressure"
-    raise InputError(
-        f"{where}: nothing drives {', '.join(missing)}: each muscle needs a command or its measured"
-        f" pressure; name the column, such as `columns` {missing[0]}.{what}=NAME:bar, or state"
-        f" that it was shut: `drive` {missing[0]}=sealed beside the drives of the others"
-    )
 
 
 def _rig_from(rig: Rig, folder: Path) -> str:
@@ -374,6 +412,7 @@ def _index(
         parts += ["sign = -1"] if one.sign < 0 else []
         parts += ["absolute = true"] if one.absolute else []
         parts += [f"times = {_toml_value(one.times)}"] if one.times else []
+        parts += [f"wraps = {one.wraps:.12g}"] if one.wraps else []
         warnings = f"  # not sure: {'; '.join(one.warnings)}" if one.warnings else ""
         lines.append(f"{_toml_value(one.quantity)} = {{ {', '.join(parts)} }}{warnings}")
     for entry in entries:
@@ -399,3 +438,54 @@ def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ..
         f"the command repeats every {seconds:.6g} s: `period` {seconds:.6g}s would make"
         f" repeats of it ({count} periods)",
     )
+
+
+def turned_joints(
+    guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
+) -> tuple[Guess, ...]:
+    """The guesses, the signs of joints turned that move against what drives them."""
+    shortening = -moment_arms(rig, rig.model.qpos0)
+    arms = dict(zip(rig.joints, shortening.T, strict=True))
+    along: dict[str, list[float]] = {}
+    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
+        for trial in trials:
+            pull, angle = _driving(trial, joint, arms[joint], rig), trial.measured.get(channel)
+            if pull is None or angle is None:
+                continue
+            if np.ptp(pull) > 0.0 and np.ptp(angle) > 0.0:
+                along.setdefault(joint, []).append(float(np.corrcoef(pull, angle)[0, 1]))
+    against = {joint for joint, found in along.items() if np.mean(found) < _AGAINST}
+    by_itself = {joint for trial in trials for joint in trial.drives.joints}
+
+    def why(joint: str) -> str:
+        if joint in by_itself:
+            return f"sign turned, because it falls where {joint} is driven up"
+        return "sign turned, because it falls where the muscles pull it up; or they are swapped"
+
+    return tuple(
+        replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))
+        if owner_of(one.quantity) in against
+        and kind_of(one.quantity) in JOINT_KINDS
+        and one.quantity not in stated
+        else one
+        for one in guesses
+    )
+
+
+def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
+    """What drives a joint in a trial up to a factor, (n,): its own torque or force, or its muscles.
+
+    It is None where nothing says its sign: the pressures of muscles that drive nothing, as sealed
+    ones, follow the joint; a motion may be imposed. ``arm``, (m,), is by how much each muscle
+    shortens as the joint moves up.
+    """
+    drives = trial.drives
+    if joint in drives.imposed:
+        return None
+    if joint in drives.joints:
+        return trial.command[:, len(drives.muscles) + list(drives.joints).index(joint)]
+    pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
+    known = [p for p in pressures if p is not None]
+    if len(known) < len(pressures) or set(drives.muscles) == {"sealed"}:
+        return None
+    return np.column_stack(known) @ arm

@@ -35,12 +35,16 @@ class ImposedMotion:
         pressure: times (n,) [s] and random numbers to set points (n,) [Pa] of a supply of 5 bar;
             they are lower in proportion where a rig's is.
         motion: to positions (n,), -1 and 1 at the ends of the part of the range that is used.
+        command: drive of all muscles.
+        load: mass on the arm [kg].
     """
 
     name: str
     shows: str
     pressure: Input
     motion: Input
+    command: str = "pressure_set"
+    load: float = 0.0
 
     def experiment(self, rig: Rig, seed: int = 0, duration: float | None = None) -> Experiment:
         """The experiment on a rig; the same seed gives the same one.
@@ -67,7 +71,7 @@ class ImposedMotion:
         start = np.array([pressure[0] for pressure in pressures])
         return Experiment(
             drive={
-                **dict.fromkeys(rig.muscles, "pressure_set"),
+                **dict.fromkeys(rig.muscles, self.command),
                 **{joint: DRIVES_OF_MOTION[kind] for joint, kind in rig.joints.items()},
             },
             command_time=time,
@@ -75,6 +79,7 @@ class ImposedMotion:
             start_pressure=start,
             duration=duration,
             sample_rate=RATE,
+            load=self.load,
             name=self.name,
         )
 

@@ -6,7 +6,6 @@ import csv
 import re
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import count
 from pathlib import Path
 
@@ -15,9 +14,10 @@ import numpy as np
 from pamsim.comparison.clock_fit import ClockFit, fit_clock
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.units import FloatArray, number_and_unit, parse_quantity, to_si
+from pamsim.core.units import FloatArray
 from pamsim.recordings.column_guess import Guess, guess_columns
 from pamsim.recordings.columns import Columns
+from pamsim.recordings.log_columns import unwrapped
 from pamsim.recordings.recording_checks import LONGEST_GAP
 from pamsim.recordings.signals import MUSCLE_DRIVES, SignalNames
 from pamsim.recordings.table_reader import read_columns
@@ -30,73 +30,41 @@ _HELD = {name for name, drive in MUSCLE_DRIVES.items() if not drive.between}
 """Quantities of muscles of which each row holds until the next."""
 
 
-def join_all(
-    logs: Sequence[Path],
-    others: Sequence[Path],
-    folder: Path,
-    *,
-    names: SignalNames,
-    stated: Sequence[Guess],
-    shared: str,
-    offset: str,
-) -> tuple[list[Path], list[str]]:
-    """Join each log with that of another logger, as `join_logs`, in a folder.
-
-    Returns:
-        The files written, and what was found of the clocks of each.
-
-    Raises:
-        InputError: as `join_logs`, or if there is not one for each, or for an offset without
-            meaning, such as ``1.25 s`` has.
-    """
-    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
-    join = partial(join_logs, names=names, stated=stated, shared=shared, offset=known)
-    return _each(logs, others, "`beside` them", folder, "{}_and_{}", join)
-
-
-def schedule_all(
-    logs: Sequence[Path],
-    schedules: Sequence[Path],
-    folder: Path,
-    *,
-    names: SignalNames,
-    stated: Sequence[Guess],
-    offset: str,
-    rate: str = "",
-) -> tuple[list[Path], list[str]]:
-    """Join each log with its schedule of commands, or one of all, as `with_schedule`, in a folder.
-
-    Returns:
-        The files written, and what was made of each schedule.
-
-    Raises:
-        InputError: as `with_schedule`, or if there is not one for each, or for an offset without
-            meaning.
-    """
-    known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
-    every = parse_quantity(rate, "Hz", "Hz", where="`rate`") if rate else None
-    join = partial(with_schedule, names=names, stated=stated, offset=known, rate=every)
-    schedules = [*schedules] * len(logs) if len(schedules) == 1 else schedules
-    return _each(logs, schedules, "`schedule`", folder, "{}_commanded", join)
-
-
-def _each(
+def join_each(
     logs: Sequence[Path],
     tables: Sequence[Path],
-    what: str,
     folder: Path,
-    name: str,
     join: Callable[[Path, Path, Path], str],
+    *,
+    what: str,
+    name: str,
 ) -> tuple[list[Path], list[str]]:
+    """Join each log with a table of its own, and write the results into a folder.
+
+    Args:
+        logs: tables with clocks that run on.
+        tables: one for each.
+        folder: for the files.
+        join: `join_logs` or `with_schedule`, of a log, its table and the file to write.
+        what: the tables, for a message.
+        name: of a file, with ``{}`` for those of the log and the table.
+
+    Returns:
+        The files written, and what was found of each.
+
+    Raises:
+        InputError: if there is not one for each, or as ``join`` does.
+    """
     if len(tables) != len(logs):
         raise InputError(f"{len(logs)} logs and {len(tables)} {what}; give one for each")
-    pairs = list(zip(logs, tables, strict=True))
     files: list[Path] = []
-    for log, table in pairs:
+    found: list[str] = []
+    for log, table in zip(logs, tables, strict=True):
         own, other = (without_number(path.stem) for path in (log, table))
         # The log's number comes last, as in its own name.
         files.append(folder / f"{name.format(own, other)}{log.stem.removeprefix(own)}.csv")
-    return files, [join(*pair, out) for pair, out in zip(pairs, files, strict=True)]
+        found.append(join(log, table, files[-1]))
+    return files, found
 
 
 def without_number(stem: str) -> str:
@@ -113,6 +81,7 @@ def join_logs(
     stated: Sequence[Guess] = (),
     shared: str = "",
     offset: float | None,
+    wraps: float = 0.0,
 ) -> str:
     """Write the rows of a log with what a second logger recorded at the same times.
 
@@ -129,6 +98,7 @@ def join_logs(
         shared: columns of both with one signal, ``sync=trigger``, or ``sync`` if they have one
             name; the offset is found by it.
         offset: or what the first clock shows when the second is at 0 [s].
+        wraps: after which the log's clock begins again; 0 for one that runs on [s].
 
     Returns:
         What was found of the clocks, and which columns are left out, in a sentence.
@@ -139,7 +109,8 @@ def join_logs(
             offset is certain, or logs that have no time in common.
     """
     first, second = _read(log, beside, stated)
-    (_, time), (other_clock, other) = (_clock(table, names, stated) for table in (first, second))
+    _, time = _clock(first, names, stated, wraps=wraps)
+    other_clock, other = _clock(second, names, stated)
     steps = np.diff(other, prepend=other[0])
     usual = float(np.median(steps[1:])) if other.size > 1 else 0.0
     second.refuse(
@@ -175,9 +146,8 @@ def join_logs(
             f"{log} and {beside} have no time in common: the second runs from {at[0]:.4g} to"
             f" {at[-1]:.4g} s of the first, which has {time[0]:.4g} to {time[-1]:.4g} s"
         )
-    columns = {name: values[both] for name, values in _numbers(first, ()).items()}
-    units = dict(first.units)
-    added = _numbers(second, (other_clock, *pair[1:]))
+    columns = {name: values[both] for name, values in _numbers(first).items()}
+    added = _numbers(second, other_clock, *pair[1:])
     called = {name: _free(name, columns, added) for name in added}
     renamed = replace(
         second,
@@ -190,12 +160,10 @@ def join_logs(
         if one.quantity.rpartition(".")[2] in _HELD
     }
     latest = np.searchsorted(at, time[both] + _ROUNDING, "right") - 1
-    for name, values in added.items():
-        new = called[name]
-        between = np.interp(time[both], at, values)
-        columns[new] = values[latest] if new in commands else between
-        units[new] = renamed.units[new]
-    _write(out, columns, units)
+    for name, new in called.items():
+        held, between = added[name][latest], np.interp(time[both], at, added[name])
+        columns[new] = held if new in commands else between
+    _write(out, columns, {**first.units, **renamed.units})
     return f"{beside.name} lies beside {log.name} by {found}{_left_out(first, second)}"
 
 
@@ -208,6 +176,7 @@ def with_schedule(
     stated: Sequence[Guess] = (),
     offset: float = 0.0,
     rate: float | None = None,
+    wraps: float = 0.0,
 ) -> str:
     """Write the rows of a log with what was commanded meanwhile, as a schedule states it.
 
@@ -222,6 +191,7 @@ def with_schedule(
         stated: what is known of columns; of a clock, in both tables.
         offset: what the log's clock shows when the schedule is at 0 [s].
         rate: of the rows of a log without a clock, which begins at 0 then [Hz].
+        wraps: after which the log's clock begins again; 0 for one that runs on [s].
 
     Returns:
         What was made of it, and which columns are left out, in a sentence.
@@ -231,7 +201,7 @@ def with_schedule(
             numbers, a column that both have, or a schedule that begins after the log.
     """
     first, second = _read(log, schedule, stated)
-    _, time = _clock(first, names, stated, rate)
+    _, time = _clock(first, names, stated, rate=rate, wraps=wraps)
     clock, other = _clock(second, names, stated)
     if time.size < 2:
         raise InputError(f"{log}: a single row; a schedule needs a log of two or more")
@@ -242,7 +212,7 @@ def with_schedule(
             f"{schedule} begins at {begins[0]:.4g} s of {log}, which begins at {time[0]:.4g} s;"
             " add a row with what was commanded before, or state another `offset`"
         )
-    columns, commanded = _numbers(first, ()), _numbers(second, (clock,))
+    columns, commanded = _numbers(first), _numbers(second, clock)
     twice = sorted(columns.keys() & commanded.keys())
     if twice:
         raise InputError(f"{schedule}: {twice[0]} is a column of {log}, too; rename or remove it")
@@ -263,6 +233,8 @@ def with_schedule(
             f"; it changes within {shortest * 1e3:.3g} ms, in samples of {sample * 1e3:.3g} ms as"
             " their mean: sample the log faster if it matters when"
         )
+    if other.size > 1 and begins[-1] <= time[0]:
+        text += "; the log begins after its last row, which holds throughout: check `offset`"
     return text + _left_out(first, second)
 
 
@@ -308,22 +280,27 @@ def _guesses(table: Columns, names: SignalNames, stated: Sequence[Guess]) -> tup
 
 
 def _clock(
-    table: Columns, names: SignalNames, stated: Sequence[Guess], rate: float | None = None
+    table: Columns,
+    names: SignalNames,
+    stated: Sequence[Guess],
+    *,
+    rate: float | None = None,
+    wraps: float = 0.0,
 ) -> tuple[str, FloatArray]:
     """Column of a log's clock, and its times [s]; without such a column, by the rate."""
     clocks = [one for one in stated if one.quantity == "time"]
     one = next((one for one in _guesses(table, names, clocks) if one.quantity == "time"), None)
     if one is None and rate is not None:
+        if not 0.0 < rate < np.inf:
+            raise InputError(f"{table.path}: a `rate` of {rate:g} Hz; it must be above 0")
         return "", np.arange(len(table.lines)) / rate
     if one is None:
         raise InputError(
             f"{table.path}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
             " time=t:s, or call it time_s"
         )
-    where = f"{table.path}: {one.column}"
-    factor, of_factor = number_and_unit(one.times or "1", where=where)
-    unit = f"{one.unit}*({of_factor})" if of_factor else one.unit
-    time = to_si(one.sign * factor, unit, "s", where=where) * table.numbers(one.column)
+    unit = one.sign * one.seconds(f"{table.path}: {one.column}")
+    time = unwrapped(unit * table.numbers(one.column), wraps)
     table.refuse(
         np.diff(time, prepend=-np.inf) <= 0.0,
         lambda i: f"{one.column}: the clock stands or runs back at {time[i]:g} s",
@@ -339,7 +316,7 @@ def _free(name: str, taken: Container[str], others: Container[str]) -> str:
     return next(new for new in numbered if new not in taken and new not in others)
 
 
-def _numbers(table: Columns, without: tuple[str, ...]) -> dict[str, FloatArray]:
+def _numbers(table: Columns, *without: str) -> dict[str, FloatArray]:
     numbers = {name: c.numbers for name, c in table.cells.items() if name not in without}
     return {name: v for name, v in numbers.items() if v is not None and np.isfinite(v).all()}
 
@@ -348,7 +325,7 @@ def _left_out(*tables: Columns) -> str:
     """The columns that `_numbers` leaves out, to end a sentence with."""
     text = ""
     for table in tables:
-        names = ", ".join(name for name in table.cells if name not in _numbers(table, ()))
+        names = ", ".join(name for name in table.cells if name not in _numbers(table))
         if names:
             text += f"; not used, not all cells of {table.path.name} are numbers: {names}"
         text += "".join(f"; {table.path.name}: {note}" for note in table.notes)

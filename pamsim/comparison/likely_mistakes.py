@@ -192,7 +192,7 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
     possible: list[tuple[_Tried, list[tuple[Rig, Trial, Experiment]]]] = []
     for one in tried:
         try:
-            jobs = [(rig, t, as_read(rig, experiment_of(t))) for t in (*one.before, *one.after)]
+            jobs = _jobs(rig, [*one.before, *one.after])
         except InputError:  # such as a set point below the atmosphere
             continue
         if all(_within_supply(rig, experiment) for *_, experiment in jobs[len(one.before) :]):
@@ -215,6 +215,10 @@ def _helpful(rig: Rig, tried: Sequence[_Tried], threads: int | None) -> Iterator
             )
 
 
+def _jobs(rig: Rig, trials: Sequence[Trial]) -> list[tuple[Rig, Trial, Experiment]]:
+    return [(rig, trial, as_read(rig, experiment_of(trial))) for trial in trials]
+
+
 def _within_supply(rig: Rig, experiment: Experiment) -> bool:
     """Whether the supply can give the pressures of an experiment."""
     kinds = np.array(experiment.drives.kinds)
@@ -228,8 +232,8 @@ def _missed_by(rig: Rig, trials: Sequence[Trial], threads: int | None) -> FloatA
 
     None if a simulation breaks down.
     """
-    jobs = [(rig, t, as_read(rig, experiment_of(t))) for t in trials]
-    done = [one for one in sensed_signals(jobs, threads=threads) if one is not None]
+    signals = sensed_signals(_jobs(rig, trials), threads=threads)
+    done = [one for one in signals if one is not None]
     if len(done) < len(trials):
         return None
     away, moved = _away(trials, done)
@@ -318,22 +322,16 @@ def _numbers(
     rig: Rig,
 ) -> Iterator[tuple[dict[str, float], Callable[[float, float], float]]]:
     """Parameters that change together with their values; value, place in [-1, 1] -> new value."""
-    for name, most in _FACTORS.items():
-        yield from _by_factor(rig, [f"{muscle}:{name}" for muscle in rig.muscles], most)
-    for joint in rig.joints:
-        yield from _by_factor(rig, [f"joint.{joint}.damping"], _DAMPING)
+    groups = [([f"{m}:{name}" for m in rig.muscles], most) for name, most in _FACTORS.items()]
+    groups += [([f"joint.{joint}.damping"], _DAMPING) for joint in rig.joints]
+    for names, most in groups:
+        values: dict[str, float] = {}
+        for name in names:
+            with contextlib.suppress(PamsimError):  # the rig has none
+                values[name] = rig_parameter(rig, name).value
+        if any(values.values()):
+            yield values, lambda value, place, most=most: value * most**place
     for muscle, one in rig.muscles.items():
         reach = _LENGTH * (one.stroke or one.braided).nominal_length
         length = {f"{muscle}:mounting.length_at_zero": one.mounting.length_at_zero}
         yield length, lambda value, place, reach=reach: value + reach * place
-
-
-def _by_factor(
-    rig: Rig, names: list[str], most: float
-) -> Iterator[tuple[dict[str, float], Callable[[float, float], float]]]:
-    values: dict[str, float] = {}
-    for name in names:
-        with contextlib.suppress(PamsimError):  # the rig has none
-            values[name] = rig_parameter(rig, name).value
-    if any(values.values()):
-        yield values, lambda value, place: value * most**place

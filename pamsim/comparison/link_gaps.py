@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -115,12 +116,18 @@ def gap_per_link(
     Raises:
         InputError: for a trial that does not fit the rig, or does not give its start pressures.
     """
-    by_link = link_residuals(rig, trials, threads=threads, simulated=simulated)
-    inputs = protocols_by_load(trials)
-    residuals = {
-        link: [replace(block, protocol=inputs[block.trial]) for block in blocks]
-        for link, blocks in by_link.items()
-    }
+    inputs, of_name = protocols_by_load(trials), {trial.name: trial for trial in trials}
+    found_residuals = link_residuals(rig, trials, threads=threads, simulated=simulated)
+    residuals: dict[Link, list[ResidualBlock]] = {}
+    for (link, name, channel), residual in found_residuals.items():
+        block = ResidualBlock(
+            trial=name,
+            protocol=inputs[name],
+            channel=channel,
+            residual=residual,
+            sample_interval=of_name[name].sample_interval,
+        )
+        residuals.setdefault(link, []).append(block)
     found: list[_Output] = []
     for link, blocks in residuals.items():
         stack = np.concatenate([block.residual for block in blocks])
@@ -154,18 +161,13 @@ def _broken(
     rig: Rig, trials: Sequence[Trial], residuals: Mapping[Link, Sequence[ResidualBlock]]
 ) -> list[str]:
     """Links whose simulations broke down, or which need forces of one that did."""
-    tried: dict[Link, set[str]] = {}
-    for trial in trials:
-        for run in link_runs(rig, trial):
-            tried.setdefault(run.link, set()).add(trial.name)
-    broken = {
-        link: len(names - {block.trial for block in residuals.get(link, ())})
-        for link, names in tried.items()
-    }
+    links = [dict.fromkeys(run.link for run in link_runs(rig, trial)) for trial in trials]
+    tried = Counter(link for own in links for link in own)
+    done = {link: len({block.trial for block in blocks}) for link, blocks in residuals.items()}
     return [
-        f"{link.name}: the simulation breaks down in {count} of {len(tried[link])} trials"
-        for link, count in broken.items()
-        if count
+        f"{link.name}: the simulation breaks down in {count - done.get(link, 0)} of {count} trials"
+        for link, count in tried.items()
+        if count > done.get(link, 0)
     ]
 
 

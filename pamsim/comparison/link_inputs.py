@@ -15,7 +15,7 @@ what the signal itself shows from sample to sample, so that slower drift is impo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,16 +106,16 @@ class LinkInputs:
         return start
 
 
-def inputs_of_runs(rig: Rig, runs: Iterable[tuple[Trial, LinkRun]]) -> dict[str, LinkInputs]:
+def inputs_of_runs(rig: Rig, runs: Sequence[tuple[Trial, LinkRun]]) -> dict[str, LinkInputs]:
     """Name of each trial to its inputs; empty where none of its runs imposes what was measured."""
-    imposing: dict[str, bool] = {}
-    trials: dict[str, Trial] = {}
-    for trial, run in runs:
-        imposes = run.pressures or bool(run.moved) or "measured" in trial.drives.muscles
-        imposing[trial.name] = imposes or imposing.get(trial.name, False)
-        trials[trial.name] = trial
+    imposing = {
+        trial.name
+        for trial, run in runs
+        if run.pressures or run.moved or "measured" in trial.drives.muscles
+    }
     nothing = LinkInputs(pressures={}, positions={}, noise={})
-    return {n: link_inputs(rig, t) if imposing[n] else nothing for n, t in trials.items()}
+    trials = {trial.name: trial for trial, _ in runs}
+    return {n: link_inputs(rig, t) if n in imposing else nothing for n, t in trials.items()}
 
 
 def link_inputs(rig: Rig, trial: Trial) -> LinkInputs:

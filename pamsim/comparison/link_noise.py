@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from pamsim.comparison.chain_runs import link_residuals
+from pamsim.comparison.chain_runs import Residuals, link_residuals
 from pamsim.comparison.link_inputs import rounding_noise, sample_noise
 from pamsim.comparison.links import Link, Runs, joined_runs
 from pamsim.comparison.noise_floor import FloorRoute, settled_holds
@@ -43,9 +43,6 @@ _toeplitz_times: Any = scipy.linalg.matmul_toeplitz
 
 Output = tuple[Link, str]
 """Link and channel."""
-
-Residuals = Mapping[tuple[Link, str, str], FloatArray]
-"""Link, trial and channel to simulated minus measured, (n,) [SI]."""
 
 _SHORTEST = 20  # samples of a hold: two orders and more of an autoregressive model beside a trend
 _ENOUGH = 0.25  # share of the samples that holds must give, as for `noise_within_trial`
@@ -128,18 +125,17 @@ def _by_repeats(
         for group in groups
         if len(group.trials) > 1 and all(trial.name in residuals for trial in group.trials)
     ]
-    if not protocols:
-        return None
-    return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.REPEATS)
+    return _of_runs(protocols, FloorRoute.REPEATS)
 
 
 def _by_periods(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
     """Noise by what the periods of a command differ by, all but the first."""
     each = [periods(residual, trial.command) for trial, residual in logs]
-    protocols = [runs for runs in each if runs is not None]
-    if not protocols:
-        return None
-    return OutputNoise(noise=noise_from_repeats(protocols), source=FloorRoute.PERIODS)
+    return _of_runs([runs for runs in each if runs is not None], FloorRoute.PERIODS)
+
+
+def _of_runs(protocols: Sequence[FloatArray], source: FloorRoute) -> OutputNoise | None:
+    return OutputNoise(noise=noise_from_repeats(protocols), source=source) if protocols else None
 
 
 def _by_holds(logs: Sequence[tuple[Trial, FloatArray]]) -> OutputNoise | None:
@@ -183,12 +179,7 @@ def _read_again(
     rng = np.random.default_rng(0)
     second = [_second_reading(rig, trial, rng) for trial in trials]
     found = link_residuals(rig, second, divided=divided, threads=threads)
-    return {
-        (link, block.trial, block.channel): block.residual - exact[link, block.trial, block.channel]
-        for link, blocks in found.items()
-        for block in blocks
-        if (link, block.trial, block.channel) in exact
-    }
+    return {key: again - exact[key] for key, again in found.items() if key in exact}
 
 
 def _second_reading(rig: Rig, trial: Trial, rng: np.random.Generator) -> Trial:

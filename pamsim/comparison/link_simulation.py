@@ -23,7 +23,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate, sensed_runs
+from pamsim.comparison.experiments import GRID_HZ, experiment_of, grid_rate
 from pamsim.comparison.imposed_motion import DRIVES_OF_MOTION
 from pamsim.comparison.link_inputs import LinkInputs, smoothed, with_true_inputs
 from pamsim.comparison.links import LinkRun
@@ -82,26 +82,24 @@ def link_experiment(
             given = np.zeros(trial.time.size) if own is None else trial.command[:, muscles + own]
             columns.append(given if torque is None else given + torque)
     driven = replace(trial, drive=drive, command=np.column_stack(columns))
-    if run.pressures or run.moved:
-        # Of what a rig did before a trial the commands alone are known.
-        driven = replace(driven, lead_in=None)
-        start = inputs.start(driven)
-        if way is None:
-            experiment = replace(experiment_of(driven), start_pressure=start)
-        else:
-            lead = way_as_lead(rig, driven, run, start, way)
-            driven = replace(driven, lead_in=lead)
-            # All that is imposed runs on between its values, so that samples may be further apart.
-            experiment = experiment_of(driven, sample_rate=way_rate(trial))
-            experiment = replace(
-                experiment,
-                start_pressure=start,
-                settle=0.0,
-                approach=lead.duration,
-                sample_rate=grid_rate(trial.time),
-            )
+    if not (run.pressures or run.moved):
+        return driven, with_true_inputs(rig, experiment_of(driven))
+    # Of what a rig did before a trial the commands alone are known.
+    driven = replace(driven, lead_in=None)
+    start = inputs.start(driven)
+    if way is None:
+        experiment = replace(experiment_of(driven), start_pressure=start)
     else:
-        experiment = experiment_of(driven)
+        lead = way_as_lead(rig, driven, run, start, way)
+        driven = replace(driven, lead_in=lead)
+        # All that is imposed runs on between its values, so that samples may be further apart.
+        experiment = replace(
+            experiment_of(driven, sample_rate=way_rate(trial)),
+            start_pressure=start,
+            settle=0.0,
+            approach=lead.duration,
+            sample_rate=grid_rate(trial.time),
+        )
     return driven, with_true_inputs(rig, experiment)
 
 
@@ -113,7 +111,7 @@ def torques_beyond(
     Args:
         rig: the rig.
         forces: (n, m) that the cells read, see `forces_read` [N].
-        arms: (n, m, j) along the measured motion, see `moment_arms` [m, or 1].
+        arms: (n, m, j) along the measured motion, see `arms_along` [m, or 1].
         signals: simulated along it, at the times of the trial.
     """
     channels = rig.names.of_muscles("force")
@@ -128,31 +126,28 @@ def forces_read(rig: Rig, trial: Trial) -> FloatArray:
     return np.column_stack([smoothed(trial.time, trial.measured[c]) for c in channels])
 
 
-def moment_arms(rig: Rig, inputs: LinkInputs) -> FloatArray:
+def arms_along(rig: Rig, inputs: LinkInputs) -> FloatArray:
     """Change of each tendon's length with each joint along the measured motion, (n, m, j)."""
-    positions = np.column_stack([inputs.positions[joint] for joint in rig.joints])
-    model, data = rig.model, mujoco.MjData(rig.model)
+    # As `pamsim.engine.equilibrium.moment_arms`, in one data: making one takes a hundred steps.
+    model, data, addresses = rig.model, mujoco.MjData(rig.model), rig.position_addresses
     muscles = [int(model.actuator_outadr[i]) for i in muscle_ids(model)]
-    arms = np.empty((len(positions), len(muscles), len(rig.joints)))
-    addresses = rig.position_addresses
-    for k, where in enumerate(positions):
-        for j, address in enumerate(addresses):
-            ends: list[FloatArray] = []
-            for shift in (_SHIFT, -_SHIFT):
-                data.qpos[addresses] = where
-                data.qpos[address] += shift
-                mujoco.mj_fwdPosition(model, data)
-                ends.append(data.actuator_length[muscles].copy())
-            arms[k, :, j] = (ends[0] - ends[1]) / (2.0 * _SHIFT)
-    return arms
+
+    def lengths(where: FloatArray) -> FloatArray:
+        data.qpos[addresses] = where
+        mujoco.mj_fwdPosition(model, data)
+        return data.actuator_length[muscles].copy()
+
+    shifts = _SHIFT * np.eye(len(addresses))
+    positions = np.column_stack([inputs.positions[joint] for joint in rig.joints])
+    moved = [[lengths(at + by) - lengths(at - by) for by in shifts] for at in positions]
+    return np.swapaxes(moved, 1, 2) / (2.0 * _SHIFT)
 
 
 def ways_to_rest(
     rig: Rig,
     inputs: Mapping[str, LinkInputs],
     trials: Sequence[Trial],
-    threads: int | None,
-    simulated: Callable[[], None] | None,
+    run: Callable[[Sequence[tuple[Rig, Experiment]]], Sequence[Recording]],
 ) -> dict[str, FloatArray]:
     """Simulate the way to rest at the start pressures of each trial.
 
@@ -160,14 +155,13 @@ def ways_to_rest(
         rig: the rig.
         inputs: trial -> its measured inputs.
         trials: as measured.
-        threads: simulations at a time; None for one per processor.
-        simulated: called as each simulation ends; None for none.
+        run: simulates experiments, as `sensed_runs`.
 
     Returns:
         Trial -> (k, m + j) readings of pressures [Pa] and positions [rad or m] at `way_rate`; none
         where the run breaks down.
     """
-    experiments: list[Experiment] = []
+    jobs: list[tuple[Rig, Experiment]] = []
     for trial in trials:
         start, drives = inputs[trial.name].start(replace(trial, lead_in=None)), trial.drives
         still = replace(drives, muscles=("pressure_set",) * start.size).stated(tuple(rig.muscles))
@@ -182,9 +176,8 @@ def ways_to_rest(
             settle=0.0,
             approach=_REST,
         )
-        experiments.append(with_true_inputs(rig, alone))
-    jobs = [(rig, experiment) for experiment in experiments]
-    recordings = sensed_runs(jobs, threads=threads, simulated=simulated)
+        jobs.append((rig, with_true_inputs(rig, alone)))
+    recordings = run(jobs)
     return {
         trial.name: _until_still(recording, trial, inputs[trial.name])
         for trial, recording in zip(trials, recordings, strict=True)

@@ -180,19 +180,22 @@ def _runs(rig: Rig, trial: Trial, *, joined: bool = False) -> Iterator[LinkRun]:
             )
 
 
+def free_channels(rig: Rig, trial: Trial) -> tuple[str, ...]:
+    """Channels that a trial measures of a rig, but for those that drive it."""
+    drives = trial.drives
+    muscles = zip(trial.pressure_channels, drives.muscles, strict=True)
+    driving = {channel for channel, kind in muscles if kind == "measured"}
+    driving |= {rig.names.joint_channel(joint) for joint in drives.imposed}
+    return tuple(channel for channel in trial.measured if channel not in driving)
+
+
 def _measured(rig: Rig, trial: Trial) -> _Measured:
-    drives, names = trial.drives, rig.names
-    driving = {
-        channel
-        for channel, kind in zip(trial.pressure_channels, drives.muscles, strict=True)
-        if kind == "measured"
-    }
+    drives, names, known = trial.drives, rig.names, free_channels(rig, trial)
     joints = {j: names.joint_channel(j) for j in rig.joints if j not in drives.imposed}
     efforts = {j: names.effort_channel(j) for j in drives.imposed}
-    known = set(trial.measured) - driving
     taken = {*joints.values(), *efforts.values()}
     return _Measured(
-        pressures=tuple(c for c in trial.measured if c in known and kind_of(c) == "pressure"),
+        pressures=tuple(c for c in known if kind_of(c) == "pressure"),
         forces=tuple(c for c in names.of_muscles("force") if c in known and c not in taken),
         positions={j: c for j, c in joints.items() if c in known},
         efforts={j: c for j, c in efforts.items() if c in known},

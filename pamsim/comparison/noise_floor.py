@@ -85,44 +85,35 @@ def noise_floor(
     """
     of_trial = {trial.name: trial for trial in trials}
     in_protocol: dict[tuple[str, str], list[BlockPlace]] = {}
-    stated: dict[str, float] = {}
-    readings: dict[tuple[str, str], list[FloatArray]] = {}
     for place in places:
-        channel, trial = place.block.channel, of_trial.get(place.block.trial)
-        key = channel, place.block.protocol
+        key = place.block.channel, place.block.protocol
         in_protocol.setdefault(key, []).append(place)
-        if trial is None:
-            continue
-        if channel in trial.noise:
-            stated[channel] = max(trial.noise[channel].rms, stated.get(channel, 0.0))
-        readings.setdefault(key, []).append(trial.measured[channel])
+    least = {channel: _smallest(places, channel) for channel, _ in in_protocol}
     scatter = repeat_scatter(places, residual)
     routes = dict.fromkeys(scatter, FloorRoute.REPEATS)
-    for key, (first, *_) in in_protocol.items():
+    for (channel, protocol), own in in_protocol.items():
+        key, first = (channel, protocol), own[0]
         if key not in scatter:
-            own = of_trial.get(first.block.trial)
+            single = of_trial.get(first.block.trial)
             routes[key], scatter[key] = noise_within_trial(
                 residual[first.rows],
                 first.block.sample_interval or 1.0,
-                None if own is None else own.command,
+                None if single is None else single.command,
             )
-    for key, own in readings.items():
-        shown, least = scatter[key], rounding_noise(np.concatenate(own))
-        scatter[key] = replace(shown, square=max(shown.square, least**2 * shown.freedom))
-    smallest = {channel: _smallest(places, channel) for channel, _ in in_protocol}
+        known = [of_trial[p.block.trial] for p in own if p.block.trial in of_trial]
+        if known:
+            rounding = rounding_noise(np.concatenate([t.measured[channel] for t in known]))
+            square = max(scatter[key].square, rounding**2 * scatter[key].freedom)
+            scatter[key] = replace(scatter[key], square=square)
+        stated = [trial.noise[channel].rms for trial in known if channel in trial.noise]
+        least[channel] = max(least[channel], *stated, 0.0)
+    pooled = {
+        channel: pooled_deviation([s for (name, _), s in scatter.items() if name == channel])
+        for channel in least
+    }
     return NoiseFloor(
-        sd={
-            channel: max(
-                pooled_deviation([s for (name, _), s in scatter.items() if name == channel]),
-                least,
-                stated.get(channel, 0.0),
-            )
-            for channel, least in smallest.items()
-        },
-        variance={
-            key: max(scatter[key].variance, stated.get(key[0], 0.0) ** 2, smallest[key[0]] ** 2)
-            for key in in_protocol
-        },
+        sd={channel: max(deviation, least[channel]) for channel, deviation in pooled.items()},
+        variance={key: max(scatter[key].variance, least[key[0]] ** 2) for key in in_protocol},
         routes=routes,
     )
 

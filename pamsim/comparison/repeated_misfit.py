@@ -24,7 +24,7 @@ import numpy as np
 from scipy.stats import f as f_distribution
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.permutation import sign_flips, upper_p_value
+from pamsim.inference.model_comparison import sign_flips, upper_p_value
 
 LEVEL = 0.01
 """Probability that any output of a rig without a gap is said to exceed its floor."""

@@ -112,25 +112,25 @@ def same_input(first: Trial, other: Trial, columns: NDArray[np.intp] | None = No
     So they must before each, where they do not begin at rest.
     """
     own = slice(None) if columns is None else columns
+    lead, its = first.lead_in, other.lead_in
+    if lead is None or its is None:
+        same_lead = lead is its
+    else:
+        same_lead = abs(lead.duration - its.duration) <= _SAME_TIME and _same_rows(lead, its, own)
     return (
-        first.protocol == other.protocol
+        same_lead
+        and first.protocol == other.protocol
         and first.drive == other.drive
         and first.load == other.load
-        and first.time.shape == other.time.shape
-        and float(np.abs(first.time - other.time).max()) <= _SAME_TIME
-        and np.array_equal(first.command[:, own], other.command[:, own])
-        and _same_lead(first.lead_in, other.lead_in, own)
+        and _same_rows(first, other, own)
     )
 
 
-def _same_lead(
-    first: TrialLead | None, other: TrialLead | None, columns: slice | NDArray[np.intp]
+def _same_rows(
+    first: Trial | TrialLead, other: Trial | TrialLead, columns: slice | NDArray[np.intp]
 ) -> bool:
-    if first is None or other is None:
-        return first is other
     return (
         first.time.shape == other.time.shape
-        and abs(first.duration - other.duration) <= _SAME_TIME
         and float(np.abs(first.time - other.time).max(initial=0.0)) <= _SAME_TIME
         and np.array_equal(first.command[:, columns], other.command[:, columns])
     )

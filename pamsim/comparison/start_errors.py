@@ -8,7 +8,7 @@ through the sensitivity of the simulated signals to the start: a linear nuisance
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,10 +119,9 @@ def start_error(
             residual shows drifting sensor noise; without it, noise is assumed white.
     """
     noise = _noise(trial)
-    for muscle, channel in enumerate(trial.pressure_channels):
-        if simulated is not None and channel in trial.measured:
-            drifting = _drifting(trial.measured[channel] - simulated[channel])
-            noise[muscle] = max(noise[muscle], drifting)
+    if simulated is not None:
+        drift = _of_pressures(trial, lambda c: _drifting(trial.measured[c] - simulated[c]))
+        noise = np.maximum(noise, drift)
     # Noise and all, measured pressures are those of the run.
     free = np.array([kind != "measured" for kind in trial.drives.muscles])
     return StartError((start_pressures(trial) - simulated_start) * free, _REACH * noise * free)
@@ -133,22 +132,30 @@ def _noise(trial: Trial) -> FloatArray:
 
     At least that of rounding to the converter's step, and what the recording states.
     """
-    noise = np.zeros(trial.muscles)
-    for muscle, channel in enumerate(trial.pressure_channels):
-        if channel in trial.measured:
-            stated = trial.noise[channel].rms if channel in trial.noise else 0.0
-            noise[muscle] = max(sample_noise(trial.measured[channel]), stated)
-    return noise
+
+    def of(channel: str) -> float:
+        stated = trial.noise[channel].rms if channel in trial.noise else 0.0
+        return max(sample_noise(trial.measured[channel]), stated)
+
+    return _of_pressures(trial, of)
 
 
 def _noise_of_repeats(first: Trial, second: Trial) -> FloatArray:
     """Noise of each muscle's pressure sensor, (m,) [Pa], drift as two repeats show it included."""
+
+    def drift(channel: str) -> float:
+        if channel not in second.measured:
+            return 0.0
+        return _drifting((first.measured[channel] - second.measured[channel]) / np.sqrt(2.0))
+
     noise = np.maximum(_noise(first), _noise(second))
-    for muscle, channel in enumerate(first.pressure_channels):
-        if channel in first.measured and channel in second.measured:
-            apart = (first.measured[channel] - second.measured[channel]) / np.sqrt(2.0)
-            noise[muscle] = max(noise[muscle], _drifting(apart))
-    return noise
+    return np.maximum(noise, _of_pressures(first, drift))
+
+
+def _of_pressures(trial: Trial, value: Callable[[str], float]) -> FloatArray:
+    """A value of each muscle's pressure channel, (m,); 0 of one that was not measured."""
+    channels = trial.pressure_channels
+    return np.array([value(one) if one in trial.measured else 0.0 for one in channels])
 
 
 def _drifting(miss: FloatArray) -> float:

@@ -16,6 +16,7 @@ from pamsim.comparison.experiments import (
     sensed_runs,
     table_experiments,
 )
+from pamsim.comparison.links import free_channels
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.repeats import protocols_by_load
 from pamsim.comparison.start_errors import STEP, StartError, start_error, start_groups
@@ -98,8 +99,7 @@ class TrialPredictor:
             for member in members:
                 self._of_trial[member] = self._number(experiment)
                 self._start_of[member] = start
-        self._sensitivities: list[dict[str, FloatArray]] | None = None
-        self._starts: list[StartError] = []
+        self._starts: list[tuple[StartError, dict[str, FloatArray]]] | None = None
         self._of_row = [[self._number(e) for e in table_experiments(t)] for t in data.tables]
 
     def _number(self, experiment: Experiment) -> int:
@@ -117,18 +117,8 @@ class TrialPredictor:
 
     def compared(self, trial: Trial) -> tuple[str, ...]:
         """Channels of a trial that are compared; not those that drive it."""
-        drives = trial.drives
-        driving = {
-            channel
-            for channel, kind in zip(trial.pressure_channels, drives.muscles, strict=True)
-            if kind == "measured"
-        }
-        driving |= {self.rig.names.joint_channel(joint) for joint in drives.imposed}
-        return tuple(
-            name
-            for name in trial.measured
-            if kind_of(name) in self._channels and name not in driving
-        )
+        free = free_channels(self.rig, trial)
+        return tuple(name for name in free if kind_of(name) in self._channels)
 
     def predictions(
         self,
@@ -140,7 +130,7 @@ class TrialPredictor:
 
         Time steps of ``timestep`` [s] are each rig's own if left out.
         """
-        if self._sensitivities is None:
+        if self._starts is None:
             self.linearise_starts(next((rig for rig in rigs if rig is not None), None))
         return [
             None if found is None else self.adjusted(found)
@@ -149,13 +139,11 @@ class TrialPredictor:
 
     def adjusted(self, simulated: Prediction) -> Prediction:
         """A prediction of `as_simulated` from the starts that fit the trials best."""
-        assert self._sensitivities is not None
+        assert self._starts is not None
         trials: dict[str, dict[str, FloatArray]] = {}
-        for trial, start, sensitivities in zip(
-            self.data.trials, self._starts, self._sensitivities, strict=True
-        ):
-            if trial.name in simulated.trials:
-                signals = simulated.trials[trial.name]
+        for trial, (start, sensitivities) in zip(self.data.trials, self._starts, strict=True):
+            signals = simulated.trials.get(trial.name)
+            if signals is not None:
                 if sensitivities:
                     signals = start.adjusted(trial, signals, sensitivities, self.compared(trial))
                 trials[trial.name] = signals
@@ -187,7 +175,7 @@ class TrialPredictor:
     @property
     def starts_matter(self) -> bool:
         """Whether a trial starts at a pressure that a sensor has read."""
-        return any(np.any(start.spread > 0.0) for start in self._starts)
+        return any(np.any(start.spread > 0.0) for start, _ in self._starts or ())
 
     def linearise_starts(
         self,
@@ -201,8 +189,8 @@ class TrialPredictor:
         there, or for None, starts are used as read. Trials that `as_simulated` has predicted there
         need not be simulated again.
         """
-        self._sensitivities = [{} for _ in self.data.trials]
-        self._starts = list(map(start_error, self.data.trials, self._start_of))
+        starts = zip(self.data.trials, self._start_of, strict=True)
+        self._starts = [(start_error(trial, start), {}) for trial, start in starts]
         if rig is None:
             return
         shifts = STEP * np.eye(len(rig.muscles))
@@ -221,17 +209,15 @@ class TrialPredictor:
             )
             if any(run.outcome is not Outcome.COMPLETED for run in runs):
                 continue
-            for i, (trial, of, sensitivities) in enumerate(
-                zip(self.data.trials, self._of_trial, self._sensitivities, strict=True)
-            ):
+            for i, (trial, of) in enumerate(zip(self.data.trials, self._of_trial, strict=True)):
                 if of == number:
                     signals = [at_times(run, trial, self.rig.sensor) for run in runs]
                     base = signals.pop(0) if simulated is None else simulated.trials[trial.name]
-                    self._starts[i] = start_error(trial, self._start_of[i], base)
-                    for name, signal in base.items():
-                        sensitivities[name] = np.column_stack(
-                            [(other[name] - signal) / STEP for other in signals]
-                        )
+                    sensitivities = {
+                        name: np.column_stack([(other[name] - signal) / STEP for other in signals])
+                        for name, signal in base.items()
+                    }
+                    self._starts[i] = start_error(trial, self._start_of[i], base), sensitivities
 
     def _read_off(self, runs: Sequence[Recording]) -> Prediction | None:
         if any(run.outcome is not Outcome.COMPLETED for run in runs):
@@ -285,8 +271,8 @@ def rest_as_read(rig: Rig, experiment: Experiment) -> Experiment:
     return replace(as_read(rig, experiment), command_value=true)
 
 
-def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
-    """Kinds of channel by name.
+def check_channels(channels: Sequence[str]) -> None:
+    """Refuse a kind of channel that there is not.
 
     Raises:
         InputError: for an unknown one.
@@ -294,7 +280,6 @@ def check_channels(channels: Sequence[str]) -> tuple[str, ...]:
     for name in channels:
         if name not in CHANNELS:
             raise InputError(f"`channels`: no channel {name!r}; {nearest(name, CHANNELS)}")
-    return tuple(channels)
 
 
 def check_table(rig: Rig, table: StaticTable) -> None:

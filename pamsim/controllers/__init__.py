@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from pamsim.controllers.joint_control import JointControl as JointControl
     from pamsim.controllers.model_based import linear_controller as linear_controller
     from pamsim.controllers.neural_policy import NeuralPolicy as NeuralPolicy
+    from pamsim.controllers.neural_policy import PolicyFile as PolicyFile
     from pamsim.controllers.suite import FAMILIES as FAMILIES
     from pamsim.controllers.suite import Suite as Suite
-    from pamsim.recordings.policy_file import PolicyFile as PolicyFile
 
 _HOME = {
     "Controller": "pamsim.controllers.controller",
@@ -27,7 +27,7 @@ _HOME = {
     "JointObservation": "pamsim.controllers.controller",
     "NeuralPolicy": "pamsim.controllers.neural_policy",
     "Observation": "pamsim.controllers.controller",
-    "PolicyFile": "pamsim.recordings.policy_file",
+    "PolicyFile": "pamsim.controllers.neural_policy",
     "Suite": "pamsim.controllers.suite",
     "linear_controller": "pamsim.controllers.model_based",
 }

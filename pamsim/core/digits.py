@@ -16,7 +16,7 @@ def significant_digits(value: float, interval: Sequence[float] | None) -> int:
     if interval is None or interval[0] == interval[1]:
         return FEWEST_DIGITS
     largest = max(abs(value), *map(abs, interval))
-    if not math.isfinite(largest):
-        return FEWEST_DIGITS
     half_width = 0.5 * abs(interval[1] - interval[0])
+    if not math.isfinite(largest + half_width):
+        return FEWEST_DIGITS
     return max(FEWEST_DIGITS, 2 + math.floor(math.log10(largest / half_width)))

@@ -8,7 +8,7 @@ what                  recordings          table of angles at rest  length-pressu
 ====================  ==================  =======================  =======================
 data and rig          recordings.py       table_at_rest.py         length_pressure_loop.py
 method in by_link/    diagnose_links.py   diagnose_rest.py         diagnose_rest.py
-fits                  link_fit.py         rest_fit.py              rest_fit.py
+fits                  link_fit.py         diagnose_rest.py         diagnose_rest.py
 data no fit has seen  held_out.py         left_out.py              left_out.py
 ====================  ==================  =======================  =======================
 

@@ -18,10 +18,8 @@ from pamsim.diagnosis.length_pressure_loop import (
     printed_loop,
 )
 from pamsim.diagnosis.options import AS_USUAL, Options
-from pamsim.diagnosis.published_rig import NAME as PUBLISHED
-from pamsim.diagnosis.published_rig import published_rig
 from pamsim.diagnosis.recordings import diagnose_recordings
-from pamsim.diagnosis.table_at_rest import diagnose_table
+from pamsim.diagnosis.table_at_rest import diagnose_table, published_rig
 from pamsim.engine.rig import Rig, given_or_recorded
 from pamsim.recordings.measured_table import LengthLoop, read_measured
 from pamsim.recordings.static_table import PRINTED as PRINTED_TABLE
@@ -102,7 +100,7 @@ def diagnose(
     if kind is Kind.LOOP:
         return _diagnose_loop(str(sources[0]), options)
     if kind is Kind.TABLE:
-        own = published_rig() if rig in (None, PUBLISHED) else given_or_recorded(rig, "mas20_arm")
+        own = published_rig() if rig in (None, "published") else given_or_recorded(rig, "mas20_arm")
         return diagnose_table(read_static_table(sources[0]), own, options)
     measured = read_calibration_data(sources)
     if measured.tables:

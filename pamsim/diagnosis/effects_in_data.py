@@ -16,11 +16,11 @@ from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.noise_floor import NoiseFloor
 from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.computation import Steps
-from pamsim.core.errors import InputError, ParameterError
+from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray, common_unit, to_si
 from pamsim.diagnosis.by_link.link_model import as_columns, project_out
 from pamsim.diagnosis.by_link.search import MATERIAL
-from pamsim.engine.parameters import each_muscle
+from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.preflight import check_timestep
 from pamsim.engine.rig import Rig
 from pamsim.inference.free_parameter import FreeParameter
@@ -174,12 +174,8 @@ def _weights(blocks: Blocks, noise: Mapping[str, float]) -> FloatArray:
 
 def _possible(rig: Rig, values: Mapping[str, float], step: float | None) -> Rig | None:
     """The rig with some values; None out of range, or too quick for a time step [s]."""
-    try:
-        moved = rig.with_parameters(each_muscle(rig, values))
-        check_timestep(moved.model_for(timestep=step), moved.limits)
-    except (InputError, ParameterError):
-        return None
-    return moved
+    moved = possible_rig(rig, values)
+    return None if moved is None or _too_quick(moved, step) else moved
 
 
 def _long_step(rig: Rig, rates: Sequence[float]) -> float | None:
@@ -188,11 +184,16 @@ def _long_step(rig: Rig, rates: Sequence[float]) -> float | None:
     ratios = [1.0 / (rate * step) for rate in rates]
     if any(abs(r - round(r)) > 1e-6 * r or round(r) < 1 for r in ratios):
         return None
+    return None if _too_quick(rig, step) else step
+
+
+def _too_quick(rig: Rig, step: float | None) -> bool:
+    """Whether a rig needs a shorter time step [s]."""
     try:
         check_timestep(rig.model_for(timestep=step), rig.limits)
     except InputError:
-        return None
-    return step
+        return True
+    return False
 
 
 def _beginnings(data: CalibrationData, held_out: Collection[str]) -> CalibrationData:

@@ -23,7 +23,7 @@ import numpy as np
 from pamsim.comparison.candidate import Candidate
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.bench import bench
-from pamsim.diagnosis.pulley_radius import with_fitted
+from pamsim.diagnosis.fitted_rig import with_fitted
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS, Quantities
 from pamsim.effects.effect import AT

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -14,16 +15,16 @@ from pamsim.comparison.chain_runs import Values
 from pamsim.comparison.effects_on_rig import at_size, candidates
 from pamsim.comparison.rest_simulator import RestPredictor, RestSimulator, table_blocks
 from pamsim.comparison.trial_prediction import AT_REST, check_table
-from pamsim.core.errors import ParameterError
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA
 from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
 from pamsim.diagnosis.by_link.entries import effect_entries, link_entries, nuisance_entries
 from pamsim.diagnosis.by_link.next_experiment import next_reading
 from pamsim.diagnosis.by_link.result import LinkReport, RowEntry, Run
+from pamsim.diagnosis.fitted_rig import PULLEY, possible_rig, pulleys, stated
 from pamsim.diagnosis.options import AS_USUAL, Options, refuse_zero
-from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
 from pamsim.effects.catalog import ROW_EFFECTS
-from pamsim.engine.rig import Rig
+from pamsim.engine.rig import Rig, load_rig
+from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.recordings.static_table import StaticTable
 
 NUISANCE = (PULLEY,)
@@ -58,10 +59,10 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
     """
     began = time.perf_counter()
     check_table(rig, table)
-    nuisance = [n for n in options.nuisance or NUISANCE if n != PULLEY or pulleys(rig)]
+    nuisance = options.nuisance or (NUISANCE if pulleys(rig) else ())
     own = {name: stated(rig, name).value for name in nuisance}
     refuse_zero(own)
-    predictor = RestPredictor(lambda values: rig_with(rig, values), table, threads=options.threads)
+    predictor = RestPredictor(partial(possible_rig, rig), table, threads=options.threads)
     inputs = np.column_stack([table.pressure, table.load])
     least = max(_resolution(rig), _PRINTED) ** 2
 
@@ -111,14 +112,6 @@ def diagnose_table(table: StaticTable, rig: Rig, options: Options = AS_USUAL) ->
             for i, row in enumerate(table.rows)
         ),
     )
-
-
-def rig_with(rig: Rig, values: Mapping[str, float]) -> Rig | None:
-    """As `with_fitted`; None where a value lies at an open end of its range."""
-    try:
-        return with_fitted(rig, values)
-    except ParameterError:
-        return None
 
 
 def _still(predictor: RestPredictor, tried: Sequence[Candidate]) -> list[str]:
@@ -176,3 +169,28 @@ def _probes(rig: Rig, one: Candidate) -> Iterator[Probe]:
         shapes = {p.name: probe.values[p.name] for p in one.parameters if p.name not in one.neutral}
         values = inside(one.parameters, {**at_size(rig, one.effect, _SIZE), **shapes})
         yield Probe(size=_SIZE, values=values, shape=probe.shape)
+
+
+def published_rig() -> Rig:
+    """The MAS-20 arm with the published force map and without what was identified from its rows.
+
+    The force law is the published one whole, its pressure-free part in place of the passive spring;
+    no braid locks, pressure does not lengthen the muscle, and the load does not turn the arm. The
+    sprocket's radius, which the paper does not print, stays at the assumed one.
+    """
+    law = PUBLISHED["DMSP-20-200"]  # successor of the MAS-20 whose constants are published
+    return load_rig("mas20_arm").with_parameters(
+        {
+            "force.a": law.a,
+            "force.b": law.b,
+            "force.c": law.c,
+            "force.d": law.d,
+            "force.e": law.e,
+            "force.f": law.f,
+            "passive.stiffness": 0.0,
+            "passive.softening": -law.c,
+            "passive.locking": 0.0,
+            "braid.extensibility": 0.0,
+            "body.rig.tilt": 0.0,
+        }
+    )

@@ -89,16 +89,12 @@ def _stated(parameter: str, quantity: str, unit: str) -> VirtualTest:
     return _difference(quantity, unit, lambda rig, muscle: read(rig.muscles[muscle]))
 
 
-def _sensed(field: str, quantity: str, unit: str) -> VirtualTest:
-    """The test of a sensor's error."""
-    return _difference(quantity, unit, lambda rig, _: float(getattr(rig.sensor, field)))
+def _sensed(field: str, quantity: str, unit: str = "") -> VirtualTest:
+    """The test of a sensor's error, in the unit of the joint's position if none is given."""
 
-
-def _position_sensed(field: str, quantity: str) -> VirtualTest:
-    """The test of an error in the joint's position."""
-
-    def test(there: Bench, without: Bench, muscle: int) -> Quantities:
-        return _sensed(field, quantity, there.motion.unit)(there, without, muscle)
+    def test(there: Bench, without: Bench, _: int) -> Quantities:
+        change = getattr(there.sensor, field) - getattr(without.sensor, field)
+        return {quantity: (float(change), unit or there.motion.unit)}
 
     return test
 
@@ -418,9 +414,9 @@ def _line(there: Bench, without: Bench, muscle: int) -> Quantities:
 
 
 TESTS: Mapping[str, VirtualTest] = {
-    "coulomb_friction": _joint_friction,
-    "stribeck_friction": _joint_friction,
-    "load_dependent_friction": _joint_friction,
+    **dict.fromkeys(
+        ("coulomb_friction", "stribeck_friction", "load_dependent_friction"), _joint_friction
+    ),
     "viscous_friction": _drag,
     "load_torque": _weight,
     "added_inertia": _inertia,
@@ -432,13 +428,13 @@ TESTS: Mapping[str, VirtualTest] = {
         "force_lost", "N", _pull_lost, "at_pressure", "at_contraction_rate"
     ),
     "threshold_pressure": _difference("pressure_lost", "Pa", _pressure_lost, "at_pressure"),
-    "passive_stiffness": _pull_change,
-    "end_shape": _pull_change,
-    "muscle_mismatch": _pull_change,
-    "braid_locking": _pull_change,
-    "braid_extensibility": _pull_change,
-    "stretch_weakening": _pull_change,
-    "force_slope": _pull_change,
+    **dict.fromkeys(
+        (
+            "passive_stiffness", "end_shape", "muscle_mismatch", "braid_locking",
+            "braid_extensibility", "stretch_weakening", "force_slope",
+        ),
+        _pull_change,
+    ),
     "rest_length": _rest_length,
     "air_leak": _difference("mass_flow", "kg/s", _leak, "at_pressure"),
     "leak_between_muscles": _stated(
@@ -449,9 +445,7 @@ TESTS: Mapping[str, VirtualTest] = {
     "valve_hysteresis": _stated("valve.hysteresis", "lost_opening", "1"),
     "regulator_dead_band": _stated("valve.regulator_dead_band", "pressure_left_alone", "Pa"),
     "least_set_point": _stated("valve.least_set_point", "least_pressure", "Pa"),
-    "valve_flow": _choked_flow,
-    "valve_asymmetry": _choked_flow,
-    "valve_mismatch": _choked_flow,
+    **dict.fromkeys(("valve_flow", "valve_asymmetry", "valve_mismatch"), _choked_flow),
     "tube_resistance": _difference(
         "pressure_drop_per_flow_at_200_mg/s", "Pa*s/kg", _tube, "at_pressure"
     ),
@@ -463,15 +457,15 @@ TESTS: Mapping[str, VirtualTest] = {
     "chain_backlash": _stated("chain.backlash", "lost_travel", "m"),
     "chain_compliance": _difference("compliance_at_700_N", "m/N", _compliance),
     "sprocket_ripple": _ripple,
-    "angle_bias": _position_sensed("angle_bias", "mean_offset"),
+    "angle_bias": _sensed("angle_bias", "mean_offset"),
     "angle_scale": _angle_scale,
     "angle_lag": _sensed("angle_lag", "sum_of_time_constants", "s"),
-    "angle_backlash": _position_sensed("angle_backlash", "lost_motion"),
+    "angle_backlash": _sensed("angle_backlash", "lost_motion"),
     "dead_angle": _sensed("angle_dead_share", "share_of_the_time", "1"),
     "dead_pressure": _sensed("pressure_dead_share", "share_of_the_time", "1"),
     "clock_offset": _sensed("clock_offset", "time_offset", "s"),
     "pressure_bias": _sensed("pressure_bias", "offset_at_3_bar", "Pa"),
     "pressure_scale": _pressure_scale,
     "pressure_lag": _sensed("pressure_lag", "sum_of_time_constants", "s"),
-}
+}  # fmt: skip
 """Name of an effect -> its test."""

@@ -1,1 +1,1 @@
-"""Physical effects that a rig's model may be missing: a table of cards per file, by link."""
+"""Physical effects that a rig's model may be missing; the cards lie in ``pamsim/data/effects/``."""

@@ -111,6 +111,9 @@ factor = partial(EffectParameter, neutral=None, relative=True)
 shape = partial(EffectParameter, shape=True)
 """Kind: without influence while the effect is absent [SI]."""
 
+own_shape = partial(shape, neutral=None)
+"""Kind: a shape that stays at the rig's own value where the effect is absent [SI]."""
+
 Link = Literal["command", "supply", "air", "muscle", "transmission", "joint", "sensor"]
 """A link of the chain from the command to the readings."""
 
@@ -139,36 +142,6 @@ LINK_OF_GROUP: dict[str, Link] = {
 """Group of a rig's parameters -> link that they act in; those of other groups act in the muscle."""
 
 _OF_PARAMETER: Final = cast("Link", "")
-
-FAMILIES: dict[str, str] = {
-    "joint_friction": "friction at the joint",
-    "load": "a load on the joint",
-    "inertia": "inertia on the joint",
-    "muscle_force": "another force of the muscles at rest",
-    "pressure_force": "another force per pressure",
-    "muscle_hysteresis": "hysteresis of the muscle",
-    "creep": "creep of the muscle",
-    "first_stroke": "force that is lost in the first stroke after a rest",
-    "softening": "force that the muscle loses while it works",
-    "braid_friction": "friction in the braid",
-    "stretched_braid": "a braid that locks when it is stretched",
-    "muscle_mismatch": "a difference between the two muscles",
-    "leak": "a leak of air from the muscles",
-    "leak_between": "a leak of air between the muscles",
-    "thermal": "heat exchange of the air with the muscle",
-    "tube_resistance": "the resistance of the tube between valves and muscle",
-    "supply": "a supply whose pressure falls with the flow",
-    "valve": "other valves",
-    "regulator": "another regulation of the pressures",
-    "command_delay": "a delay or lag between the command and the valves",
-    "backlash": "backlash of the transmission",
-    "compliance": "compliance of the transmission",
-    "sprocket_ripple": "a ripple of the transmission",
-    "angle_sensor": "an error of the angle sensor",
-    "pressure_sensor": "an error of the pressure sensors",
-    "clock": "an error between two clocks",
-}
-"""Family -> what is missing, as the end of a sentence."""
 
 
 @dataclass(frozen=True, kw_only=True)

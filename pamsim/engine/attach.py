@@ -11,7 +11,6 @@ import numpy as np
 
 from pamsim.core.errors import InputError, nearest
 from pamsim.engine import plugin
-from pamsim.engine.making_models import not_evaluated
 from pamsim.engine.mjcf import leave_out_visual_geoms, read_spec, read_text
 from pamsim.engine.mjcf_fields import reserve_friction_speed
 from pamsim.engine.preflight import check_shared, control_range
@@ -166,7 +165,7 @@ def compile_model(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 def _compiled(spec: mujoco.MjSpec, failed: str, instead: str = "") -> mujoco.MjModel:
     try:
-        with not_evaluated():
+        with plugin.not_evaluated():
             return spec.compile()
     except ValueError as error:
         raise InputError(f"{failed}: {' '.join(str(error).split())}{instead}") from error

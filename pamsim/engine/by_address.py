@@ -8,7 +8,7 @@ written from the function's own arguments and their annotations.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -17,8 +17,8 @@ from numba import types
 
 from pamsim.core.compilation import function_of_text
 from pamsim.engine.function_table import KIND, five_values, result, value
-from pamsim.engine.memory import address_of, as_pointer, keyed_by
-from pamsim.engine.muscle_step import doubles, states_at
+from pamsim.engine.memory import as_pointer, keyed_by
+from pamsim.engine.muscle_step import address_of, doubles, states_at
 from pamsim.numba_cache import numba
 
 
@@ -36,6 +36,7 @@ _ARRAY = _Passing("{0}.ctypes.data, len({0})", (_WORD, _WORD), "doubles({0}, 0, 
 _PASSING = {
     "float": _Passing("{0}", (_NUMBER,), "{0}"),
     "int": _Passing("{0}", (_WORD,), "{0}"),
+    "Instance": _Passing("{0}", (types.intc,), "{0}"),
     "States": _Passing("address_of({0})", (_WORD,), "states_at({0})"),
     "Row": _ARRAY,
     "MutableRow": _ARRAY,
@@ -70,7 +71,8 @@ def called(function: Callable[..., Any], key: str) -> FunctionType:
 
     Args:
         function: whose annotations are text: ``float``, ``int``, ``States``, ``Row``,
-            ``MutableRow``, or the name of a record. What has a row to write is taken to write.
+            ``MutableRow``, ``Instance`` (an int of C), or the name of a record. What has a row to
+            write is taken to write.
         key: in the table, an expression of its arguments.
     """
     arguments, signature = _arguments(function), inspect.signature(function)
@@ -106,6 +108,30 @@ def compiled(function: FunctionType, key: str, records: Mapping[str, np.dtype[An
         names, kinds = [*names, "out"], [*kinds, _WORD]
         each = ", ".join(f"five[{i}]" for i in range(5))
         body = f"five = doubles(out, 0, 5)\n    {each} = {call}\n    return 0.0"
+    native = numba.cfunc(_NUMBER(*kinds), cache=True, error_model="numpy")
+    return native(_keyed(function, names, body, key + repr(sorted(records.items())), records))
+
+
+def loop(function: FunctionType, key: str) -> Callable[..., Any]:
+    """Compile a function of arrays when it is called, to run without Python's lock.
+
+    Args:
+        function: without results; it and what it calls has been handed to numba.
+        key: as of `compiled`.
+    """
+    names = [*inspect.signature(function).parameters]
+    made = _keyed(function, names, f"own({', '.join(names)})", key, {})
+    return numba.njit(cache=True, nogil=True, error_model="numpy")(made)
+
+
+def _keyed(
+    function: FunctionType, names: Sequence[str], body: str, key: str, records: Mapping[str, Any]
+) -> FunctionType:
+    """A function of some arguments that numba keeps in its cache under a key.
+
+    The cache wants a file, a module that can be imported, and a key in the closure: functions there
+    would give a new key in every process.
+    """
     text = f"""def make(key):
   def {function.__name__}({", ".join(names)}):
     keyed_by(key)
@@ -113,10 +139,5 @@ def compiled(function: FunctionType, key: str, records: Mapping[str, np.dtype[An
   return {function.__name__}
 """
     space: dict[str, Any] = {**_NAMES, **records, "own": function, "__name__": __name__}
-    # Numba's cache wants a file, a module that can be imported, and a key in the closure: functions
-    # there would give a new key in every process.
     exec(compile(text, __file__, "exec"), space)
-    layouts = repr(sorted(records.items()))
-    return numba.cfunc(_NUMBER(*kinds), cache=True, error_model="numpy")(
-        space["make"](key + layouts)
-    )
+    return space["make"](key)

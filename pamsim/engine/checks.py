@@ -56,7 +56,7 @@ class _Switch:
     def turn(self, on: bool) -> None:
         self.on = on
         for entry, usual, checking in self.plugins:
-            entry.advance = ctypes.cast(checking() if on else usual, ctypes.c_void_p)
+            entry.advance = checking() if on else usual
 
 
 _switch = _Switch()
@@ -99,7 +99,10 @@ def checks(on: bool = True) -> Iterator[None]:
 
 
 def watch(entry: Any, usual: Any, checking: Callable[[], Any]) -> None:
-    """Have the engine call ``checking()`` at its entry while the switch is on, else the usual."""
+    """Have the engine call ``checking()`` at its entry while the switch is on, else the usual.
+
+    Both are addresses of functions.
+    """
     _switch.plugins.append((entry, usual, checking))
     _switch.turn(_switch.on)
 

@@ -16,7 +16,6 @@ import ctypes
 import functools
 import inspect
 from collections.abc import Iterable
-from dataclasses import dataclass
 from types import FunctionType
 from typing import Any
 
@@ -37,21 +36,15 @@ from pamsim.engine import (
 from pamsim.engine.function_table import KIND
 from pamsim.engine.jit import OPTIONS, fingerprint, hand_to_numba, own_copy, reached_functions
 from pamsim.engine.law_table import PARTS
-from pamsim.engine.memory import address_of, compiled_as, keyed_by
+from pamsim.engine.memory import compiled_as, in_another_form
 from pamsim.engine.muscle_step import (
-    check_step,
-    doubles,
-    integer,
-    memory_at,
-    muscle_at,
+    checked_step_end,
     report,
-    states_at,
     step_end,
     step_forces,
     step_rates,
     supply_fall,
 )
-from pamsim.numba_cache import numba
 from pamsim.physics.chamber_pressure import chamber_pressure, consistent_pressure
 from pamsim.physics.kernel import state_rates, tension
 from pamsim.physics.record import STATES, record_dtype, view
@@ -67,9 +60,6 @@ _PARTS: tuple[FunctionType, ...] = (
 )
 """Functions of the kernel that are compiled each by itself, when a muscle first needs one."""
 
-_HOOKS = (doubles, memory_at, integer, muscle_at, states_at, report, *_PARTS)
-"""Functions that compiled code has in another form."""
-
 # The functions themselves: compiled code that calls them by their names is sent to the table.
 _own = [own_copy(function) for function in _PARTS]
 
@@ -77,17 +67,20 @@ for _part, _function in enumerate(_PARTS):
     compiled_as(_function, OPTIONS)(by_address.called(_function, f"{PARTS} * KIND + {_part}"))
 
 
-def _compiled_part(part: int) -> Any:
+def _natives(what: str, about: str, *functions: FunctionType) -> tuple[Any, ...]:
     records = {
         "Parameters": record_dtype(),
         "ModelStruct": structs.model_dtype(),
         "DataStruct": structs.data_dtype(),
     }
-    with compile_notice("the muscles", "about five seconds"):
-        return by_address.compiled(_own[part], hand_over(_own[part]), records)
+    with compile_notice(what, about):
+        key = hand_over(*functions)
+        return tuple(by_address.compiled(one, key, records) for one in functions)
 
 
-function_table.made_by(PARTS, _compiled_part)
+function_table.made_by(
+    PARTS, lambda part: _natives("the muscles", "about five seconds", _own[part])[0]
+)
 
 
 def prepare(rows: Iterable[Any]) -> None:
@@ -126,93 +119,27 @@ def _reported(model, data, code, actuator, value, bound):
     _report(np.int64(model), np.int64(data), code, np.int64(actuator), value, bound)
 
 
-@dataclass(frozen=True)
-class Natives:
-    """Function pointers for the muscles' plugin: rates, forces, the end of a step."""
-
-    act_dot: Any
-    compute: Any
-    advance: Any
-
-
 def hand_over(*functions: Any) -> str:
     """Hand functions to numba, with what they call; the key of the code compiled from them."""
     function_table.declare()
     reporter = ctypes.cast(checks.reporter, ctypes.c_void_p).value or 0
     llvm.add_symbol("pamsim_report", reporter)
-    reached = reached_functions(*functions, leave=_HOOKS)
+    reached = reached_functions(*functions, leave=in_another_form)
     hand_to_numba(reached)
     texts = map(inspect.getsource, (muscle_step, memory, function_table, by_address))
     return f"{fingerprint(reached)}{STATES}{record_dtype()}{''.join(texts)}"
 
 
 @functools.cache
-def compiled_kernel() -> Natives:
-    """Compile what the engine calls, or load it from numba's cache.
+def step_functions() -> tuple[Any, ...]:
+    """What the engine calls, compiled or loaded from numba's cache: rates, forces, end of a step.
 
-    Returns:
-        Its functions. They must stay referenced while the engine may call them, which this
-        function's cache does.
+    They must stay referenced while the engine may call them, which this function's cache does.
     """
-    with compile_notice("the step of a model", "about two seconds"):
-        key = hand_over(step_rates, step_forces, step_end)
-        compiled = _compile(key, structs.model_dtype(), structs.data_dtype())
-    return Natives(*(native.ctypes for native in compiled))
-
-
-def _compile(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> tuple[Any, Any, Any]:
-    """Compile the plugin's functions.
-
-    They close over nothing but a string and records: numba makes its cache key from them, and
-    functions among them would give a new key in every process.
-    """
-    address = types.voidptr
-
-    @numba.cfunc(types.void(address, address, types.intc), cache=True, error_model="numpy")
-    def rates(model, data, instance):
-        keyed_by(key)
-        step_rates(numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance)
-
-    @numba.cfunc(
-        types.void(address, address, types.intc, types.intc), cache=True, error_model="numpy"
-    )
-    def forces(model, data, instance, _):
-        keyed_by(key)
-        step_forces(
-            numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance
-        )
-
-    @numba.cfunc(types.void(address, address, types.intc), cache=True, error_model="numpy")
-    def end(model, data, instance):
-        keyed_by(key)
-        step_end(numba.carray(model, (1,), kind)[0], numba.carray(data, (1,), state)[0], instance)
-
-    return rates, forces, end
+    return _natives("the step of a model", "about two seconds", step_rates, step_forces, step_end)
 
 
 @functools.cache
 def checked_end() -> Any:
-    """The function that checks the muscles after each step, see `pamsim.engine.checks`.
-
-    Returns:
-        ctypes function pointer, which stays referenced by a cache.
-    """
-    with compile_notice("the checks of a step", "about three seconds"):
-        key = hand_over(step_end, check_step)
-        return _compile_checked(key, structs.model_dtype(), structs.data_dtype()).ctypes
-
-
-def _compile_checked(key: str, kind: np.dtype[Any], state: np.dtype[Any]) -> Any:
-    """Compile the end of a step with checks; see `_compile`."""
-
-    @numba.cfunc(
-        types.void(types.voidptr, types.voidptr, types.intc), cache=True, error_model="numpy"
-    )
-    def after_step(model_pointer, data_pointer, instance):
-        keyed_by(key)
-        model = numba.carray(model_pointer, (1,), kind)[0]
-        data = numba.carray(data_pointer, (1,), state)[0]
-        step_end(model, data, instance)
-        check_step(model, data, instance, (address_of(model), address_of(data)))
-
-    return after_step
+    """The end of a step that checks the muscles, see `pamsim.engine.checks`; as above."""
+    return _natives("the checks of a step", "about three seconds", checked_step_end)[0]

@@ -26,8 +26,8 @@ from numba.extending import register_jitable
 
 from pamsim.core.errors import EngineError
 from pamsim.engine.jit import OPTIONS
-from pamsim.engine.making_models import making_a_model
 from pamsim.engine.memory import five_at, value_at, word_at, write_at
+from pamsim.engine.plugin import making_a_model
 
 KIND = 1 << 56
 """Keys of one kind begin at a multiple of it; what follows is a number of at most 2^53."""

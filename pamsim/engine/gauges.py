@@ -108,29 +108,6 @@ def read(
 def compiled_read() -> Callable[..., None]:
     """`read` as machine code."""
     # Only the compiled backend imports numba.
-    from pamsim.engine.compiled import hand_over
+    from pamsim.engine import by_address, compiled
 
-    return _compile(hand_over(read))
-
-
-def _compile(key: str) -> Callable[..., None]:
-    """Compile `read`; see `pamsim.engine.compiled` for the key."""
-    from numba import types
-
-    from pamsim.engine.memory import keyed_by
-    from pamsim.numba_cache import numba
-
-    signal, signals = types.float64[:, ::1], types.float64[:, :, ::1]
-    places = types.int64[:, ::1]
-
-    @numba.njit(
-        types.void(signals, signal, signal, signal, places, types.int64, signal),
-        cache=True,
-        nogil=True,
-        error_model="numpy",
-    )
-    def gauge(rows, act, length, speed, places, what, out):
-        keyed_by(key)
-        read(rows, act, length, speed, places, what, out)
-
-    return gauge
+    return by_address.loop(read, compiled.hand_over(read))

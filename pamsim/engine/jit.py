@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from types import FunctionType
 from typing import Any
 
 from pamsim.core.reached_code import constants_of, functions_reached, source_of
 from pamsim.physics.chosen_law import CHOICES
-
-_CHOICES = frozenset(CHOICES)
-
 
 OPTIONS: dict[str, Any] = {
     # No law makes an array, and counting references to the records costs more than most laws.
@@ -28,15 +25,15 @@ ARRAYS = {**OPTIONS, "_nrt": True}
 
 
 def reached_functions(
-    *roots: Callable[..., Any], leave: Iterable[Callable[..., Any]] = ()
+    *roots: Callable[..., Any], leave: Collection[Callable[..., Any]] = CHOICES
 ) -> list[FunctionType]:
     """The Python functions that some functions call by name, callees before callers.
 
     Args:
         roots: functions, included.
-        leave: functions that compiled code has in another form; `CHOICES` are left out as well.
+        leave: functions that compiled code has in another form.
     """
-    return functions_reached(roots, leave=_CHOICES.union(leave))
+    return functions_reached(roots, leave=leave)
 
 
 def fingerprint(functions: Iterable[FunctionType]) -> str:

@@ -15,48 +15,57 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import (
-    intrinsic,
-    lower_builtin,
-    overload,
-    register_jitable,
-    type_callable,
-)
+from numba.extending import intrinsic, overload, register_jitable
 
-from pamsim.engine.jit import ARRAYS
-from pamsim.engine.muscle_step import doubles, integer, memory_at, muscle_at, states_at
+from pamsim.engine.jit import ARRAYS, OPTIONS
+from pamsim.engine.muscle_step import (
+    address_of,
+    doubles,
+    integer,
+    memory_at,
+    muscle_at,
+    states_at,
+)
 from pamsim.physics.record import STATES, record_dtype
 
+in_another_form: set[Callable[..., Any]] = set()
+"""Functions in whose place compiled code runs others, see `compiled_as`."""
 
-@intrinsic
-def as_pointer(typingctx: Any, address: Any) -> Any:
-    """Turn an address into something `numba.carray` accepts."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.inttoptr(args[0], cgutils.voidptr_t)
-
-    return types.voidptr(types.int64), generate
+_INT, _DOUBLE = ir.IntType(32), ir.DoubleType()
 
 
-@intrinsic
-def address_of(typingctx: Any, record: Any) -> Any:
-    """Address of a record that is viewed."""
+def _instruction(build: Callable[..., Any], result: Any, given: Any = types.int64) -> Any:
+    """A function of one argument for compiled code.
 
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.ptrtoint(args[0], context.get_value_type(types.int64))
+    Args:
+        build: makes what it does, of the builder, the argument and the result's type in LLVM.
+        result: type of the result.
+        given: type of the argument; any if None.
+    """
 
-    return types.int64(record), generate
+    def typed(typingctx: Any, argument: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return build(builder, args[0], context.get_value_type(result))
+
+        return result(given or argument), generate
+
+    return intrinsic(typed)
 
 
-@intrinsic
-def word_at(typingctx: Any, address: Any) -> Any:
-    """The integer of 64 bits at an address."""
+def _pointer(builder: Any, address: Any, kind: Any) -> Any:
+    return builder.inttoptr(address, kind)
 
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        word = context.get_value_type(types.int64)
-        return builder.load(builder.inttoptr(args[0], word.as_pointer()))
 
-    return types.int64(types.int64), generate
+def _loaded(builder: Any, address: Any, kind: Any) -> Any:
+    return builder.load(builder.inttoptr(address, kind.as_pointer()))
+
+
+as_pointer = _instruction(_pointer, types.voidptr)
+"""Turn an address into something `numba.carray` accepts."""
+word_at = _instruction(_loaded, types.int64)
+"""The integer of 64 bits at an address."""
+_int_at = _instruction(_loaded, types.int32)
+_pointed_at = _instruction(lambda b, record, kind: b.ptrtoint(record, kind), types.int64, None)
 
 
 def _calling(
@@ -65,31 +74,25 @@ def _calling(
     """Call the function at an address with a tuple of numbers, ``out`` behind them; a float."""
     address, arguments = values
     kinds = (*signature.args[1], *(types.int64 for _ in out))
-    function = ir.FunctionType(ir.DoubleType(), [context.get_value_type(kind) for kind in kinds])
-    pointer = builder.inttoptr(address, function.as_pointer())
+    function = ir.FunctionType(_DOUBLE, [context.get_value_type(kind) for kind in kinds])
     given = [*cgutils.unpack_tuple(builder, arguments), *out]
     # What only reads may be called once for the same arguments.
-    return builder.call(pointer, given, attrs=("nounwind", "readonly") if reads else ())
+    attributes = ("nounwind", "readonly") if reads else ()
+    return builder.call(builder.inttoptr(address, function.as_pointer()), given, attrs=attributes)
 
 
-@intrinsic
-def value_at(typingctx: Any, address: Any, args: Any) -> Any:
-    """Call a function that only reads, at an address, with a tuple of numbers; a float."""
+def _call(*, reads: bool) -> Any:
+    def typed(typingctx: Any, address: Any, args: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            return _calling(builder, context, signature, values, reads=reads)
 
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _calling(builder, context, signature, values, reads=True)
+        return types.float64(types.int64, args), generate
 
-    return types.float64(types.int64, args), generate
+    return intrinsic(typed)
 
 
-@intrinsic
-def write_at(typingctx: Any, address: Any, args: Any) -> Any:
-    """As `value_at`, of a function that writes."""
-
-    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        return _calling(builder, context, signature, values, reads=False)
-
-    return types.float64(types.int64, args), generate
+value_at, write_at = _call(reads=True), _call(reads=False)
+"""Call a function that only reads, or one that writes, at an address; tuple of numbers; a float."""
 
 
 @intrinsic
@@ -97,11 +100,10 @@ def five_at(typingctx: Any, address: Any, args: Any) -> Any:
     """As `write_at`, of a function whose last argument is where it leaves five numbers; these."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        double = ir.DoubleType()
-        out = cgutils.alloca_once(builder, double, size=5)
+        out = cgutils.alloca_once(builder, _DOUBLE, size=5)
         place = builder.ptrtoint(out, context.get_value_type(types.int64))
         _calling(builder, context, signature, values, reads=False, out=(place,))
-        numbers = [builder.load(builder.gep(out, [ir.IntType(32)(i)])) for i in range(5)]
+        numbers = [builder.load(builder.gep(out, [_INT(i)])) for i in range(5)]
         return context.make_tuple(builder, signature.return_type, numbers)
 
     return types.UniTuple(types.float64, 5)(types.int64, args), generate
@@ -123,9 +125,15 @@ def compiled_as(
 
         choose.__signature__ = inspect.signature(function)  # pyright: ignore
         overload(place, jit_options=options)(choose)
+        in_another_form.add(place)
         return function
 
     return take
+
+
+@compiled_as(address_of, OPTIONS)
+def _address_of(record):
+    return _pointed_at(record)
 
 
 @compiled_as(doubles)
@@ -138,35 +146,21 @@ def _memory_at(address, count):
     return doubles(address, 0, count)
 
 
-def _viewed_as(place: Callable[[int], Any], record: np.dtype[Any]) -> None:
-    """Have compiled code see the memory at an address as a record where Python calls a function."""
-    kind = numba.from_dtype(record)
-
-    @type_callable(place)
-    def declared(context: Any) -> Any:
-        def typed(address: Any) -> Any:
-            return kind
-
-        return typed
-
-    @lower_builtin(place, types.Integer)
-    def view(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.inttoptr(args[0], context.get_value_type(kind))
+@compiled_as(integer, OPTIONS)
+def _integer(address, index):
+    return np.int64(_int_at(address + 4 * index))
 
 
-_viewed_as(muscle_at, record_dtype())
-_viewed_as(states_at, STATES)
+# Numba holds a record as its address.
+_muscle_viewed = _instruction(_pointer, numba.from_dtype(record_dtype()))
+_states_viewed = _instruction(_pointer, numba.from_dtype(STATES))
 
 
-@type_callable(integer)
-def _declared(context):
-    def typed(address, index):
-        return types.int64
-
-    return typed
+@compiled_as(muscle_at, OPTIONS)
+def _muscle_at(address):
+    return _muscle_viewed(address)
 
 
-@lower_builtin(integer, types.Integer, types.Integer)
-def _integer(context, builder, signature, args):
-    pointer = builder.inttoptr(args[0], ir.IntType(32).as_pointer())
-    return builder.sext(builder.load(builder.gep(pointer, [args[1]])), ir.IntType(64))
+@compiled_as(states_at, OPTIONS)
+def _states_at(address):
+    return _states_viewed(address)

@@ -32,6 +32,7 @@ from pamsim.physics.supply import VALVE, fill_valve_of, sags, supply_sag
 
 ModelStruct: TypeAlias = Any
 DataStruct: TypeAlias = Any
+Instance: TypeAlias = int
 
 COUNT = len(STATE_NAMES)
 """States of a muscle that have a name; they are the last of its ``act``."""
@@ -95,6 +96,11 @@ def muscle_at(address: int) -> Any:
 def states_at(address: int) -> Any:
     """Named states of the muscle, the first of which is at an address."""
     return _StatesView(doubles(address, 0, COUNT))
+
+
+def address_of(record: Any) -> int:
+    """Address of a struct, or in compiled code of any record."""
+    return record.address
 
 
 def report(model: int, data: int, code: float, actuator: int, value: float, bound: float) -> None:
@@ -224,7 +230,7 @@ def supply_fall(model: ModelStruct, data: DataStruct, index: int) -> float:
     return supply_sag(m, own, valves[:on_line], model.timestep)
 
 
-def step_rates(model: ModelStruct, data: DataStruct, instance: int) -> None:
+def step_rates(model: ModelStruct, data: DataStruct, instance: Instance) -> None:
     """Write the rates of all states of the muscles of a plugin instance.
 
     The tension is left in ``actuator_force`` until `step_forces` runs.
@@ -266,7 +272,7 @@ def step_rates(model: ModelStruct, data: DataStruct, instance: int) -> None:
         doubles(data.actuator_force, integer(model.actuator_outadr, index), 1)[0] = -pull
 
 
-def step_forces(model: ModelStruct, data: DataStruct, instance: int) -> None:
+def step_forces(model: ModelStruct, data: DataStruct, instance: Instance) -> None:
     """Write the forces of the muscles of a plugin instance; arguments as `step_rates`.
 
     The engine's force lengthens the tendon; a muscle shortens it. The force is no number where the
@@ -294,7 +300,7 @@ def step_forces(model: ModelStruct, data: DataStruct, instance: int) -> None:
         force[0] = -tendon_force(m, s, pull, length, velocity, model.timestep)
 
 
-def step_end(model: ModelStruct, data: DataStruct, instance: int) -> None:
+def step_end(model: ModelStruct, data: DataStruct, instance: Instance) -> None:
     """Leave no air after a step that began at another time than its rates were evaluated at.
 
     Such a step has evaluated the muscles between time points, as ``mj_RungeKutta`` does. Arguments
@@ -309,20 +315,12 @@ def step_end(model: ModelStruct, data: DataStruct, instance: int) -> None:
             doubles(act_of(model, data.act, index), count - 1, 1)[0] = math.nan
 
 
-def check_step(
-    model: ModelStruct, data: DataStruct, instance: int, addresses: tuple[int, int]
-) -> None:
-    """Report what the last step has broken, see `pamsim.engine.checks`.
-
-    Args:
-        model: struct of the engine.
-        data: struct of the engine.
-        instance: of the plugin.
-        addresses: of both.
-    """
+def checked_step_end(model: ModelStruct, data: DataStruct, instance: Instance) -> None:
+    """`step_end`, and report what the step has broken, see `pamsim.engine.checks`."""
+    step_end(model, data, instance)
     if model.disableflags & _NO_ACTUATION:
         return
-    found = np.empty(2)
+    at_model, at_data, found = address_of(model), address_of(data), np.empty(2)
     for index in range(model.nactuator):
         row = row_of(model, index)
         if integer(model.actuator_plugin, index) != instance or row == 0:
@@ -335,12 +333,12 @@ def check_step(
         m = muscle_at(row)
         if asks_too_much(m, sent):
             supply = m.valve.supply_pressure
-            report(addresses[0], addresses[1], ABOVE_SUPPLY, index, sent, supply)
+            report(at_model, at_data, ABOVE_SUPPLY, index, sent, supply)
         states, rates = doubles(act, 0, count), doubles(act_dot, 0, count)
         place = not_finite(states)
         if place > 0:
             value = states[count - place]
-            report(addresses[0], addresses[1], FINITE, index, value, float(place))
+            report(at_model, at_data, FINITE, index, value, float(place))
             return
         before = np.empty(count)
         for i in range(count):
@@ -362,7 +360,7 @@ def check_step(
             found,
         )
         if code > NOTHING:  # not where the laws could not be compiled, and the force is no number
-            report(addresses[0], addresses[1], code, index, found[0], found[1])
+            report(at_model, at_data, code, index, found[0], found[1])
             return
     moving = 0.0
     for place in doubles(data.qpos, 0, model.nq):
@@ -370,4 +368,4 @@ def check_step(
     for speed in doubles(data.qvel, 0, model.nv):
         moving += speed
     if not math.isfinite(moving):
-        report(addresses[0], addresses[1], FINITE, -1, moving, 0.0)
+        report(at_model, at_data, FINITE, -1, moving, 0.0)

@@ -10,6 +10,7 @@ import json
 import math
 import os
 import re
+import string
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import resources
@@ -159,29 +160,23 @@ def _params(words: Mapping[str, str], model: mujoco.MjModel, source: str, pushin
     tendons = _tendons(model)
     joints = recorded_joints(model, (), tendons, Path(words["MJCF"]))
     spans = zip(_muscle_keys(tendons), tendons, *_spans(model), strict=True)
-    muscles = "".join(_muscle(model, *span, pushing=pushing) for span in spans)
     idle, force = (MUSCLE_ONLY, EffectiveArea) if pushing else (PUSHING_ONLY, IdealMcKibben)
     groups = [*(group for group in PLAIN_GROUPS if group not in idle), force, BoucWen]
     assumed = tomllib.loads(_template("assumed.toml"))
-    shared = "".join(_section(f"muscle.{group.group}", group, assumed) for group in groups)
-    scene = 'scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else ""
     loads = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "load") >= 0
-    load = 'load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else ""
-    return f"""\
-# Every number has value, unit and source. Replace what is assumed by data sheets and
-# measurements, or let `pamsim calibrate` fit it. A value of 0 is an effect that is off.
-schema = "{SCHEMA}"
-
-[rig]
-name = "{words["NAME"]}"
-purpose = {json.dumps(words["WHAT"])}
-mjcf = "{words["MJCF"]}"
-{scene}joints = {json.dumps(list(joints))}  # whose positions are recorded
-{load}{muscles}
-# What all of them share; [muscles.NAME.<group>] holds what differs in one.
-{shared}
-[native]  # fields of the MJCF
-{"".join(_natives(model, joints, source))}{_section("sensor", MeasurementChain, {})}"""
+    return string.Template(_template("params.toml")).substitute(
+        schema=SCHEMA,
+        name=words["NAME"],
+        purpose=json.dumps(words["WHAT"]),
+        mjcf=words["MJCF"],
+        scene='scene = "scene.xml"  # with light, for pictures\n' if source == "assumed" else "",
+        joints=json.dumps(list(joints)),
+        load='load_body = "load"  # of 1 kg in the MJCF; load_kg of a trial\n' if loads else "",
+        muscles="".join(_muscle(model, *span, pushing=pushing) for span in spans),
+        shared="".join(_section(f"muscle.{group.group}", group, assumed) for group in groups),
+        natives="".join(_natives(model, joints, source)),
+        sensor=_section("sensor", MeasurementChain, {}),
+    )
 
 
 def _muscle_keys(tendons: Sequence[str]) -> list[str]:

@@ -13,23 +13,21 @@ made: listing rigs or changing parameters need not wait for that.
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import math
 import re
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import mujoco
 
 from pamsim.core.errors import EngineError
-from pamsim.engine.making_models import making_a_model, not_evaluated
-
-if TYPE_CHECKING:
-    from pamsim.engine.compiled import Natives
 
 NAME = "pamsim.muscle"
 PYTHON = "pamsim.muscle.python"
@@ -65,6 +63,8 @@ _kept: list[Any] = []
 """Functions that the engine may call until the process ends."""
 failures: list[BaseException] = []
 """What the muscles have raised in Python: the engine cannot pass an exception on."""
+
+_making = ContextVar("making a model", default=False)
 
 _T = TypeVar("_T")
 
@@ -120,22 +120,20 @@ def python_slot() -> int:
     _verify_layout()
     model_record, data_record = structs.model_dtype(), structs.data_dtype()
 
-    def viewing(step: Callable[..., None], *, addresses: bool = False) -> Callable[..., None]:
+    def viewing(step: Callable[..., None]) -> Callable[..., None]:
         def call(model: int, data: int, instance: int, *_: int) -> None:
-            places = ((model, data),) if addresses else ()
             view = structs.struct_at
             try:
-                step(view(model_record, model), view(data_record, data), instance, *places)
+                step(view(model_record, model), view(data_record, data), instance)
             except BaseException as error:
                 failures.append(error)
 
         return call
 
     _add(PYTHON, viewing(muscle_step.step_rates), viewing(muscle_step.step_forces))
-    usual = _RATES(viewing(muscle_step.step_end))
-    check = viewing(muscle_step.check_step, addresses=True)
-    checking = _RATES(lambda *step: (usual(*step), check(*step))[0])
-    _kept.append((usual, checking))
+    ends = [_RATES(viewing(end)) for end in (muscle_step.step_end, muscle_step.checked_step_end)]
+    _kept.append(ends)
+    usual, checking = (ctypes.cast(end, _ADDRESS).value for end in ends)
     checks.watch(engine_entry(_numbers[PYTHON]), usual, lambda: checking)
     return _numbers[PYTHON]
 
@@ -154,7 +152,7 @@ def engine_entry(number: int) -> _Plugin:
 
 
 @_once
-def load_kernel() -> Natives:
+def load_kernel() -> None:
     """Compile the kernel, or load it, and hand it to the engine; once in the process.
 
     Raises:
@@ -164,11 +162,27 @@ def load_kernel() -> Natives:
     from pamsim.engine import checks, compiled
 
     _verify_layout()
-    natives, entry = compiled.compiled_kernel(), engine_entry(slot())
-    entry.actuator_act_dot = ctypes.cast(natives.act_dot, _ADDRESS)
-    entry.compute = ctypes.cast(natives.compute, _ADDRESS)
-    checks.watch(entry, natives.advance, compiled.checked_end)
-    return natives
+    (rates, forces, end), entry = compiled.step_functions(), engine_entry(slot())
+    entry.actuator_act_dot, entry.compute = rates.address, forces.address
+    checks.watch(entry, end.address, lambda: compiled.checked_end().address)
+
+
+@contextlib.contextmanager
+def not_evaluated() -> Iterator[None]:
+    """Leave out muscles in the step that the engine makes to try a model which it compiles.
+
+    It holds in this thread, until the kernel and its laws are loaded.
+    """
+    token = _making.set(True)
+    try:
+        yield
+    finally:
+        _making.reset(token)
+
+
+def making_a_model() -> bool:
+    """Whether this thread makes a model, see `not_evaluated`."""
+    return _making.get()
 
 
 def probe() -> tuple[mujoco.MjModel, mujoco.MjData]:

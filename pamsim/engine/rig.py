@@ -9,12 +9,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from pamsim.core.errors import InputError, nearest
+from pamsim.core.errors import InputError, ParameterError, nearest
 from pamsim.core.parameters import FieldSpec, Sourced, check_value, specs
 from pamsim.engine import mjcf, mjcf_fields
 from pamsim.engine.attach import compile_model, rig_spec
@@ -161,8 +162,11 @@ class Rig:
 
         Raises:
             InputError: for an unknown name, or several operators.
-            ParameterError: for a value out of range.
+            ParameterError: for a value out of range, or that is no number.
         """
+        for name, value in values.items():
+            if isinstance(value, bool) or not isinstance(value, Real):
+                raise ParameterError(f"{name} = {value!r} is not a number; give one in SI units")
         # Parameters of one muscle come after those of all.
         names = sorted(map(ParameterName.parse, values), key=lambda name: bool(name.muscle))
         operators = sorted({name.operator for name in names if name.operator})
@@ -331,9 +335,13 @@ def set_command(model: mujoco.MjModel, command: str | Sequence[str]) -> None:
     control is to stay 0.
 
     Raises:
-        InputError: if a command is unknown.
+        InputError: if a command is unknown, or there is not one for each muscle.
     """
-    given = [command] if isinstance(command, str) else command
+    given = [command] * model.nactuator if isinstance(command, str) else command
+    if len(given) != model.nactuator:
+        raise InputError(
+            f"{len(given)} commands for {model.nactuator} muscles; give one name, or one per muscle"
+        )
     for name in given:
         if name not in MUSCLE_DRIVES:
             raise InputError(f"no command {name!r}; {nearest(name, MUSCLE_DRIVES)}")

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import inspect
-import zlib
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -21,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.engine import command_plan, external, structs
+from pamsim.engine import structs
 from pamsim.engine.command_plan import Plan
 from pamsim.engine.external import External, act, effort
-from pamsim.engine.jit import ARRAYS
 from pamsim.engine.plugin import engine_library
 from pamsim.engine.stepping import EachStep, advance
 from pamsim.recordings.recording import Outcome
@@ -136,55 +133,32 @@ def _copy(values: NDArray[Any], into: NDArray[Any]) -> None:
 
 
 @functools.cache
-def compiled_loop() -> Any:
-    """`take_samples` as machine code, without its last two arguments.
-
-    Numba keeps it on disk under a key made of the signature, this file's time and the numbers that
-    it closes over: the other files whose text is compiled are among these. Functions there would
-    give a new key in every process, which then compiles for seconds.
-    """
+def compiled_loop() -> Callable[..., None]:
+    """`take_samples` as machine code."""
     # Only the compiled backend imports numba.
     import llvmlite.binding
-    from numba.extending import overload, register_jitable
 
+    from pamsim.engine import by_address, compiled
+    from pamsim.engine.memory import compiled_as
     from pamsim.numba_cache import numba
 
     native = ctypes.cast(engine_library().mj_step, ctypes.c_void_p).value
     llvmlite.binding.add_symbol("pamsim_mj_step", native)
-    options: Any = ARRAYS
     address: Any = numba.types.int64
     step: Any = numba.types.ExternalFunction("pamsim_mj_step", numba.void(address, address))
 
-    @overload(advance, jit_options=options)
-    def _(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> Any:
-        def steps(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> None:
-            for _ in range(count):
-                step(model, data)
-
-        return steps
+    def steps(model: Any, data: Any, command: Any, count: Any, each_step: Any) -> None:
+        for _ in range(count):
+            step(model, data)
 
     # Numba compiles the assignment of a whole row for seconds.
-    @overload(_copy, jit_options=options)
-    def _(values: Any, into: Any) -> Any:
-        def each(values: Any, into: Any) -> None:
-            for i in range(values.size):
-                into[i] = values[i]
+    def each(values: Any, into: Any) -> None:
+        for i in range(values.size):
+            into[i] = values[i]
 
-        return each
-
-    for function in (act, effort, note_state, note_tendons, take_samples):
-        register_jitable(**options)(function)
-    text = inspect.getsource(external) + inspect.getsource(command_plan)
-    key = 1 + zlib.crc32(text.encode())
-
-    @numba.njit(cache=True, nogil=True, error_model="numpy")
-    def loop(
-        model: Any, data: Any, memory: Any, plan: Any, on: Any, trace: Any, begin: Any, end: Any
-    ) -> None:
-        if key:
-            take_samples(model, data, memory, plan, on, trace, begin, end, None, None)
-
-    return loop
+    compiled_as(advance)(steps)
+    compiled_as(_copy)(each)
+    return by_address.loop(take_samples, compiled.hand_over(take_samples))
 
 
 def first_breakdown(

@@ -1,9 +1,10 @@
-"""Run one experiment on a rig and record it."""
+"""Run one experiment on a rig and record it; a large step as a trial to identify from."""
 
 from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -42,8 +43,9 @@ from pamsim.engine.state import (
 from pamsim.engine.stepping import EachStep, engine_warnings_held, live
 from pamsim.physics.learned import learns
 from pamsim.physics.valves import ValvePair
-from pamsim.recordings.experiment import Experiment
+from pamsim.recordings.experiment import Experiment, pressure_step
 from pamsim.recordings.recording import Outcome, Recording
+from pamsim.recordings.trial import Trial, TrialSet
 
 _CHECK_EVERY = 512  # samples between two checks for a breakdown
 
@@ -313,7 +315,7 @@ def record(
             quieten(model, data, experiment.start_pressure)
         fields = memory, plan, on, trace, begin, min(end, last)
         if native and begin:
-            compiled_loop()(*addresses, *fields)
+            compiled_loop()(*addresses, *fields, None, None)
         else:
             take_samples(model, data, *fields, each_step, gauge_each)
         if end == run.samples:
@@ -341,3 +343,39 @@ def record(
     effort = np.where(on.inertia > 0.0, trace.effort, given)
     signals = Signals(trace.position, trace.velocity, pressure, tension)
     return run.recording(signals, commands, final_state, broken, effort)
+
+
+def simulated_step(
+    rig: str,
+    *,
+    pressure: Sequence[float] = (487e3, 0.0),
+    load: float = 0.0,
+    duration: float = 6.0,
+) -> TrialSet:
+    """A large step of a rig: all muscles rest at the highest set point, then take their own.
+
+    Args:
+        rig: name of a shipped rig, or path of a rig folder.
+        pressure: set points after the step, gauge [Pa].
+        load: mass on the arm [kg].
+        duration: [s].
+
+    Raises:
+        InputError: as `pamsim.simulate`.
+        SimulationError: if the run broke down.
+    """
+    loaded = load_rig(rig)
+    start = [max(pressure, default=0.0)] * len(pressure)
+    step = pressure_step(start, pressure, duration=duration, load=load, name="simulated step")
+    run = simulate(loaded, step).completed()
+    trial = Trial(
+        name="simulated_step",
+        protocol="simulated_step",
+        drive=run.drive,
+        load=run.load,
+        time=run.time,
+        command=run.command,
+        measured=run.signals(),
+        muscle_names=run.names.named_muscles,
+    )
+    return TrialSet(rig=loaded.name, trials=(trial,))

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
@@ -156,13 +157,13 @@ def save_state(model: mujoco.MjModel, data: mujoco.MjData) -> FloatArray:
     return state
 
 
-def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: FloatArray) -> None:
+def restore_state(model: mujoco.MjModel, data: mujoco.MjData, state: ArrayLike) -> None:
     """Set what `save_state` saved; the continuation is then bit-identical.
 
     Raises:
         InputError: if the state is of another model.
     """
-    size = mujoco.mj_stateSize(model, _FULL)
+    state, size = np.asarray(state, dtype=float), mujoco.mj_stateSize(model, _FULL)
     if state.shape != (size,):
         raise InputError(f"state has shape {state.shape}, this model's is ({size},)")
     mujoco.mj_setState(model, data, state, _FULL)

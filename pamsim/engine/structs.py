@@ -122,10 +122,10 @@ def _record(names: Sequence[str]) -> np.dtype[Any]:
 
 
 def struct_at(record: np.dtype[Any], address: int) -> Any:
-    """The fields of the struct at an address as they are now, as attributes of their names."""
+    """The fields of the struct at an address as they are now, and the address, as attributes."""
     memory = ctypes.string_at(address, record.itemsize)
     fields = np.frombuffer(memory, dtype=record)[0].tolist()
-    return SimpleNamespace(**dict(zip(record.names or (), fields, strict=True)))
+    return SimpleNamespace(address=address, **dict(zip(record.names or (), fields, strict=True)))
 
 
 def verify_offsets(model: mujoco.MjModel, data: mujoco.MjData) -> None:

@@ -173,7 +173,8 @@ class Score:
     Attributes:
         rmse: of the position [rad or m].
         worst: largest error of the position [rad or m].
-        overshoot: largest travel beyond a new reference, as a share of the step; NaN without steps.
+        overshoot: largest travel beyond a new reference, as a share of the step; NaN without steps,
+            and where the run broke down.
         settling: median time from a step to the end of what exceeds the band [s]; what has not
             settled when the next step comes counts with the time till then; NaN without steps.
         stiffness_error: RMS error relative to the stiffness wanted; NaN where none is.
@@ -223,8 +224,14 @@ def score(run: EpisodeRun, joint: str | None = None) -> Score:
 
 
 def mean_score(scores: Sequence[Score]) -> Score:
-    """Means over episodes; of the RMSE the root of the mean square, of the worst the largest."""
+    """Means over episodes; of the RMSE the root of the mean square, of the worst the largest.
+
+    Episodes without steps, or without a wanted stiffness, do not count in the means of these.
+    """
     columns = {name: np.array([getattr(one, name) for one in scores]) for name in vars(scores[0])}
+    for name in ("overshoot", "settling", "stiffness_error"):
+        there = columns[name][~np.isnan(columns[name])]
+        columns[name] = there if there.size else np.array([math.nan])
     means = Score(**{name: float(values.mean()) for name, values in columns.items()})
     root, worst = np.sqrt(np.mean(columns["rmse"] ** 2)), columns["worst"].max()
     return replace(means, rmse=float(root), worst=float(worst))
@@ -249,7 +256,7 @@ def _steps(
             continue
         beyond = (position[begin:end] - wanted) * math.copysign(1.0, height)
         band = max(SETTLED_SHARE * abs(height), least)
-        outside = np.flatnonzero(np.abs(beyond) > band)
+        outside = np.flatnonzero(~(np.abs(beyond) <= band))  # so is NaN, where a run broke down
         settled = (int(outside[-1]) + 1) * period if len(outside) else 0.0
-        steps.append((max(0.0, float(beyond.max()) / abs(height)), settled))
+        steps.append((float(np.max(beyond, initial=0.0)) / abs(height), settled))
     return steps

@@ -11,14 +11,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from pamsim.controllers.neural_policy import NeuralPolicy
+from pamsim.controllers.neural_policy import NeuralPolicy, PolicyFile, write_policy
 from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import write_json
 from pamsim.core.errors import EngineError, InputError
 from pamsim.core.files import complete_file, refuse_existing
 from pamsim.envs import ENVIRONMENT
 from pamsim.envs.settings import env_settings
-from pamsim.recordings.policy_file import PolicyFile, write_policy
 
 RIGS = 32
 """Stepped together."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,10 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import specs
 from pamsim.core.units import FloatArray
-from pamsim.fitting.curve_fit import fit_curve, search_curve
+from pamsim.fitting.coefficients import Coefficient, Curve, held_coefficients
+from pamsim.fitting.curve_fit import fit_curve, held_out_in_turn
 from pamsim.fitting.result import FittedLaw
-from pamsim.fitting.scores import Rows, grouped, leave_one_group_out
-from pamsim.inference.coefficient import Coefficient, held_coefficients
+from pamsim.fitting.scores import Rows, grouped
 from pamsim.physics.hysteresis.arctangent import Arctangent
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.recordings.measured_table import LengthLoop
@@ -108,17 +108,14 @@ def _branch(
         tuple(Coefficient(name=n, unit=u, low=low, high=high) for n, u, low, high in ranges), held
     )
 
-    def over(rows: Rows) -> Callable[[FloatArray], FloatArray]:
+    def over(rows: Rows) -> Curve:
         points = pressure[rows]
         return lambda values: arctangent_law(points, *values.tolist())
-
-    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
-        return over(test)(search_curve(over(train), length[train], coefficients).values)
 
     fit = fit_curve(over(np.arange(length.size)), length, coefficients)
     held_out = None
     if hold_out == "pressure":
-        held_out = leave_one_group_out(length, grouped(pressure), fit_and_predict, by="pressure")
+        held_out = held_out_in_turn(over, length, coefficients, grouped(pressure), by="pressure")
     operator = OPERATORS["arctangent"]
     return FittedLaw(
         model="arctangent",

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -16,10 +16,9 @@ from numpy.typing import ArrayLike
 from pamsim.core.encoding import NOT_IN_JSON
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.fitting.linear_part import Curve, best_linear, linear_coefficients
-from pamsim.fitting.scores import Scores, scores
-from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
-from pamsim.inference.coefficient import Coefficient
+from pamsim.fitting.coefficients import Coefficient, Curve, best_linear, linear_coefficients
+from pamsim.fitting.scores import HeldOut, Rows, Scores, leave_one_group_out, scores
+from pamsim.inference.bounded_least_squares import bounded_least_squares
 from pamsim.inference.estimate import Estimate, Flag, without_intervals
 from pamsim.inference.identifiability import covariance_along, determined, trade_offs
 from pamsim.inference.record_checks import finite_samples
@@ -146,7 +145,7 @@ def search_curve(curve: Curve, measured: ArrayLike, coefficients: Sequence[Coeff
     if searched:
         spread = latin_hypercube(rng, _STARTS * len(searched), len(searched)) * (high - low)
         search = bounded_least_squares(
-            one_by_one(residual),
+            residual,
             [end, *(low + spread)],
             lower=low,
             upper=high,
@@ -197,6 +196,27 @@ def fit_curve(
     )
 
 
+def held_out_in_turn(
+    curve_of: Callable[[Rows], Curve],
+    measured: FloatArray,
+    coefficients: Sequence[Coefficient],
+    groups: FloatArray,
+    *,
+    by: str,
+) -> HeldOut:
+    """Errors of each group of points, predicted by a curve that is fitted to all others.
+
+    Arguments as of `leave_one_group_out` and `search_curve`; ``curve_of`` gives the curve at some
+    rows of the points.
+    """
+
+    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
+        found = search_curve(curve_of(train), measured[train], coefficients)
+        return curve_of(test)(found.values)
+
+    return leave_one_group_out(measured, groups, fit_and_predict, by=by)
+
+
 def _estimates(
     curve: Curve,
     measured: FloatArray,
@@ -210,64 +230,63 @@ def _estimates(
     variance with n - k degrees of freedom; where points of some groups (n,) share an error, that
     of independent groups, the largest of several. Coefficients at a bound are taken as given there.
     """
-    flags: list[list[Flag]] = [[] for _ in coefficients]
-    partners: list[set[str]] = [set() for _ in coefficients]
-    jacobian = _jacobian(curve, values, coefficients)
+    jacobian = difference_columns(curve, values, coefficients)
+    low, high = np.array([(c.low, c.high) for c in coefficients]).T
     data = max(float(np.linalg.norm(measured)), 1e-300)
-    inner: list[int] = []
-    for i, c in enumerate(coefficients):
-        width = c.high - c.low
-        if c.held is not None:
-            continue
-        if float(np.linalg.norm(jacobian[:, i])) * width <= _DEAD * data:
-            flags[i].append(Flag.DEAD)
-        elif min(values[i] - c.low, c.high - values[i]) < _AT_BOUND * width:
-            flags[i].append(Flag.AT_BOUND)
-        else:
-            inner.append(i)
-    residual = curve(values) - measured
-    half = np.full(len(coefficients), np.nan)
-    freedom = measured.size - len(inner)
-    if inner and freedom > 0:
+    free = np.array([c.held is None for c in coefficients])
+    dead = free & (np.linalg.norm(jacobian, axis=0) * (high - low) <= _DEAD * data)
+    near = np.minimum(values - low, high - values) < _AT_BOUND * (high - low)
+    at_bound = free & ~dead & near
+    inner = np.flatnonzero(free & ~dead & ~near)
+    half, flat = np.full(free.size, np.nan), np.zeros(free.size, dtype=bool)
+    correlated: dict[int, list[int]] = {}
+    if inner.size:
+        own, residual = jacobian[:, inner], curve(values) - measured
+        split = determined(own, _SINGULAR)
+        covariance = covariance_along(own, split.basis)
+        freedom = float(measured.size - inner.size)
         variance = float(residual @ residual) / freedom
-        split = determined(jacobian[:, inner], _SINGULAR)
-        covariance, flat = covariance_along(jacobian[:, inner], split.basis), split.members
-        errors = [(np.sqrt(variance * np.diag(covariance)), np.full(len(inner), float(freedom)))]
+        errors = [(np.sqrt(variance * np.diag(covariance)), np.full(inner.size, freedom))]
         if groups:
-            own = jacobian[:, inner]
             errors = [errors_of_groups(own, residual, one, covariance) for one in groups]
         widths = np.max([_student_quantile(nu, 0.975) * error for error, nu in errors], axis=0)
-        names = [coefficients[i].name for i in inner]
-        for a, i in enumerate(inner):
-            if flat[a]:
-                flags[i].append(Flag.FLAT_DIRECTION)
-                partners[i] |= {n for n, on in zip(names, flat, strict=True) if on} - {names[a]}
-                continue
-            half[i] = widths[a]
-            correlated = {names[b] for b in trade_offs(covariance, a, flat)}
-            if correlated:
-                flags[i].append(Flag.TRADE_OFF)
-                partners[i] |= correlated
-            if half[i] > abs(values[i]):
-                flags[i].append(Flag.NOT_PINNED)
-    ends = np.column_stack([values - half, values + half]).tolist()
-    return tuple(
-        Estimate(
-            name=c.name,
-            unit=c.unit,
-            value=float(values[i]),
-            interval95=(ends[i][0], ends[i][1]) if np.isfinite(half[i]) else None,
-            bounds=(c.low, c.high),
-            held=c.held is not None,
-            flags=tuple(flags[i]),
-            partners=tuple(sorted(partners[i])),
+        flat[inner] = split.members
+        half[inner] = np.where(split.members, np.nan, widths)
+        for a in np.flatnonzero(~split.members).tolist():
+            correlated[int(inner[a])] = inner[trade_offs(covariance, a, split.members)].tolist()
+    estimates: list[Estimate] = []
+    for i, c in enumerate(coefficients):
+        value, known = float(values[i]), bool(np.isfinite(half[i]))
+        together = np.flatnonzero(flat).tolist() if flat[i] else correlated.get(i, [])
+        flags = {
+            Flag.DEAD: dead[i],
+            Flag.AT_BOUND: at_bound[i],
+            Flag.FLAT_DIRECTION: flat[i],
+            Flag.TRADE_OFF: together and not flat[i],
+            Flag.NOT_PINNED: known and half[i] > abs(value),
+        }
+        estimates.append(
+            Estimate(
+                name=c.name,
+                unit=c.unit,
+                value=value,
+                interval95=(value - float(half[i]), value + float(half[i])) if known else None,
+                bounds=(c.low, c.high),
+                held=c.held is not None,
+                flags=tuple(flag for flag, on in flags.items() if on),
+                partners=tuple(sorted({coefficients[j].name for j in together} - {c.name})),
+            )
         )
-        for i, c in enumerate(coefficients)
-    )
+    return tuple(estimates)
 
 
-def _jacobian(curve: Curve, values: FloatArray, coefficients: Sequence[Coefficient]) -> FloatArray:
-    """Central differences, shape (n, k); zero columns for held coefficients."""
+def difference_columns(
+    curve: Curve, values: FloatArray, coefficients: Sequence[Coefficient]
+) -> FloatArray:
+    """Change of a curve with its coefficients at some values (k,), shape (n, k).
+
+    Central differences, within the ranges; zero columns for held coefficients.
+    """
     columns: list[FloatArray] = []
     for i, c in enumerate(coefficients):
         if c.held is not None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,16 @@ from pamsim.core.computation import Progress
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.parameters import specs
 from pamsim.core.units import PA_PER_KPA, FloatArray
-from pamsim.fitting.curve_fit import CurveFit, fit_curve, search_curve
+from pamsim.fitting.coefficients import Coefficient, Curve, held_coefficients
+from pamsim.fitting.curve_fit import (
+    CurveFit,
+    difference_columns,
+    fit_curve,
+    held_out_in_turn,
+)
 from pamsim.fitting.result import FittedLaw, coefficient_entries
-from pamsim.fitting.scores import HeldOut, Rows, grouped, leave_one_group_out
-from pamsim.inference.coefficient import Coefficient
+from pamsim.fitting.scores import HeldOut, Rows, grouped
+from pamsim.inference.projected_effect import orthonormal
 from pamsim.physics.braid import Braid
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.force_laws.force_law import ForceLaw
@@ -32,6 +38,8 @@ _PRESSURES, _CONTRACTIONS = np.linspace(1e5, 6e5, 5), np.linspace(0.05, 0.2, 6)
 """Where muscles usually work [Pa, -]."""
 
 _TINY = 1e-9  # an open lower bound, as a share of the range
+_REDUNDANT = 1e-5  # of an effect: what others leave of it is the error of differences
+_DIRECTION = 1e-10  # singular value over the largest, from which effects have a direction
 
 
 def fit_force_law(
@@ -91,13 +99,12 @@ def _held_out(
     table: ForceMap, law: ForceLaw, braid: Braid, coefficients: Sequence[Coefficient], by: str
 ) -> HeldOut:
     """Errors of a law at each pressure or length, fitted to all others."""
-
-    def fit_and_predict(train: Rows, test: Rows) -> FloatArray:
-        fitted = search_curve(law_curve(law, table, braid, train), table.force[train], coefficients)
-        return law_curve(law, table, braid, test)(fitted.values)
-
     groups = grouped(table.pressure if by == "pressure" else table.contraction)
-    return leave_one_group_out(table.force, groups, fit_and_predict, by=by)
+
+    def over(rows: Rows) -> Curve:
+        return law_curve(law, table, braid, rows)
+
+    return held_out_in_turn(over, table.force, coefficients, groups, by=by)
 
 
 def compare_force_laws(
@@ -202,21 +209,19 @@ def section_of(
 
 
 def _notes(law: ForceLaw, table: ForceMap, braid: Braid, fit: CurveFit) -> list[str]:
-    notes: list[str] = []
     low, high = law.contraction_range(fit.values.tolist(), braid)
-    outside = int(np.sum((table.contraction < low) | (table.contraction > high)))
-    if outside:
-        notes.append(
-            f"{outside} of {table.force.size} points lie outside the contractions its source"
-            f" states, {low:.0%} to {high:.0%}"
-        )
+    ranges = [("contractions", table.contraction, low, high, f"{low:.0%} to {high:.0%}")]
     if law.pressure_range is not None:
         least, most = law.pressure_range
-        beyond = int(np.sum((table.pressure < least) | (table.pressure > most)))
-        if beyond:
+        shown = f"{least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
+        ranges.append(("pressures", table.pressure, least, most, shown))
+    notes: list[str] = []
+    for what, values, least, most, shown in ranges:
+        outside = int(np.sum((values < least) | (values > most)))
+        if outside:
             notes.append(
-                f"{beyond} of {table.force.size} points lie outside the pressures its source"
-                f" states, {least / PA_PER_KPA:.0f} to {most / PA_PER_KPA:.0f} kPa"
+                f"{outside} of {values.size} points lie outside the {what} its source states,"
+                f" {shown}"
             )
     notes += [
         f"points of one {group} share an error, of the law or of a reading (p = {p_value:.2g} that"
@@ -264,34 +269,23 @@ def law_coefficients(
     Raises:
         InputError: for a held name that the law does not have, or a held value out of range.
     """
-    fields = dict(specs(law.group))
-    for name in held:
-        if name not in fields:
-            raise InputError(f"{law.name} has no coefficient {name!r}; {nearest(name, fields)}")
-    result: list[Coefficient] = []
-    for name, spec in fields.items():
-        low = spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low
-        value = held.get(name)
-        if value is not None and not low <= value <= spec.high:
-            raise InputError(f"`held` {name} = {value:g} is outside {spec.range_text()}")
-        result.append(
-            Coefficient(
-                name=name,
-                unit=spec.unit,
-                low=low,
-                high=spec.high,
-                default=spec.default,
-                held=value,
-            )
+    every = tuple(
+        Coefficient(
+            name=name,
+            unit=spec.unit,
+            low=spec.low + _TINY * (spec.high - spec.low) if spec.low_open else spec.low,
+            high=spec.high,
+            default=spec.default,
         )
-    if "scale" not in held and _scale_is_redundant(law, braid, result):
-        result[0] = dataclasses.replace(result[0], held=1.0)
-    return tuple(result)
+        for name, spec in specs(law.group)
+    )
+    first, *others = held_coefficients(every, held)
+    if "scale" not in held and _scale_is_redundant(law, braid, every):
+        first = replace(first, held=1.0)
+    return (first, *others)
 
 
-def law_curve(
-    law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows
-) -> Callable[[FloatArray], FloatArray]:
+def law_curve(law: ForceLaw, table: ForceMap, braid: Braid, rows: Rows) -> Curve:
     """The force at some points (m,) of a map as a function of the law's coefficients.
 
     It takes all coefficients (k,) [SI] and gives forces (m,) [N]; NaN where the law has none.
@@ -313,7 +307,7 @@ def law_curve(
     return curve
 
 
-def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coefficient]) -> bool:
+def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: Sequence[Coefficient]) -> bool:
     """Whether the scale's sensitivity lies in the span of the others'.
 
     Checked on a grid of its own, since the redundancy is the law's, not the data's.
@@ -329,19 +323,9 @@ def _scale_is_redundant(law: ForceLaw, braid: Braid, coefficients: list[Coeffici
     for _ in range(5):
         place = np.array([c.low + rng.uniform(0.3, 0.7) * (c.high - c.low) for c in coefficients])
         place[0] = 1.0
-        columns: list[FloatArray] = []
-        for i, c in enumerate(coefficients):
-            step = np.zeros(place.size)
-            step[i] = 1e-5 * (c.high - c.low)
-            columns.append((curve(place + step) - curve(place - step)) / step[i])
-        matrix = np.stack(columns, axis=1)
-        if not np.all(np.isfinite(matrix)):
-            continue
-        norms = np.linalg.norm(matrix, axis=0)
-        if norms[0] == 0.0:
-            continue
-        rest_of_law = matrix[:, 1:] / np.where(norms[1:] > 0.0, norms[1:], 1.0)
-        target = matrix[:, 0] / norms[0]
-        rest = target - rest_of_law @ np.linalg.lstsq(rest_of_law, target, rcond=1e-10)[0]
-        return float(np.linalg.norm(rest)) < 1e-5
+        matrix = difference_columns(curve, place, coefficients)
+        if np.all(np.isfinite(matrix)) and np.any(matrix[:, 0]):
+            own, basis = matrix[:, 0], orthonormal(matrix[:, 1:], _DIRECTION)
+            rest = own - basis @ (basis.T @ own)
+            return bool(np.linalg.norm(rest) < _REDUNDANT * np.linalg.norm(own))
     return False

@@ -1,4 +1,4 @@
-"""Which of several models describes the data: one way to judge them.
+"""Which of several models describes the data, and which to use: one way to judge them.
 
 Where a linear model leaves nothing but noise, the likelihood of the noise is the most powerful
 judge. Where none does (a nonlinear plant), the likelihood would pay for every detail that the noise
@@ -17,8 +17,9 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.model import IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
+from pamsim.identification.residual_tests import Independence, what_is_missing
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import fit_trial_noise
@@ -127,10 +128,9 @@ def by_likelihood(fits: Sequence[RoughFit], records: Sequence[SignalRecord]) -> 
     """
     least = min(fit.criterion for fit in fits)
     samples = sum(record.output.size for record in records)
-    parts = _whole(records)
     return Choice(
         fits=tuple(fits),
-        fit_percent=_percent([_errors(fit, parts) for fit in fits], parts),
+        fit_percent=_fit_percent(fits, records),
         scores=tuple(fit.criterion - least for fit in fits),
         judged_by=LIKELIHOOD,
         basis=f"{samples} samples; noise predicted from its own past",
@@ -186,7 +186,7 @@ def by_aicc(fits: Sequence[R], records: Sequence[SignalRecord]) -> Choice[R]:
     samples = sum(record.output.size for record in records)
     scores = aicc_above_best(
         [square / samples for square in squares],
-        [fit.structure.unknowns + fit.structure.per_trial * len(records) for fit in fits],
+        [fit.structure.counted(len(records)) for fit in fits],
         effective,
     )
     return Choice(
@@ -218,10 +218,9 @@ def _by_errors(
         return math.sqrt(effective / max(effective - own, 1.0))
 
     errors = [[factor(fit) * e for e in own] for fit, own in zip(fits, errors, strict=True)]
-    whole = _whole(fitted)
     return Choice(
         fits=tuple(fits),
-        fit_percent=_percent([_errors(fit, whole) for fit in fits], whole),
+        fit_percent=_fit_percent(fits, fitted),
         held_out=_percent(errors, judges),
         errors=tuple(errors),
         sample_times=tuple(record.sample_time for record, _ in judges),
@@ -263,6 +262,11 @@ def _errors(fit: Fit, parts: Sequence[Part]) -> list[FloatArray]:
     return [r.output[first:] - structure.free_run(x, r, first)[0] for r, first in parts]
 
 
+def _fit_percent(fits: Sequence[Fit], records: Sequence[SignalRecord]) -> tuple[float, ...]:
+    parts = _whole(records)
+    return _percent([_errors(fit, parts) for fit in fits], parts)
+
+
 def _square(errors: Sequence[FloatArray]) -> float:
     return sum(float(error @ error) for error in errors)
 
@@ -298,3 +302,94 @@ def p_value_of_improvement(
     if variance <= 0.0:
         return 1.0 if mean <= 0.0 else 0.0
     return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One fitted model.
+
+    Attributes:
+        name: such as ``second_order_dead_time``.
+        fit: the numbers.
+        independence: whether past inputs explain part of its residuals; None if that could not be
+            tested.
+    """
+
+    name: str
+    fit: IdentifiedModel
+    independence: Independence | None
+
+    @property
+    def adequate(self) -> bool:
+        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
+        return self.independence is None or self.independence.independent
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the model is a continuous one."""
+        return self.fit.structure.kind == "continuous"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recommendation:
+    """The model to use, if any.
+
+    Attributes:
+        best: the model that describes the records best; empty if none can be trusted.
+        reason: for the best, as a sentence.
+        missing: what the best does not describe, as a sentence; empty if nothing.
+        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
+        effective_samples: number of independent samples that the residuals are worth.
+    """
+
+    best: str
+    reason: str
+    missing: str
+    aicc: dict[str, float]
+    effective_samples: float
+
+    @property
+    def name(self) -> str:
+        """Of the candidate to use; empty if none can be trusted, or something is missing."""
+        return "" if self.missing else self.best
+
+
+def recommend(
+    candidates: Sequence[Candidate],
+    records: Sequence[SignalRecord],
+    held_out: Sequence[SignalRecord],
+    chosen: str = "",
+    why: str = "",
+) -> Recommendation:
+    """Recommend one continuous model; discrete ones stand beside for comparison.
+
+    What a scan chose is the best: ``chosen``, its name. Else only fits that converged and whose
+    parameters the data determine are eligible, and held-out trials decide between them, or AICc.
+    """
+    ranked = sorted(
+        (one for one in candidates if one.continuous), key=lambda one: one.fit.structure.unknowns
+    )
+    names, fits = [one.name for one in ranked], [one.fit for one in ranked]
+    by_criterion = by_aicc(fits, records)
+    converged = [i for i, fit in enumerate(fits) if fit.status is FitStatus.CONVERGED]
+    best, reason, missing = chosen, why, ""
+    if not chosen and not converged:
+        each = (f"{one.name.replace('_', ' ')}: {one.fit.sentence}" for one in ranked)
+        reason = f"no model can be trusted ({'; '.join(each)})"
+    elif not chosen:
+        choice = by_held_out(fits, records, held_out) if held_out else by_criterion
+        place, reason = choice.pick(set(range(len(fits))) - set(converged))
+        best = names[place]
+    if best:
+        one = ranked[names.index(best)]
+        missing = what_is_missing(one.fit, records, one.adequate)
+        if one.fit.status is not FitStatus.CONVERGED:
+            vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
+            missing = f"{vague}; {missing}" if missing else vague
+    return Recommendation(
+        best=best,
+        reason=reason,
+        missing=missing,
+        aicc=dict(zip(names, by_criterion.scores, strict=True)),
+        effective_samples=by_criterion.effective,
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import factorial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,7 @@ class ContinuousStructure:
     inputs: int = 1
     undelayed: tuple[int, ...] = ()
     zeros_each: tuple[int, ...] = ()
+    kind: ClassVar[str] = "continuous"
 
     def __post_init__(self) -> None:
         for name, most in (("order", HIGHEST_ORDER), ("integrators", MOST_INTEGRATORS)):
@@ -87,11 +88,6 @@ class ContinuousStructure:
             object.__setattr__(self, "zeros_each", ())
 
     @property
-    def kind(self) -> str:
-        """Which structure it is."""
-        return "continuous"
-
-    @property
     def pairs(self) -> int:
         """Number of (wn, zeta) pairs."""
         return 0 if self.real_lags else self.order // 2
@@ -107,6 +103,16 @@ class ContinuousStructure:
         if not self.dead_time:
             return ()
         return tuple(i for i in range(self.inputs) if i not in self.undelayed)
+
+    @property
+    def delay_places(self) -> dict[int, int]:
+        """Place of each dead time among the coordinates -> its input."""
+        return dict(enumerate(self.delayed, start=self.order))
+
+    @property
+    def marks(self) -> tuple[str, ...]:
+        """What the names of each input's parameters end in: ``[1]``, ``[2]`` of several inputs."""
+        return ("",) if self.inputs == 1 else tuple(f"[{i + 1}]" for i in range(self.inputs))
 
     @property
     def per_trial(self) -> int:
@@ -128,6 +134,10 @@ class ContinuousStructure:
     def unknowns(self) -> int:
         """Number of coordinates."""
         return self.searched + sum(self.numerator_zeros) + self.inputs + int(self.biased)
+
+    def counted(self, trials: int) -> int:
+        """Return the number of coefficients of a fit to some trials, their own included."""
+        return self.unknowns + self.per_trial * trials
 
     @property
     def numerator_zeros(self) -> tuple[int, ...]:
@@ -178,18 +188,6 @@ class ContinuousStructure:
             parts.append("dead time" if self.inputs == 1 else "dead times")
         parts += ["drift"] if self.drift else []
         return ", ".join(parts or ["a gain"])
-
-    @property
-    def process(self) -> str:
-        """Name as a process model, such as ``P2DI``; empty beyond three lags, a zero, an input.
-
-        Poles, then U where they may oscillate, D for a dead time, Z for a zero, I for an
-        integrator.
-        """
-        if self.order > 3 or self.zeros > 1 or self.integrators > 1 or self.inputs > 1:
-            return ""
-        letters = (self.pairs, self.dead_time, self.zeros, self.integrators)
-        return f"P{self.order}" + "".join(x for x, has in zip("UDZI", letters, strict=True) if has)
 
     def constants(self, coordinates: FloatArray) -> NDArray[Any]:
         """Return T_1..T_n of ``D = prod(T_i s + 1)``, complex where a pair oscillates [s]."""
@@ -327,14 +325,17 @@ class ContinuousStructure:
         """The structure of a trial that does not begin at rest."""
         return replace(self, start="free")
 
-    def _pole_bounds(
-        self, low: float, high: float, least_damping: float
-    ) -> tuple[list[float], list[float]]:
-        """Bounds of the pole coordinates, by those of ``ln T``; a damping is at most 100."""
-        lower, upper = [low] * self.order, [high] * self.order
-        for pair in range(self.pairs):
-            lower[2 * pair], upper[2 * pair] = -high, -low
-            lower[2 * pair + 1], upper[2 * pair + 1] = np.log(least_damping), np.log(1e2)
+    def _bounds(
+        self, lags: tuple[float, float], least_damping: float, delays: tuple[float, float]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Bounds of x, by those of ``ln T`` and of a dead time; a damping is at most 100."""
+        lower, upper = (
+            np.append(np.full(self.order, lag), np.full(len(self.delayed), delay))
+            for lag, delay in zip(lags, delays, strict=True)
+        )
+        rates, dampings = slice(0, 2 * self.pairs, 2), slice(1, 2 * self.pairs, 2)
+        lower[rates], upper[rates] = -lags[1], -lags[0]
+        lower[dampings], upper[dampings] = np.log(least_damping), np.log(1e2)
         return lower, upper
 
     def problem(self, data: Data) -> Separable:
@@ -348,20 +349,16 @@ class ContinuousStructure:
         if isinstance(data, FrequencyRecord):
             return self._problem_of_response(data)
         shortest, longest = time_range(data)
-        lower, upper = self._pole_bounds(
-            np.log(0.1 * shortest), np.log(100.0 * longest), LEAST_DAMPING
-        )
-        if self.dead_time:
-            # One sample below 0, so that a search for a small delay does not crawl along a bound.
-            late = len(self.delayed)
-            lower += [-shortest] * late
-            upper += [0.5 * min(record.duration for record in data)] * late
+        lags = np.log(0.1 * shortest), np.log(100.0 * longest)
+        # One sample below 0, so that a search for a small delay does not crawl along a bound.
+        delays = -shortest, 0.5 * min(record.duration for record in data)
+        lower, upper = self._bounds(lags, LEAST_DAMPING, delays)
         return Separable(
             outputs=tuple(record.output for record in data),
             shared=lambda x, i: self.responses(x, data[i]),
             own=lambda x, i: self.trial_columns(x, data[i]),
-            lower=np.array(lower),
-            upper=np.array(upper),
+            lower=lower,
+            upper=upper,
             sample_times=tuple(record.sample_time for record in data),
         )
 
@@ -375,19 +372,17 @@ class ContinuousStructure:
             powers = s[:, np.newaxis] ** np.arange(self.zeros + 1)
             return parts[part](powers * (weight / below)[:, np.newaxis])
 
-        low, high = np.log(1.0 / (BEYOND * w[-1])), np.log(BEYOND / w[0])
         # Somewhat wider than what is believed, so that the search does not end on it.
-        lower, upper = self._pole_bounds(low - 1.0, high + 1.0, 1e-4)
-        if self.dead_time:
-            lower += [-0.1 / w[-1]]
-            upper += [1.1 * data.dead_times(self.zeros)[-1]]
+        lags = np.log(1.0 / (BEYOND * w[-1])) - 1.0, np.log(BEYOND / w[0]) + 1.0
+        delays = -0.1 / w[-1], 1.1 * data.dead_times(self.zeros)[-1]
+        lower, upper = self._bounds(lags, 1e-4, delays)
         none = np.zeros((w.size, 0))
         return Separable(
             outputs=tuple(part(weight * data.response) for part in parts),
             shared=columns,
             own=lambda x, part: none,
-            lower=np.array(lower),
-            upper=np.array(upper),
+            lower=lower,
+            upper=upper,
             sample_times=(1.0, 1.0),  # both parts: from one frequency to the next
         )
 
@@ -399,9 +394,8 @@ class ContinuousStructure:
         Raises:
             InputError: for another name.
         """
-        numbers = [f"[{i}]" for i in range(1, self.inputs + 1)] if self.inputs > 1 else [""]
-        gains = {f"K{numbers[i]}": self.coefficients(i).start for i in range(self.inputs)}
-        delays = {f"L{numbers[i]}": self.order + k for k, i in enumerate(self.delayed)}
+        gains = {f"K{mark}": self.coefficients(i).start for i, mark in enumerate(self.marks)}
+        delays = {f"L{self.marks[i]}": place for place, i in self.delay_places.items()}
         check_held(values, [*gains, *delays, "offset"])
         count = self.unknowns - self.searched
         origin, free = np.zeros(count), np.ones(count, bool)

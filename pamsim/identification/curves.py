@@ -5,7 +5,6 @@ Step and frequency responses have 95 % bands by the delta method.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,13 +14,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.model import IdentifiedModel
-from pamsim.identification.records import SignalRecord
-from pamsim.identification.signals import Signal, UsedTrial
 from pamsim.inference.record_checks import finite_samples, uniform_interval
-
-_POINTS = 300  # of a curve: as many as a figure shows
-_STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for
-_BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,17 +111,15 @@ def frequency_response(
     magnitude, phase = gain * np.abs(value), np.unwrap(np.angle(value))
     # Log and phase are real and imaginary part of ln G, whose derivative is dG / G.
     half = fit.half_widths(lambda x: structure.frequency_response(x, w) / value)
-    if half is None:
-        return FrequencyResponse(w, magnitude, phase, None, None)
-    with np.errstate(over="ignore"):
-        factor = np.exp(np.real(half))
-    return FrequencyResponse(
-        w,
-        magnitude,
-        phase,
-        np.stack([magnitude / factor, magnitude * factor]),
-        np.stack([phase - np.imag(half), phase + np.imag(half)]),
-    )
+    bands = None, None
+    if half is not None:
+        with np.errstate(over="ignore"):
+            factor, turn = np.exp(np.real(half)), np.imag(half)
+        bands = (
+            np.stack([magnitude / factor, magnitude * factor]),
+            np.stack([phase - turn, phase + turn]),
+        )
+    return FrequencyResponse(w, magnitude, phase, *bands)
 
 
 def step_response_band(fit: IdentifiedModel, time: ArrayLike, gain: float = 1.0) -> StepResponse:
@@ -152,51 +143,3 @@ def step_response_band(fit: IdentifiedModel, time: ArrayLike, gain: float = 1.0)
     half = fit.half_widths(lambda x: gain * structure.step_response(x, t.size, interval))
     band = None if half is None else np.stack([output - half, output + half])
     return StepResponse(t, output, band)
-
-
-def trial_curve(
-    record: SignalRecord,
-    run: FloatArray,
-    inputs: Sequence[Signal],
-    out: Signal,
-    held_out: bool,
-) -> TrialCurve:
-    """A record with a run of a model, both in SI, in the columns' units."""
-    return TrialCurve(
-        name=record.name,
-        held_out=held_out,
-        time=record.time,
-        inputs=record.inputs / [into.factor for into in inputs],
-        output=record.output / out.factor,
-        model=run / out.factor,
-    )
-
-
-def curves_of(
-    fit: IdentifiedModel,
-    used: Sequence[UsedTrial],
-    held_out: Sequence[UsedTrial],
-    inputs: Sequence[Signal],
-    out: Signal,
-) -> Curves:
-    """Run a continuous model on every trial, and take its step and frequency responses."""
-    rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
-    if rates.size == 0:  # a gain, or integrators alone
-        rates = np.array([1.0 / max(trial.record.duration for trial in used)])
-    slow, fast = float(np.min(rates)), float(np.max(rates))
-    nyquist = float(np.pi / min(trial.record.sample_time for trial in used))
-    latest = max(channel.dead_time for channel in fit.channels)
-    times = np.linspace(0.0, _STEP_LENGTH / slow + latest, _POINTS)
-    high = max(min(_ABOVE * fast, nyquist), 10.0 * slow)
-    frequencies = np.geomspace(_BELOW * slow, high, _POINTS)
-    gains = [into.factor / out.factor for into in inputs]
-    channels = list(zip(fit.channels, gains, strict=True))
-    return Curves(
-        trials=tuple(
-            trial_curve(one.record, fit.simulate(one.record), inputs, out, one in held_out)
-            for one in (*used, *held_out)
-        ),
-        steps=tuple(step_response_band(one, times, gain) for one, gain in channels),
-        bodes=tuple(frequency_response(one, frequencies, gain) for one, gain in channels),
-        nyquist=nyquist,
-    )

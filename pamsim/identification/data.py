@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,8 @@ class IdentifyData:
 
     Attributes:
         source: path, or the simulation in words.
-        rig: name or path of the rig; empty if unknown.
+        rig: name or path of the rig; empty if unknown, or if some of the data are tables, whose
+            trials need not begin at rest.
         tables: one per trial.
         notes: what a reader should know.
     """
@@ -77,20 +79,18 @@ def load_data(
             table = one if isinstance(one, Columns) else read_columns(path, numbers_only=True)
             tables, notes = plain_trials(table, time=time, dt=dt, hold=hold)
             parts.append(IdentifyData(source=str(path), rig="", tables=tables, notes=notes))
-    names = [table.name for part in parts for table in part.tables]
-    twice = {name for name in names if names.count(name) > 1}
+    times = Counter(table.name for part in parts for table in part.tables)
     tables = [
-        _in_folder(table, path) if table.name in twice else table
+        _in_folder(table, path) if times[table.name] > 1 else table
         for path, part in zip(paths, parts, strict=True)
         for table in part.tables
     ]
-    names = [table.name for table in tables]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(table.name for table in tables).items():
+        if count > 1:
             raise InputError(f"trial {name!r} is there twice; rename one of the files")
     return IdentifyData(
         source=", ".join(part.source for part in parts),
-        rig=next((part.rig for part in parts if part.rig), ""),
+        rig=parts[0].rig if all(part.rig for part in parts) else "",
         tables=tuple(tables),
         notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )

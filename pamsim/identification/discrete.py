@@ -91,6 +91,10 @@ class DiscreteStructure:
         """Number of coefficients that each trial has of its own: an offset."""
         return 1
 
+    def counted(self, trials: int) -> int:
+        """Return the number of coefficients of a fit to some trials, their own included."""
+        return self.unknowns + self.per_trial * trials
+
     @property
     def reach(self) -> int:
         """How many samples back the regression vector of ARX reaches."""

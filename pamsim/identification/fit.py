@@ -17,8 +17,7 @@ from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import Structure
-from pamsim.identification.estimates import estimates_of
-from pamsim.identification.model import FitStatus, IdentifiedModel, TrialScore
+from pamsim.identification.model import FitStatus, IdentifiedModel, TrialScore, estimates_of
 from pamsim.identification.optimum import Optimum
 from pamsim.identification.records import (
     Data,
@@ -33,7 +32,6 @@ from pamsim.identification.separable import Held, Separable
 from pamsim.identification.starts import starts_of
 from pamsim.identification.status import judged
 from pamsim.identification.weighted_fit import Weights, fit_separable
-from pamsim.inference.trial_noise import WHITE
 
 
 def fit(
@@ -78,7 +76,7 @@ def fit(
     problem, known = structure.problem(data), structure.held(held or {})
     _require_samples(data, structure)
     at = _searched(problem, known, starts or starts_of(structure, data), weights)
-    evaluations, latest = at.evaluations, dict[int, float]()
+    latest: dict[int, float] = {}
     while late := _not_shown(structure, known, at):
         if isinstance(data, FrequencyRecord):
             break
@@ -92,11 +90,11 @@ def fit(
                 latest[i] = 0.0 if end < -least else max(end, least)
         known = replace(known, x={**known.x, **dict.fromkeys(late, 0.0)})
         at = _searched(problem, known, [at.coordinates[: structure.searched]], weights)
-        evaluations += at.evaluations
     facts = _facts(data, structure, at, held_out, problem, known)
     units = facts.get("unit_output", "-"), facts.get("units_input", ("-",))
     found = IdentifiedModel(
-        **{**vars(at), **facts, "evaluations": evaluations},
+        **vars(at),
+        **facts,
         structure=structure,
         estimates=tuple(
             replace(one, held=True, interval95=None) if one.name in (held or {}) else one
@@ -123,7 +121,7 @@ def _not_shown(structure: Structure, known: Held, at: Optimum) -> dict[int, int]
         return {}
     return {
         place: i
-        for place, i in enumerate(structure.delayed, start=structure.order)
+        for place, i in structure.delay_places.items()
         if place not in known.x and at.coordinates[place] <= (at.half_width(at.unit(place)) or 0.0)
     }
 
@@ -132,7 +130,7 @@ def _require_samples(data: Data, structure: Structure) -> None:
     if isinstance(data, FrequencyRecord):
         unknowns, samples, what = structure.unknowns, 2 * data.frequency.size, "frequencies"
     else:
-        unknowns = structure.unknowns + structure.per_trial * len(data)
+        unknowns = structure.counted(len(data))
         samples, what = sum(record.output.size for record in data), "samples"
     if samples < 3 * unknowns:
         count = samples if what == "samples" else samples // 2
@@ -171,7 +169,7 @@ def _facts(
     count = len(data)
     one_step = None
     if structure.kind == "arx":
-        left = problem.holding(known).linear_part(np.empty(0), WHITE).residual
+        left = problem.holding(known).linear_part(np.empty(0)).residual
         ends = np.cumsum([output.size for output in problem.outputs])[:-1]
         parts = zip(problem.outputs, np.split(left, ends), strict=True)
         one_step = pooled_fit_percent([(output, output - part) for output, part in parts])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.computation import Progress, one_blas_thread, versions
-from pamsim.core.encoding import to_dict, write_json
+from pamsim.core.encoding import to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.identification.choose import AICC, Choice
@@ -23,8 +23,12 @@ from pamsim.identification.frequency_table import frequency_response_of
 from pamsim.identification.model import FitStatus, IdentifiedModel
 from pamsim.identification.models import ModelSet
 from pamsim.identification.records import FrequencyRecord
-from pamsim.identification.result import model_entry, parameter_entry, write_curves
-from pamsim.identification.summary import summary_lines
+from pamsim.identification.result import (
+    IdentificationResult,
+    model_entry,
+    parameter_entry,
+    write_curves,
+)
 from pamsim.inference.criteria import aicc_above_best
 from pamsim.recordings.columns import Columns
 
@@ -32,7 +36,7 @@ SCHEMA = "pamsim-identify-frequency/2"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrequencyIdentification:
+class FrequencyIdentification(IdentificationResult):
     """Continuous models of one frequency response.
 
     Attributes:
@@ -42,7 +46,7 @@ class FrequencyIdentification:
         models: name -> the best model of each order.
         aicc: name -> AICc above the smallest.
         skipped: name -> why that model could not be fitted.
-        recommended: name; empty if none can be trusted.
+        best: name of the model to use; empty if none can be trusted.
         reason: of the recommendation.
         notes: what a reader should know.
         seconds: wall time [s].
@@ -54,20 +58,15 @@ class FrequencyIdentification:
     models: Mapping[str, IdentifiedModel]
     aicc: Mapping[str, float]
     skipped: Mapping[str, str]
-    recommended: str
+    best: str
     reason: str
     notes: tuple[str, ...]
     seconds: float
 
     @property
-    def best(self) -> str:
-        """Name of the model to use; empty if none can be trusted."""
-        return self.recommended
-
-    @property
     def shown(self) -> IdentifiedModel:
         """The recommended model; if there is none, the one with the smallest AICc."""
-        return self.models[self.recommended or min(self.models, key=lambda name: self.aicc[name])]
+        return self.models[self.best or min(self.models, key=lambda name: self.aicc[name])]
 
     def transfer_function(self, *, pade_order: int | None = None) -> Any:
         """Return the shown model as a continuous ``control.TransferFunction``.
@@ -82,30 +81,19 @@ class FrequencyIdentification:
 
         return continuous(self.shown, pade_order=pade_order)
 
-    def summary(self) -> str:
-        """Every model with its numbers, and which to use: some lines of text."""
-        return "\n".join(summary_lines(self.to_dict()))
-
-    def save(self, folder: str | Path) -> list[Path]:
-        """Write ``identify.json``, and ``curves.csv``: measured and shown response.
-
-        Args:
-            folder: created if need be; files of the same names are replaced.
-
-        Returns:
-            The files written.
+    def save_curves(self, folder: str | Path) -> Path:
+        """Write ``curves.csv`` into a folder: measured and shown response.
 
         Raises:
             InputError: if the place cannot be written.
         """
-        result, fit = Path(folder) / "identify.json", self.shown
-        write_json(result, self.to_dict())
+        fit = self.shown
         run = fit.structure.frequency_response(fit.coordinates, self.frequency)
         names = ["omega_rad_s", "magnitude", "phase_deg", "model_magnitude", "model_phase_deg"]
         columns = [self.frequency]
         for response in (self.response, run):
             columns += [np.abs(response), np.angle(response) * DEG_PER_RAD]
-        return [result, write_curves(folder, names, np.column_stack(columns).tolist())]
+        return write_curves(folder, names, np.column_stack(columns).tolist())
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the curves, JSON-safe."""
@@ -118,7 +106,7 @@ class FrequencyIdentification:
                 "trials": [{"name": Path(self.source).stem, "role": "fitted"}],
                 "models": [self._model(name, fit) for name, fit in self.models.items()],
                 "skipped": self.skipped,
-                "recommended": self.recommended or None,
+                "recommended": self.best or None,
                 "reason": self.reason,
                 "local": None,
                 "notes": self.notes,
@@ -194,10 +182,10 @@ def identify_frequency_response(
     trusted = {name for name, fit in fits.items() if fit.status is FitStatus.CONVERGED}
     # A model that cannot be trusted stands for its order only where there is no other.
     ranked = sorted(fits, key=lambda name: (name not in trusted, scores[name]))
-    best = {fits[name].structure.order: name for name in reversed(ranked)}
-    shown = {best[n]: fits[best[n]] for n in sorted(best)}
+    by_order = {fits[name].structure.order: name for name in reversed(ranked)}
+    shown = {by_order[n]: fits[by_order[n]] for n in sorted(by_order)}
     smallest = min(scores[name] for name in shown)
-    recommended, names = "", list(shown)
+    best, names = "", list(shown)
     if trusted & set(names):
         choice = Choice(
             fits=tuple(shown.values()),
@@ -207,7 +195,7 @@ def identify_frequency_response(
             basis="of the relative error",
         )
         place, reason = choice.pick({i for i, name in enumerate(names) if name not in trusted})
-        recommended = names[place]
+        best = names[place]
     else:
         why = "; ".join(f"{name}: {fit.sentence}" for name, fit in shown.items())
         reason = f"no model can be trusted ({why})"
@@ -218,7 +206,7 @@ def identify_frequency_response(
         models=shown,
         aicc={name: scores[name] - smallest for name in shown},
         skipped=skipped,
-        recommended=recommended,
+        best=best,
         reason=reason,
         notes=notes,
         seconds=time.perf_counter() - began,

@@ -113,23 +113,14 @@ def _chain(constants: Any, integrators: int) -> Any:
 @_compiled
 def _exponential(matrix: Any) -> Any:
     """Exponential of a few by few matrix, by Taylor series, scaling and squaring."""
-    size = matrix.shape[0]
-    norm = 0.0
-    for i in range(size):
-        row = 0.0
-        for j in range(size):
-            row += abs(matrix[i, j])
-        norm = max(norm, row)
+    norm = np.max(np.sum(np.abs(matrix), axis=1))
     squarings = max(0, int(np.ceil(np.log2(max(2.0 * norm, 1.0)))))
     small = matrix / 2.0**squarings
     # Horner's scheme; with a norm of at most 1/2, 15 terms leave less than the rounding error.
-    result = np.zeros_like(matrix)
-    for i in range(size):
-        result[i, i] = 1.0
+    identity = np.eye(matrix.shape[0]).astype(matrix.dtype)
+    result = identity
     for k in range(_TERMS, 0, -1):
-        result = _product(small, result) / k
-        for i in range(size):
-            result[i, i] += 1.0
+        result = _product(small, result) / k + identity
     for _ in range(squarings):
         result = _product(result, result)
     return result
@@ -137,12 +128,11 @@ def _exponential(matrix: Any) -> Any:
 
 @_compiled
 def _product(left: Any, right: Any) -> Any:
-    """Product of two small square matrices, without BLAS."""
-    size = left.shape[0]
-    result = np.zeros_like(left)
-    for i in range(size):
-        for k in range(size):
-            for j in range(size):
+    """Product of two small matrices, without BLAS."""
+    result = np.zeros((left.shape[0], right.shape[1]), dtype=left.dtype)
+    for i in range(left.shape[0]):
+        for k in range(right.shape[0]):
+            for j in range(right.shape[1]):
                 result[i, j] += left[i, k] * right[k, j]
     return result
 
@@ -168,10 +158,8 @@ def _differentiated(chain: Any, entry: Any, count: int) -> Any:
     else:
         direct[0] = 1.0
     for k in range(1, count):
-        for i in range(n):
-            direct[k] += rows[k - 1, i] * entry[i]
-            for j in range(n):
-                rows[k, j] += rows[k - 1, i] * chain[i, j]
+        direct[k] = np.sum(rows[k - 1] * entry)
+        rows[k : k + 1] = _product(rows[k - 1 : k], chain)
     return rows, direct
 
 
@@ -198,17 +186,15 @@ def _derivatives(
     n, samples = entry.size, now.size
     before, after = _piece(chain, entry, pieces[0]), _piece(chain, entry, pieces[1])
     rows, direct = _differentiated(chain, entry, count)
-    step = _product(after[:n, :n], before[:n, :n])
+    step, early = (
+        _product(after[:n, :n], before[:n, :n]),
+        _product(after[:n, :n], before[:n, n:]),
+    )
     result = np.zeros((samples, count))
     largest = 0.0
     state, following = np.zeros(n, dtype=chain.dtype), np.zeros(n, dtype=chain.dtype)
     if kicked:
         state[:] = entry
-    early = np.zeros((n, 2), dtype=chain.dtype)
-    for i in range(n):
-        for j in range(n):
-            early[i, 0] += after[i, j] * before[j, n]
-            early[i, 1] += after[i, j] * before[j, n + 1]
     for k in range(samples):
         for c in range(count):
             value = direct[c] * given[k]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -11,19 +12,18 @@ import numpy as np
 from pamsim.core.computation import Progress, Steps
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.identification.choose import Choice, by_free_run, by_likelihood
+from pamsim.identification.choose import Candidate, Choice, by_free_run, by_likelihood
 from pamsim.identification.continuous import STARTS, ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import FitStatus, IdentifiedModel
-from pamsim.identification.recommendation import Candidate
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import (
     residual_independence,
     residual_nonlinearity,
 )
 from pamsim.identification.structure_scan import RoughFit, scan_structures
-from pamsim.identification.structure_uncertainty import spanning_structures
+from pamsim.inference.estimate import Interval
 
 DEAD_TIMES = ("auto", "none", "free")
 POLES = ("auto", "real", "any")
@@ -43,7 +43,8 @@ class ModelSet:
     An order of None chooses the structure by a scan and fits first and second order beside it.
 
     Raises:
-        InputError: for an unknown word, or zeros or integrators without an order.
+        InputError: for an unknown word, discrete orders that are not three, or zeros or integrators
+            without an order.
     """
 
     order: int | None = None
@@ -63,6 +64,9 @@ class ModelSet:
         ):
             if word not in known:
                 raise InputError(f"`{argument}` {word!r} is not known; {nearest(word, known)}")
+        for argument, orders in (("arx", self.arx), ("oe", self.oe)):
+            if orders is not None and len(orders) != 3:
+                raise InputError(f"`{argument}` = {orders}: give three whole numbers, as (2, 2, 1)")
         for argument, count in (("zeros", self.zeros), ("integrators", self.integrators)):
             if count and self.order is None:
                 raise InputError(f"`{argument}` needs `order`: that of the model that has them")
@@ -73,11 +77,12 @@ class ModelSet:
         return {"auto": (False, True), "none": (False,), "free": (True,)}[self.dead_time]
 
 
-@dataclass(kw_only=True)
+@dataclass
 class FittedModels:
     """All models of one identification: fits one after another and keeps what came of it.
 
     Attributes:
+        asked: which models to fit.
         records: the trials they are fitted to.
         held_out: trials that are simulated only.
         steps: of the progress.
@@ -88,6 +93,7 @@ class FittedModels:
         why: the reason of that.
     """
 
+    asked: ModelSet
     records: Sequence[SignalRecord]
     held_out: Sequence[SignalRecord]
     steps: Steps
@@ -112,10 +118,9 @@ class FittedModels:
         except InputError as error:
             self.skipped[name] = str(error)
             return None
-        try:
+        independence = None
+        with suppress(InputError):  # too few samples for the test
             independence = residual_independence(fit, self.records)
-        except InputError:
-            independence = None
         self.fitted[name] = Candidate(name=name, fit=fit, independence=independence)
         return fit
 
@@ -143,6 +148,82 @@ class FittedModels:
         orders = (na, nb, nk) if kind == "arx" else (nb, na, nk)
         return self.attempt("_".join(map(str, (kind, *orders))), found)
 
+    def choose(self, fits: Sequence[RoughFit]) -> None:
+        """Choose a structure of a scan; its intervals then span those that are not rejected.
+
+        By likelihood, if that leads to a model whose residuals are noise; else, and where trials
+        are held out to judge, by free runs.
+        """
+        trusted = False
+        if not self.held_out:
+            self._take(by_likelihood(fits, self.records))
+            trusted = bool(self.chosen) and self._leaves_noise(self.fitted[self.chosen])
+        if not trusted:
+            self._take(by_free_run(fits, self.records, self.held_out))
+        if self.chosen and self.choice is not None:
+            candidate = self.fitted[self.chosen]
+            wider = spanning_structures(candidate.fit, self.choice, self.records)
+            self.fitted[self.chosen] = replace(candidate, fit=wider)
+
+    def _take(self, choice: Choice[RoughFit]) -> None:
+        self.choice = choice
+        self.chosen, self.why = self._best_determined(choice)
+
+    def _leaves_noise(self, candidate: Candidate) -> bool:
+        """Whether the data determine a model, and neither input nor nonlinearity its residuals.
+
+        The level is far below that of the tests that a recommendation has to pass: one right model
+        in twenty fails these by chance, and is still the right one.
+        """
+        tested = candidate.independence
+        if candidate.fit.status is not FitStatus.CONVERGED:
+            return False
+        if tested is not None and tested.p_value < _NOISE:
+            return False
+        try:
+            return residual_nonlinearity(candidate.fit, self.records).p_value >= _NOISE
+        except InputError:
+            return True
+
+    def _best_determined(self, choice: Choice[RoughFit]) -> tuple[str, str]:
+        """The structure to use and the reason: what the data do not determine does not count.
+
+        Unless all that they determine is materially worse: then the first choice remains, if it is
+        not one whose poles or dead time imitate what the data do not show.
+        """
+        # What was not asked for, by dead time or complex poles.
+        without = {
+            i
+            for i, fit in enumerate(choice.fits)
+            if fit.structure.dead_time not in self.asked.delays
+            or (self.asked.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
+        }
+        refuted = set(without)
+        first = "", ""
+        for _ in range(_TRIED):
+            if len(without) == len(choice.fits):
+                break
+            place, why = choice.pick(without)
+            if first[0] and choice.materially_worse(place, refuted):
+                break
+            rough = choice.fits[place].structure
+            names: list[str] = []
+            for structure, start in _forms(choice.fits[place]):
+                fit = self.continuous(structure, [start])
+                names += [] if fit is None else [_name(structure)]
+                if fit is not None and fit.status is FitStatus.CONVERGED:
+                    return names[-1], why
+            others = list(enumerate(fit.structure for fit in choice.fits))
+            larger = {i for i, other in others if i == place or _larger(other, rough)}
+            if rough.integrators:  # the data do not show them: what they gain is a drift's
+                larger |= {i for i, other in others if other.integrators >= rough.integrators}
+            if rough.integrators or any(self.fitted[name].fit.refuted for name in names):
+                refuted |= larger
+            elif names and not first[0]:
+                first = names[0], why
+            without |= larger
+        return first
+
 
 def fit_models(
     records: Sequence[SignalRecord],
@@ -162,18 +243,8 @@ def fit_models(
         if models.arx is not None or models.oe is not None:
             raise InputError("`arx` and `oe` are models of one input; omit them, or give one input")
         arx_orders = oe_orders = ()
-    orders = (1, 2) if models.order is None else (models.order,)
-    structures = [(order, delay) for order in orders for delay in models.delays]
-    total = len(structures) + len(arx_orders) + len(oe_orders)
-    total += _SCANNED if models.order is None else 0
-    fitting = FittedModels(records=records, held_out=held_out, steps=Steps(progress, total))
-    fits: list[RoughFit] = []
-    if models.order is None:
-        fits = scan_structures(
-            records, start=models.start, report=lambda each: fitting.steps.begin(each.sentence)
-        )
-    for order, delay in structures:
-        structure = ContinuousStructure(
+    structures = [
+        ContinuousStructure(
             order=order,
             zeros=models.zeros,
             dead_time=delay,
@@ -182,15 +253,26 @@ def fit_models(
             integrators=models.integrators,
             inputs=inputs,
         )
+        for order in ((1, 2) if models.order is None else (models.order,))
+        for delay in models.delays
+    ]
+    total = len(structures) + len(arx_orders) + len(oe_orders)
+    total += _SCANNED if models.order is None else 0
+    fitting = FittedModels(models, records, held_out, Steps(progress, total))
+    fits: list[RoughFit] = []
+    if models.order is None:
+        fits = scan_structures(
+            records, start=models.start, report=lambda each: fitting.steps.begin(each.sentence)
+        )
+    for structure in structures:
         fit = fitting.continuous(structure, _starts(structure, fits))
         if structure.real_lags and models.poles == "auto" and _merged(fit):
-            structure = replace(structure, real_lags=False)
-            fitting.continuous(structure, _starts(structure, fits))
+            pairs = replace(structure, real_lags=False)
+            fitting.continuous(pairs, _starts(pairs, fits))
     if not fitting.fitted:
         raise InputError(next(iter(fitting.skipped.values())))
     if models.order is None:
-        _choose(fits, fitting, models)
-        _span_not_rejected(fitting)
+        fitting.choose(fits)
     for na, nb, nk in arx_orders:
         # A single step may not separate one b from the next.
         for b in (nb,) if models.arx is not None else range(nb, 0, -1):
@@ -203,110 +285,27 @@ def fit_models(
 
 def _starts(structure: ContinuousStructure, fits: Sequence[RoughFit]) -> list[FloatArray]:
     """Where the scan found as many poles and zeros, and the dead time; none where it did not."""
-    starts: list[FloatArray] = []
-    for fit in fits:
-        same = replace(structure, real_lags=False, drift=fit.structure.drift)
-        constants, after = fit.structure.constants(fit.x), fit.x[fit.structure.order :]
-        if fit.structure != same:
-            continue
-        if structure.order < 2 or not structure.real_lags:
-            starts.append(fit.x)
-        else:  # lags in the place of oscillations; apart, since the cost has a saddle where equal
-            apart = np.linspace(-_APART, _APART, constants.size)
-            starts.append(np.append(np.sort(np.log(np.abs(constants))) + apart, after))
-    return starts
+    same = replace(structure, real_lags=False)
+    found = [fit for fit in fits if replace(fit.structure, drift=False) == same]
+    # Apart, since the cost has a saddle where time constants are equal.
+    return [
+        fit.x if structure.pairs or structure.order < 2 else _lags(fit, _APART) for fit in found
+    ]
 
 
-def _choose(fits: Sequence[RoughFit], fitting: FittedModels, models: ModelSet) -> None:
-    """Choose a structure of the scan.
-
-    By likelihood, if that leads to a model whose residuals are noise; else, and where trials are
-    held out to judge, by free runs.
-    """
-    records, held_out = fitting.records, fitting.held_out
-    if not held_out:
-        fitting.choice = by_likelihood(fits, records)
-        fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
-        if fitting.chosen and _leaves_noise(fitting.fitted[fitting.chosen], records):
-            return
-    fitting.choice = by_free_run(fits, records, held_out)
-    fitting.chosen, fitting.why = _best_determined(fitting.choice, fitting, models)
-
-
-def _span_not_rejected(fitting: FittedModels) -> None:
-    candidate = fitting.fitted.get(fitting.chosen)
-    if candidate is not None and fitting.choice is not None:
-        wider = spanning_structures(candidate.fit, fitting.choice, fitting.records)
-        fitting.fitted[fitting.chosen] = replace(candidate, fit=wider)
-
-
-def _leaves_noise(candidate: Candidate, records: Sequence[SignalRecord]) -> bool:
-    """Whether the data determine a model, and neither the input nor a nonlinearity its residuals.
-
-    The level is far below that of the tests that a recommendation has to pass: one right model in
-    twenty fails these by chance, and is still the right one.
-    """
-    tested = candidate.independence
-    if candidate.fit.status is not FitStatus.CONVERGED:
-        return False
-    if tested is not None and tested.p_value < _NOISE:
-        return False
-    try:
-        return residual_nonlinearity(candidate.fit, records).p_value >= _NOISE
-    except InputError:
-        return True
-
-
-def _best_determined(
-    choice: Choice[RoughFit], fitting: FittedModels, models: ModelSet
-) -> tuple[str, str]:
-    """The structure to use and the reason: what the data do not determine does not count.
-
-    Unless all that they determine is materially worse: then the first choice remains, if it is not
-    one whose poles or dead time imitate what the data do not show.
-    """
-    # What was not asked for, by dead time or complex poles.
-    without = {
-        i
-        for i, fit in enumerate(choice.fits)
-        if fit.structure.dead_time not in models.delays
-        or (models.poles == "real" and np.iscomplexobj(fit.structure.constants(fit.x)))
-    }
-    refuted = set(without)
-    first = "", ""
-    for _ in range(_TRIED):
-        if len(without) == len(choice.fits):
-            break
-        place, why = choice.pick(without)
-        if first[0] and choice.materially_worse(place, refuted):
-            break
-        rough = choice.fits[place].structure
-        names: list[str] = []
-        for structure, start in _forms(choice.fits[place]):
-            fit = fitting.continuous(structure, [start])
-            names += [] if fit is None else [_name(structure)]
-            if fit is not None and fit.status is FitStatus.CONVERGED:
-                return names[-1], why
-        others = list(enumerate(fit.structure for fit in choice.fits))
-        larger = {i for i, other in others if i == place or _larger(other, rough)}
-        if rough.integrators:  # the data do not show them: what they gain is a drift's
-            larger |= {i for i, other in others if other.integrators >= rough.integrators}
-        if rough.integrators or any(fitting.fitted[name].fit.refuted for name in names):
-            refuted |= larger
-        elif names and not first[0]:
-            first = names[0], why
-        without |= larger
-    return first
+def _lags(rough: RoughFit, apart: float = 0.0) -> FloatArray:
+    """Start of a search with real poles in the place of a rough fit's, moved apart."""
+    order = rough.structure.order
+    logs = np.log(np.sort(np.abs(rough.structure.constants(rough.x))))
+    return np.append(logs + np.linspace(-apart, apart, order), rough.x[order:])
 
 
 def _forms(rough: RoughFit) -> list[tuple[ContinuousStructure, FloatArray]]:
     """The structure with any poles and where its search begins; before it with real ones."""
-    constants, after = rough.structure.constants(rough.x), rough.x[rough.structure.order :]
     forms = [(rough.structure, rough.x)]
-    if not np.iscomplexobj(constants):
+    if not np.iscomplexobj(rough.structure.constants(rough.x)):
         # Time constants read better than the frequency and damping of two lags.
-        real = replace(rough.structure, real_lags=True)
-        forms.insert(0, (real, np.append(np.log(np.sort(constants)), after)))
+        forms.insert(0, (replace(rough.structure, real_lags=True), _lags(rough)))
     return forms
 
 
@@ -329,17 +328,89 @@ def _merged(fit: IdentifiedModel | None) -> bool:
 
 
 def _name(structure: ContinuousStructure) -> str:
-    poles = {0: "gain", 1: "first_order", 2: "second_order"}.get(
-        structure.order, f"order_{structure.order}"
-    )
-    real = structure.order < 2 or structure.real_lags
-    parts = [poles]
+    poles = {0: "gain", 1: "first_order", 2: "second_order"}
     zeros = structure.zeros_each or (structure.zeros,)
-    parts += [f"zeros_{'_'.join(map(str, zeros))}"] if structure.zeros else []
-    parts += [] if real else ["any_poles"]
-    parts += [("", "integrator", "two_integrators")[structure.integrators]]
-    parts += ["dead_time"] if structure.dead_time else []
-    if structure.undelayed:
-        parts.append(f"of_{'_'.join(str(i + 1) for i in structure.delayed)}")
-    parts += ["drift"] if structure.drift else []
-    return "_".join(part for part in parts if part)
+    parts = {
+        poles.get(structure.order, f"order_{structure.order}"): True,
+        f"zeros_{'_'.join(map(str, zeros))}": structure.zeros > 0,
+        "any_poles": structure.pairs > 0,
+        "integrator": structure.integrators == 1,
+        "two_integrators": structure.integrators == 2,
+        "dead_time": structure.dead_time,
+        f"of_{'_'.join(str(i + 1) for i in structure.delayed)}": bool(structure.undelayed),
+        "drift": structure.drift,
+    }
+    return "_".join(part for part, has in parts.items() if has)
+
+
+def spanning_structures(
+    fit: IdentifiedModel, choice: Choice[RoughFit], records: Sequence[SignalRecord]
+) -> IdentifiedModel:
+    """The chosen fit, its gains' and dead times' intervals as wide as the choice leaves them.
+
+    With another number of poles or zeros, or with a drift, a gain or dead time still means the
+    same, and its interval of the chosen structure alone is too narrow: a fast pole that noise hides
+    delays the output as a dead time does. What the data do not determine in a structure does not
+    count.
+
+    Of the structures that are not rejected, with as many integrators, those are fitted whose rough
+    gain or dead time lies outside its interval.
+    """
+    same = replace(fit.structure, real_lags=False)
+    place = next((i for i, one in enumerate(choice.fits) if one.structure == same), None)
+    if place is None:
+        return fit
+    sides = {e.name: e.interval95 for e in fit.estimates if e.name[0] in "KL" and e.interval95}
+    spanned = dict(sides)
+    for other in choice.not_rejected(place):
+        if other.structure.integrators != fit.structure.integrators:
+            continue
+        rough = _gains_and_delays(other)
+        if all(low <= rough[name] <= high for name, (low, high) in sides.items()):
+            continue
+        found = _determined(other, records)
+        found |= {name: (0.0, 0.0) for name in sides if name[0] == "L" and rough[name] == 0.0}
+        for name in sides.keys() & found.keys():
+            (low, high), (least, most) = spanned[name], found[name]
+            spanned[name] = min(low, least), max(high, most)
+    if spanned == sides:
+        return fit
+    return replace(
+        fit,
+        estimates=tuple(
+            replace(one, interval95=spanned.get(one.name, one.interval95)) for one in fit.estimates
+        ),
+        sentence=f"{fit.sentence}; intervals of gains and dead times span other structures that the"
+        " records do not reject",
+    )
+
+
+def _gains_and_delays(rough: RoughFit) -> dict[str, float]:
+    """Gains and dead times of a rough fit, by the names of estimates; 0 of none."""
+    structure, at = rough.structure, rough.coordinates
+    values = {"K": structure.static_gains(at), "L": structure.delays(at)}
+    return {
+        name + mark: float(value)
+        for name, each in values.items()
+        for mark, value in zip(structure.marks, each, strict=True)
+    }
+
+
+def _determined(rough: RoughFit, records: Sequence[SignalRecord]) -> dict[str, Interval]:
+    """Intervals of gains that cannot be 0, and values of dead times, of a structure fitted well.
+
+    Beside zeros the intervals of dead times may have no end.
+    """
+    try:
+        fit = fit_model(records, rough.structure, starts=[rough.x])
+    except InputError:
+        return {}
+    if fit.status is not FitStatus.CONVERGED:
+        return {}
+    found: dict[str, Interval] = {}
+    for one in fit.estimates:
+        if one.name[0] == "L":
+            found[one.name] = one.value, one.value
+        elif one.name[0] == "K" and one.interval95 and one.interval95[0] * one.interval95[1] > 0.0:
+            found[one.name] = one.interval95
+    return found

@@ -34,7 +34,6 @@ class Optimum:
         covariance: shape ``(k, k)``; None if the data do not determine them.
         quantile: half width of a 95 % interval in standard errors.
         settled: whether the optimiser stopped because it had converged.
-        evaluations: of the model over all starts; 0 for a closed form.
         noise: of the residuals.
         weighted: whether the estimates minimise the whitened error; otherwise they minimise the
             plain error, and only the intervals use the noise model.
@@ -45,7 +44,6 @@ class Optimum:
     covariance: FloatArray | None
     quantile: float
     settled: bool
-    evaluations: int
     noise: TrialNoise
     weighted: bool = False
     disagreement: float | None = None
@@ -60,14 +58,17 @@ class Optimum:
         return np.eye(self.coordinates.size)[i]
 
     def ratio(self, i: int, j: int) -> tuple[float, FloatArray]:
-        """Return coordinate i over coordinate j, and its gradient."""
-        below = float(self.coordinates[j])
+        """Return coordinate i over coordinate j, and its gradient; both NaN where j is 0."""
+        below = float(self.coordinates[j]) or np.nan
         value = float(self.coordinates[i]) / below
         return value, (self.unit(i) - value * self.unit(j)) / below
 
     def half_width(self, gradient: FloatArray) -> float | None:
-        """Return the half width of the 95 % interval of a function with this gradient."""
-        if self.covariance is None:
+        """Return the half width of the 95 % interval of a function with this gradient.
+
+        None without a covariance, or of a gradient that does not exist.
+        """
+        if self.covariance is None or not np.all(np.isfinite(gradient)):
             return None
         variance = float(gradient @ self.covariance @ gradient)
         return self.quantile * float(np.sqrt(max(variance, 0.0)))

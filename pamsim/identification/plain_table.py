@@ -84,7 +84,8 @@ def plain_trials(
         unused = [clock]
         notes += [note] if note else []
     # What numbers the rows is no signal.
-    unused += [name for name in table.cells if _NUMBERS.fullmatch(name) and _counts(table, name)]
+    numbering = filter(_NUMBERS.fullmatch, table.cells)
+    unused += [name for name in numbering if np.all(_steps(table, name) == 1.0)]
     columns: dict[str, FloatArray] = {}
     unreadable: dict[str, str] = {}
     for name in (name for name in table.cells if name not in unused):
@@ -144,10 +145,15 @@ def _clock_unit(table: Columns, name: str) -> str:
 
 
 def _runs(table: Columns, name: str) -> bool:
+    return bool(np.all(_steps(table, name) > 0.0))
+
+
+def _steps(table: Columns, name: str) -> FloatArray:
+    """From each row of a column to the next, in its unit or in seconds; NaN if it is no clock."""
     try:
-        return bool(np.all(np.diff(_numbers_or_dates(table, name)) > 0.0))
+        return np.diff(_numbers_or_dates(table, name))
     except InputError:
-        return False
+        return np.array([np.nan])
 
 
 def _the_clock(table: Columns, clocks: list[str], time: str | None) -> str:
@@ -244,13 +250,6 @@ def _last_place(cell: str) -> float:
     """Unit in the last place of a number as it is written; 0 of what is no decimal number."""
     match = _DECIMAL.fullmatch(cell)
     return 10.0 ** (int(match[2] or 0) - len(match[1])) if match else 0.0
-
-
-def _counts(table: Columns, name: str) -> bool:
-    try:
-        return bool(np.all(np.diff(table.numbers(name)) == 1.0))
-    except InputError:
-        return False
 
 
 def _unit(name: str, stated: str) -> Unit:

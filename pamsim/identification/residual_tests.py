@@ -38,6 +38,7 @@ _DEPENDENT = 1e-10  # a direction of the fit weaker than this, relative, is roun
 _ROUNDING = 1e-5  # percent points below 100
 _NONLINEAR = 0.01  # p-value below which powers of input and output explain part of them
 _POWERS = (2, 3)  # the first two terms of a weak nonlinearity
+_LAGS = 20  # of each input: some in every decade from a sample to the longest
 _SETTLED = 3.0  # slowest time constants that the lags reach back
 
 
@@ -76,9 +77,7 @@ class Independence(RegressorTest):
     sentence: str
 
 
-def residual_independence(
-    fit: IdentifiedModel, records: Sequence[SignalRecord], *, lags: int = 20
-) -> Independence:
+def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> Independence:
     """Test whether past inputs explain part of the residuals.
 
     The lags are spread evenly in the logarithm from one sample to three of the model's slowest time
@@ -89,20 +88,17 @@ def residual_independence(
     Args:
         fit: a model fitted to general inputs.
         records: the trials it was fitted to.
-        lags: how many lagged inputs enter, >= 1.
 
     Returns:
         The test over all lags.
 
     Raises:
-        InputError: no lags, or other trials than those fitted.
+        InputError: for other trials than those fitted, or too few samples.
 
     Source: score test of added regressors (Breusch and Godfrey's principle) on lagged inputs; for
     white residuals it is the correlation test of Ljung (System Identification, 2nd ed., 16.6) with
     the covariance of estimated parameters.
     """
-    if lags < 1:
-        raise InputError(f"lags = {lags}; give at least 1")
     trials = checked_records(records)
     if sorted(r.name for r in trials) != sorted(score.name for score in fit.trials):
         raise InputError("residual independence is tested on the fitted trials; give exactly those")
@@ -111,18 +107,21 @@ def residual_independence(
     most = 0.25 * min(record.duration for record in trials)
     longest = float(np.clip(reach, 2.0 * max(record.sample_time for record in trials), most))
     if 100.0 - fit.fit_percent < _ROUNDING:
-        sentence = "the model reproduces the records to rounding: nothing is left to explain"
-        nothing = RegressorTest(statistic=0.0, degrees_of_freedom=(0, 0), p_value=1.0)
         return Independence(
-            **vars(nothing), longest_lag=longest, independent=True, sentence=sentence
+            statistic=0.0,
+            degrees_of_freedom=(0, 0),
+            p_value=1.0,
+            longest_lag=longest,
+            independent=True,
+            sentence="the model reproduces the records to rounding: nothing is left to explain",
         )
-    spread = np.geomspace(min(r.sample_time for r in trials), longest, lags)
+    spread = np.geomspace(min(r.sample_time for r in trials), longest, _LAGS)
     added: list[FloatArray] = []
     for record in trials:
         given = record.inputs - record.inputs[0]
         steps = np.unique(np.maximum(np.round(spread / record.sample_time).astype(int), 1))
         # As many columns of every trial.
-        steps = np.pad(steps, (1, lags - steps.size), constant_values=(0, steps[-1]))
+        steps = np.pad(steps, (1, _LAGS - steps.size), constant_values=(0, steps[-1]))
         rest = np.zeros_like(given)
         added.append(np.hstack([np.vstack([rest[:k], given[: len(given) - k]]) for k in steps]))
     residual, columns, freedom = _unexplained(fit, trials, added)
@@ -143,13 +142,6 @@ def residual_independence(
     return Independence(
         **vars(test), longest_lag=longest, independent=independent, sentence=sentence
     )
-
-
-def added_regressors(
-    fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
-) -> RegressorTest:
-    """Test whether regressors, shape ``(N_i, k)`` of each fitted trial, explain the residuals."""
-    return _explains(*_unexplained(fit, records, added))
 
 
 def _unexplained(
@@ -206,7 +198,8 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
     """
     moves = np.any([np.ptp(record.inputs, axis=0) > 0.0 for record in records], axis=0)
     moving = np.flatnonzero(moves).tolist()
-    return added_regressors(fit, records, [_powers(fit, record, moving) for record in records])
+    added = [_powers(fit, record, moving) for record in records]
+    return _explains(*_unexplained(fit, records, added))
 
 
 def _powers(fit: IdentifiedModel, record: SignalRecord, moving: Sequence[int]) -> FloatArray:

@@ -1,9 +1,10 @@
-"""The result of ``identify``, in the units of screens and files: kPa, deg, s."""
+"""The results of ``identify``, in the units of screens and files: kPa, deg, s."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,29 +12,68 @@ from typing import Any
 import numpy as np
 
 from pamsim.core.computation import versions
-from pamsim.core.encoding import to_dict, write_json
+from pamsim.core.encoding import fields_to_dict, to_dict, write_json
 from pamsim.core.errors import InputError
 from pamsim.core.files import complete_file
-from pamsim.core.units import PA_PER_KPA
-from pamsim.identification.choose import AICC, LIKELIHOOD, Choice
+from pamsim.core.units import PA_PER_KPA, FloatArray
+from pamsim.identification.choose import AICC, LIKELIHOOD, Candidate, Choice, Recommendation
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.curves import Curves, TrialCurve, curves_of, trial_curve
+from pamsim.identification.curves import (
+    Curves,
+    TrialCurve,
+    frequency_response,
+    step_response_band,
+)
 from pamsim.identification.data import IdentifyData, Source, load_data
 from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.local_models import Dependence, LocalModelMap
 from pamsim.identification.model import IdentifiedModel, TrialScore
-from pamsim.identification.recommendation import Candidate, Recommendation
+from pamsim.identification.records import SignalRecord
 from pamsim.identification.signals import Signal, UsedTrial, signal, used_trial
 from pamsim.identification.structure_scan import RoughFit
-from pamsim.identification.summary import summary_lines
 from pamsim.inference.estimate import Estimate
 from pamsim.recordings.trial import TrialSet
 
 SCHEMA = "pamsim-identify/4"
+_POINTS = 300  # of a curve: as many as a figure shows
+_STEP_LENGTH = 6.0  # slowest time constants that a step response is drawn for
+_BELOW, _ABOVE = 0.03, 30.0  # corner frequencies, between which a Bode plot is drawn
+
+
+class IdentificationResult:
+    """What the results from trials and from a frequency response have in common."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the curves, JSON-safe."""
+
+    @abstractmethod
+    def save_curves(self, folder: str | Path) -> Path:
+        """Write ``curves.csv`` into a folder."""
+
+    def summary(self) -> str:
+        """Every model with its numbers, and which to use: some lines of text."""
+        return "\n".join(summary_lines(self.to_dict()))
+
+    def save(self, folder: str | Path) -> list[Path]:
+        """Write ``identify.json`` and ``curves.csv``: what was measured, with the shown model.
+
+        Args:
+            folder: created if need be; files of the same names are replaced.
+
+        Returns:
+            The files written.
+
+        Raises:
+            InputError: if the place cannot be written.
+        """
+        result = Path(folder) / "identify.json"
+        write_json(result, self.to_dict())
+        return [result, self.save_curves(folder)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Identification:
+class Identification(IdentificationResult):
     """Linear models of inputs and one output.
 
     Attributes:
@@ -96,7 +136,37 @@ class Identification:
 
     def curves(self) -> Curves:
         """Signals, residuals and responses of the shown model, for figures."""
-        return curves_of(self.shown.fit, self.used, self.held_out, self.inputs, self.output)
+        fit, both = self.shown.fit, (*self.used, *self.held_out)
+        rates = np.abs(np.array([pole for pole in fit.poles if pole != 0.0]))
+        if rates.size == 0:  # a gain, or integrators alone
+            rates = np.array([1.0 / max(trial.record.duration for trial in self.used)])
+        slow, fast = float(np.min(rates)), float(np.max(rates))
+        nyquist = float(np.pi / min(trial.record.sample_time for trial in self.used))
+        latest = max(channel.dead_time for channel in fit.channels)
+        times = np.linspace(0.0, _STEP_LENGTH / slow + latest, _POINTS)
+        high = max(min(_ABOVE * fast, nyquist), 10.0 * slow)
+        frequencies = np.geomspace(_BELOW * slow, high, _POINTS)
+        channels = list(zip(fit.channels, map(self._gain, self.inputs), strict=True))
+        return Curves(
+            trials=tuple(
+                self._curve(one.record, fit.simulate(one.record), one in self.held_out)
+                for one in both
+            ),
+            steps=tuple(step_response_band(one, times, gain) for one, gain in channels),
+            bodes=tuple(frequency_response(one, frequencies, gain) for one, gain in channels),
+            nyquist=nyquist,
+        )
+
+    def _curve(self, record: SignalRecord, run: FloatArray, held_out: bool) -> TrialCurve:
+        """A record with a run of a model, both in SI, in the columns' units."""
+        return TrialCurve(
+            name=record.name,
+            held_out=held_out,
+            time=record.time,
+            inputs=record.inputs / [into.factor for into in self.inputs],
+            output=record.output / self.output.factor,
+            model=run / self.output.factor,
+        )
 
     def predict(
         self,
@@ -137,30 +207,7 @@ class Identification:
             used_trial(table, self.inputs, self.output, held_out=True)[0].record for table in tables
         ]
         fit = self.shown.fit
-        return tuple(
-            trial_curve(record, fit.predict(record), self.inputs, self.output, held_out=True)
-            for record in records
-        )
-
-    def summary(self) -> str:
-        """Every model with its numbers, and which to use: some lines of text."""
-        return "\n".join(summary_lines(self.to_dict()))
-
-    def save(self, folder: str | Path) -> list[Path]:
-        """Write ``identify.json`` and ``curves.csv``: every trial with the shown model's run.
-
-        Args:
-            folder: created if need be; files of the same names are replaced.
-
-        Returns:
-            The files written.
-
-        Raises:
-            InputError: if the place cannot be written.
-        """
-        result = Path(folder) / "identify.json"
-        write_json(result, self.to_dict())
-        return [result, self.save_curves(folder)]
+        return tuple(self._curve(one, fit.predict(one), held_out=True) for one in records)
 
     def save_curves(self, folder: str | Path) -> Path:
         """Write ``curves.csv`` into a folder: every trial with the shown model's run.
@@ -175,13 +222,10 @@ class Identification:
         numbers = map(str, range(1, len(given) + 1)) if len(given) > 1 else [""]
         names = [f"input{number}{unit}" for number, unit in zip(numbers, given, strict=True)]
         names = ["trial", "time_s", *names, f"output{out}", f"model{out}"]
-        rows = (
-            [trial.name, *row]
-            for trial in self.curves().trials
-            for row in np.column_stack(
-                [trial.time, trial.inputs, trial.output, trial.model]
-            ).tolist()
-        )
+        rows: list[Sequence[Any]] = []
+        for one in self.curves().trials:
+            columns = np.column_stack([one.time, one.inputs, one.output, one.model])
+            rows += [[one.name, *row] for row in columns.tolist()]
         return write_curves(folder, names, rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -223,7 +267,6 @@ class Identification:
         rows = [
             {
                 "model": fit.structure.sentence,
-                "process": fit.structure.process or None,
                 "poles": fit.structure.order,
                 "zeros": sum(fit.structure.numerator_zeros),
                 "integrators": fit.structure.integrators,
@@ -268,25 +311,23 @@ class Identification:
         return into.factor / self.output.factor
 
     def _parameters(self, estimates: Sequence[Estimate]) -> dict[str, Any]:
-        """Name -> value, unit and interval; gains in the units of the columns."""
-        result: dict[str, Any] = {}
-        for estimate in estimates:
-            factor, shown = 1.0, estimate.unit
-            number = estimate.name.partition("[")[2].rstrip("]")
-            into = self.inputs[int(number) - 1 if number else 0]
-            si_gain = f"{self.output.si_unit}/{into.si_unit}"
-            # By its name, too: rad/s is the unit of wn, whatever the input is in. Of an integrating
-            # output "/s" follows.
-            if estimate.name[0] in "Kb" and estimate.unit.startswith(si_gain):
-                unit = self.output.unit if into.unit == "1" else f"{self.output.unit}/{into.unit}"
-                factor, shown = self._gain(into), unit + estimate.unit.removeprefix(si_gain)
-            elif estimate.name == "u0":
-                factor, shown = 1.0 / into.factor, into.unit
-            elif estimate.name == "r0":
-                rate = estimate.unit.removeprefix(self.output.si_unit)
-                factor, shown = 1.0 / self.output.factor, self.output.unit + rate
-            result[estimate.name] = parameter_entry(estimate, factor, shown)
-        return result
+        """Name -> value, unit and interval, in the units of the columns."""
+        return {one.name: self._parameter(one) for one in estimates}
+
+    def _parameter(self, one: Estimate) -> dict[str, Any]:
+        number, out = one.name.partition("[")[2].rstrip("]"), self.output
+        into = self.inputs[int(number or 1) - 1]
+        # By its name: rad/s is the unit of wn, whatever the input is in.
+        if one.name == "u0":
+            return parameter_entry(one, 1.0 / into.factor, into.unit)
+        if one.name == "r0":
+            rate = one.unit.removeprefix(out.si_unit)
+            return parameter_entry(one, 1.0 / out.factor, out.unit + rate)
+        if one.name[0] in "Kb":
+            unit = out.unit if into.unit == "1" else f"{out.unit}/{into.unit}"
+            rate = one.unit.removeprefix(f"{out.si_unit}/{into.si_unit}")  # if it integrates
+            return parameter_entry(one, self._gain(into), unit + rate)
+        return parameter_entry(one, 1.0, one.unit)
 
     def _scores(self, scores: Sequence[TrialScore]) -> list[TrialScore]:
         factor = self.output.factor
@@ -335,21 +376,13 @@ class Identification:
             unit, per = regressors[name]
             factor = per if item.logarithmic else per * scale
             trends[name] = {
+                **vars(trend),
                 "slope": trend.slope * factor,
                 "interval95": [end * factor for end in trend.interval95],
                 "per": unit,
-                "p_value": trend.p_value,
                 "span": trend.span / per,
             }
-        return {
-            "parameter": item.parameter,
-            "logarithmic": item.logarithmic,
-            "mean": item.mean * scale,
-            "points": item.points,
-            "heterogeneity_p_value": item.heterogeneity_p,
-            "trends": trends,
-            "sentence": item.sentence,
-        }
+        return fields_to_dict(replace(item, mean=item.mean * scale, trends=trends))
 
 
 def write_curves(
@@ -414,3 +447,83 @@ def _trial(trial: UsedTrial, role: str) -> dict[str, Any]:
         "sample_s": trial.record.sample_time,
         "duration_s": trial.record.duration,
     }
+
+
+def summary_lines(result: Mapping[str, Any]) -> Iterator[str]:
+    """Notes, every model with its numbers, operating points, and the recommended model."""
+    for note in result["notes"]:
+        yield f"note: {note}"
+    roles = [trial["role"] for trial in result["trials"]]
+    held_out = f", {roles.count('held_out')} held out" if "held_out" in roles else ""
+    yield (
+        f"{result['output']['expression']} from {inputs_in_words(result)}:"
+        f" {roles.count('fitted')} trial(s) fitted{held_out}"
+    )
+    for model in result["models"]:
+        recommended = model["name"] == result["recommended"]
+        yield from _model_lines(model, recommended, result["output"]["unit"])
+    for name, reason in result["skipped"].items():
+        yield f"not fitted: {name}: {reason}"
+    if result["local"] is not None:
+        yield f"{len(result['local']['models'])} operating points:"
+        for item in result["local"]["dependences"]:
+            yield f"  {item['sentence']}"
+    if result.get("missing") is None:
+        yield f"recommended: {result['recommended'] or 'none'}: {result['reason']}"
+    else:
+        yield f"not recommended: {result['missing']}"
+        yield f"best linear model: {result['best']}: {result['reason']}"
+
+
+def inputs_in_words(result: Mapping[str, Any]) -> str:
+    """The inputs; several with the numbers that their parameters carry: ``[1] u1, [2] u2``."""
+    names = [into["expression"] for into in result["inputs"]]
+    if len(names) == 1:
+        return names[0]
+    return ", ".join(f"[{i}] {name}" for i, name in enumerate(names, start=1))
+
+
+def _model_lines(model: Mapping[str, Any], recommended: bool, unit_output: str) -> Iterator[str]:
+    fit = f"fits {_number(model['fit_percent'], '.2f')} %"
+    if model["fit_percent_held_out"] is not None:
+        fit += f", held out {model['fit_percent_held_out']:.2f} %"
+    if model["fit_percent_one_step"] is not None:
+        fit += f", one step ahead {model['fit_percent_one_step']:.2f} %"
+    yield f"{'*' if recommended else ' '} {model['name']}: {fit}"
+    for name, item in model["parameters"].items():
+        if name[0] in "ab":  # coefficients of discrete models: in the JSON only
+            continue
+        if name[0] == "L" and item["value"] == 0.0 and item["interval95"] is not None:
+            end = item["interval95"][1]
+            below = f"none; below {_number(end, '.4g')} s"
+            leads = "none; the output leads the input, check the order of the rows"
+            yield f"    {name:5s}{leads if end == 0.0 else below}"
+            continue
+        unit = "" if item["unit"] in ("-", "1") else f" {item['unit']}"
+        line = f"    {name:5s}{_number(item['value'], '12.5g')}{unit}"
+        if item["interval95"] is not None:
+            low, high = (
+                "not bounded" if end is None else f"{end:.4g}" for end in item["interval95"]
+            )
+            line += f"  [{low}, {high}]"
+        yield line
+    drifts = [trial for trial in model.get("trials", ()) if trial["drift"] is not None]
+    if drifts:
+        over = ", ".join(f"{trial['drift']:+.3g} over {trial['name']}" for trial in drifts)
+        unit = "" if unit_output == "1" else f" [{unit_output}]"
+        yield f"    drift of the output{unit}: {over}"
+    poles = [pole for pole in model["poles_rad_per_s"] if pole is not None]
+    if poles:
+        yield f"    poles {', '.join(_complex(*pole) for pole in poles)} rad/s"
+    if model["status"] != "converged":
+        yield f"    {model['status'].replace('_', ' ')}: {model['sentence']}"
+    if model["independence"] is not None:
+        yield f"    {model['independence']['sentence']}"
+
+
+def _complex(real: float, imaginary: float) -> str:
+    return f"{real:.4g}" if imaginary == 0.0 else f"{real:.4g}{imaginary:+.4g}j"
+
+
+def _number(value: float | None, form: str) -> str:
+    return "none" if value is None else f"{value:{form}}"

@@ -18,7 +18,7 @@ import scipy.linalg
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
 from pamsim.identification.optimum import Optimum, central_differences
-from pamsim.inference.bounded_least_squares import bounded_least_squares, one_by_one
+from pamsim.inference.bounded_least_squares import bounded_least_squares
 from pamsim.inference.trial_noise import WHITE, TrialNoise
 
 _PIECE = 1024  # rows of which a triangular factor is found at once
@@ -26,6 +26,7 @@ _qr: Any = scipy.linalg.qr
 
 _FAR = 1e150  # whose square does not overflow
 _ROUGH, _ROUGH_STEPS = 1e-4, 20
+_FOLLOWED = 4  # of the starts, to the end of a search: most others lead to the same minimum
 _DEPENDENT = 1e-12  # singular value over the largest, below which columns are dependent
 _STEP = 1e-7  # of a difference, over the width of the bounds
 _FREE_STEP = 1.5e-8  # over the size of a coordinate without bounds, 1 at least
@@ -155,14 +156,6 @@ class Separable:
             known=known,
         )
 
-    def solved(self, x: FloatArray, noise: TrialNoise) -> tuple[FloatArray, FloatArray]:
-        """Return the best theta at x, shape ``(q,)``, and its residual, shape ``(N,)``.
-
-        Where the columns overflow, both are NaN.
-        """
-        part = self.linear_part(x, noise)
-        return part.theta, part.residual
-
     def jacobian(self, x: FloatArray, part: LinearPart) -> FloatArray:
         """Return the slope of the residual at x, shape ``(N, p)``, for a search.
 
@@ -192,7 +185,7 @@ class Separable:
         basis, slope = _orthonormal(np.concatenate(shared)), np.concatenate(jacobians)
         return basis @ (basis.T @ slope) - slope
 
-    def linear_part(self, x: FloatArray, noise: TrialNoise) -> LinearPart:
+    def linear_part(self, x: FloatArray, noise: TrialNoise = WHITE) -> LinearPart:
         """Return the best linear coefficients at x; NaN where the columns overflow."""
         with np.errstate(over="ignore", invalid="ignore"):
             blocks: list[FloatArray] = []
@@ -266,14 +259,12 @@ class Solution:
         theta: shape ``(q,)``.
         cost: sum of squares of the whitened residual.
         settled: whether the optimiser stopped because it had converged.
-        evaluations: of the model.
     """
 
     x: FloatArray
     theta: FloatArray
     cost: float
     settled: bool
-    evaluations: int
 
     @property
     def coordinates(self) -> FloatArray:
@@ -282,16 +273,13 @@ class Solution:
 
 
 def minimise(
-    problem: Separable, starts: Sequence[FloatArray], noise: TrialNoise = WHITE, refined: int = 4
+    problem: Separable, starts: Sequence[FloatArray], noise: TrialNoise = WHITE
 ) -> Solution:
-    """Search from the best few of the starts, the ``refined`` best of which are followed."""
-    evaluations = 0
+    """Search from the best few of the starts."""
     if len(starts) > 1:
         # Roughly first: most starts lead to the same minimum, and one end point of it is enough.
-        rough = _search(problem, starts, noise, tolerance=1e-4, steps=30, follow=refined)
-        starts, evaluations = [rough.x], rough.evaluations
-    best = _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=refined)
-    return replace(best, evaluations=evaluations + best.evaluations)
+        starts = [_search(problem, starts, noise, tolerance=1e-4, steps=30, follow=_FOLLOWED).x]
+    return _search(problem, starts, noise, tolerance=1e-11, steps=150, follow=_FOLLOWED)
 
 
 def rough_minimum(problem: Separable, starts: Sequence[FloatArray]) -> Solution:
@@ -322,7 +310,7 @@ def _search(
         return problem.jacobian(x, problem.linear_part(x, noise))
 
     found = bounded_least_squares(
-        one_by_one(residual),
+        residual,
         starts,
         lower=problem.lower,
         upper=problem.upper,
@@ -332,13 +320,8 @@ def _search(
         max_steps=steps,
         follow=follow,
     )
-    return Solution(
-        x=found.x,
-        theta=problem.solved(found.x, noise)[0],
-        cost=found.cost,
-        settled=found.converged,
-        evaluations=found.evaluations,
-    )
+    theta = problem.linear_part(found.x, noise).theta
+    return Solution(found.x, theta, found.cost, found.converged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,7 +356,9 @@ def linearise(
     count = 0
     for i in range(len(problem.outputs)):
         shared, own = problem.shared(x, i), problem.own(x, i)
-        basis, sizes, back = np.linalg.svd(noise.whiten(own, i), full_matrices=False)
+        # Nothing is a trial's own where its offset is held.
+        whitened = noise.whiten(own, i) if own.size else own
+        basis, sizes, back = np.linalg.svd(whitened, full_matrices=False)
         some = sizes > _DEPENDENT * np.max(sizes, initial=0.0)
         basis, back = basis[:, some], back[some].T / sizes[some]
         left = problem.unknown(x, i) - shared @ theta

@@ -212,8 +212,10 @@ def default_output(tables: Sequence[SignalTable]) -> str:
     """``angle_deg``, or the only joint."""
     have = _in_all(tables)
     joints = [name for name in have if re.fullmatch(r".+_(deg|mm)", name)]
-    if "angle_deg" in have or len(joints) == 1:
-        return "angle_deg" if "angle_deg" in have else joints[0]
+    if "angle_deg" in have:
+        joints = ["angle_deg"]
+    if len(joints) == 1:
+        return joints[0]
     raise InputError(f"no angle_deg in every trial: give `output`; columns: {', '.join(have)}")
 
 
@@ -265,36 +267,33 @@ def used_trial(
         raise InputError(f"trial {table.name}: one row alone shows no change; exclude it")
     held = [all(name in table.held for _, name in into.terms) for into in inputs]
     time, output = table.time, out.of(table.columns)
-    given = [into.of(table.columns) for into in inputs]
+    given = np.column_stack([into.of(table.columns) for into in inputs])
     steps = np.diff(time)
     interval, note = float(np.median(steps)), ""
     if np.max(np.abs(steps - np.mean(steps))) > UNIFORM_TOLERANCE * np.mean(steps):
         even = np.arange(int((time[-1] - time[0]) / interval) + 1) * interval + time[0]
         # A held command is that of the last row; a measured signal is interpolated.
         last = np.maximum(np.searchsorted(time, even * (1.0 + 1e-12), side="right") - 1, 0)
-        given = [
-            values[last] if still else np.interp(even, time, values)
-            for values, still in zip(given, held, strict=True)
-        ]
+        pairs = zip(given.T, held, strict=True)
+        given = np.column_stack(
+            [values[last] if still else np.interp(even, time, values) for values, still in pairs]
+        )
         output = np.interp(even, time, output)
         note = f"{table.name}: interpolated to a uniform step of {interval:.4g} s"
         time = even
     at_rest = [
         _at_rest(table, into, values) if still else float(values[0])
-        for into, values, still in zip(inputs, given, held, strict=True)
+        for into, values, still in zip(inputs, given.T, held, strict=True)
     ]
-    if any(rest != values[0] for rest, values in zip(at_rest, given, strict=True)):
+    if np.any(at_rest != given[0]):
         before = np.arange(-_ROWS_AT_REST, 0)
         time = np.append(time[0] + before * np.mean(np.diff(time)), time)
-        given = [
-            np.append(np.full(_ROWS_AT_REST, rest), values)
-            for rest, values in zip(at_rest, given, strict=True)
-        ]
+        given = np.vstack([np.tile(at_rest, (_ROWS_AT_REST, 1)), given])
         output = np.append(np.full(_ROWS_AT_REST, output[0]), output)
     record = SignalRecord(
         name=table.name,
         time=time,
-        inputs=np.column_stack(given),
+        inputs=given,
         output=output,
         units_input=tuple(into.si_unit for into in inputs),
         unit_output=out.si_unit,

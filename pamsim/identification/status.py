@@ -10,8 +10,7 @@ import numpy as np
 
 from pamsim.identification.continuous import BEYOND, LEAST_DAMPING, ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure
-from pamsim.identification.estimates import pole_names
-from pamsim.identification.model import FitStatus, IdentifiedModel
+from pamsim.identification.model import FitStatus, IdentifiedModel, pole_names
 from pamsim.identification.records import (
     Data,
     FrequencyRecord,
@@ -129,11 +128,10 @@ def _repeated(
     """A dead time after which the inputs are what they were, or their mirror image."""
     for i, delay in enumerate(map(float, structure.delays(fit.coordinates))):
         if delay > 0.0 and all(inputs_repeat(record, i, delay) for record in records):
-            name = f"L[{i + 1}]" if structure.inputs > 1 else "L"
             yield Verdict(
-                f"{name} = {delay:.3g} s: after this time the inputs repeat themselves, or their"
-                " mirror image, so that the records do not determine it; leave it out, or give a"
-                " command that does not repeat",
+                f"L{structure.marks[i]} = {delay:.3g} s: after this time the inputs repeat"
+                " themselves, or their mirror image, so that the records do not determine it;"
+                " leave it out, or give a command that does not repeat",
                 refuted=True,
             )
 

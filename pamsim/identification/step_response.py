@@ -49,8 +49,6 @@ class StepEstimate:
         sentence: the same for a person.
         gain: K against the response's own final value; None of ARX unless ``lags`` [-].
         fit_percent: fit of the model's own simulated step; None if not identifiable [%].
-        fit_percent_continuous: fit of G1 or G2 with these numbers; None without them [%].
-        rms: root mean square of response minus simulated step [-].
     """
 
     method: str
@@ -59,29 +57,28 @@ class StepEstimate:
     sentence: str
     gain: float | None
     fit_percent: float | None
-    fit_percent_continuous: float | None
-    rms: float
 
     @property
     def time_constants(self) -> tuple[float, ...]:
         """Rising time constants; empty where there are none [s]."""
         return () if self.gain is None else self.model.time_constants
 
-    def named(self, values: tuple[Any, ...]) -> dict[str, Any]:
-        """Return values by time constant, ``T_s`` or ``T1_s``, ``T2_s``; None where missing."""
-        names = ("T_s",) if len(self.model.poles) == 1 else ("T1_s", "T2_s")
-        return dict(zip(names, values or (None,) * len(names), strict=True))
-
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold; keys carry their unit."""
-        return {
+        """Return what JSON can hold; keys carry their unit: ``T_s``, or ``T1_s`` and ``T2_s``."""
+        names = ("T_s",) if len(self.model.poles) == 1 else ("T1_s", "T2_s")
+        result = {
             "method": self.method,
             "status": self.status,
             "sentence": self.sentence,
             "K": self.gain,
-            **self.named(self.time_constants),
+            **dict.fromkeys(names),
+            **dict(zip(names, self.time_constants, strict=False)),
             "fit_percent": self.fit_percent,
         }
+        if self.method == OUTPUT_ERROR:
+            sides = zip(names, self.model.interval95_time_constants, strict=True)
+            result |= {f"interval95_{name}": side for name, side in sides}
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,27 +91,8 @@ class ModelEstimates:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold."""
-        one = self.output_error
-        sides = one.named(one.model.interval95_time_constants)
-        return {
-            **one.to_dict(),
-            **{f"interval95_{name}": side for name, side in sides.items()},
-            "rms": one.rms,
-            "residual_lag1": one.model.trials[0].residual_lag1,
-            "evaluations": one.model.evaluations,
-            "arx": {
-                name: {
-                    **arx.to_dict(),
-                    "fit_percent_continuous": arx.fit_percent_continuous,
-                    "a": None if arx.fit_percent is None else arx.model.denominator[1:],
-                    "b": None if arx.fit_percent is None else arx.model.numerator,
-                }
-                for name, arx in (
-                    ("unit_gain", self.arx_unit_gain),
-                    ("free_gain", self.arx_free_gain),
-                )
-            },
-        }
+        arx = {"unit_gain": self.arx_unit_gain, "free_gain": self.arx_free_gain}
+        return {**self.output_error.to_dict(), "arx": arx}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,15 +152,21 @@ def identify_step(
     stamps, raw = increasing_time(time, response, FEWEST_SAMPLES)
     interval = uniform_interval(stamps)
     varying_output(raw)
-    final = _final_value(raw - raw[0])
-    y = (raw - raw[0]) / final
+    count, end = max(1, raw.size // 50), raw.size - raw.size // 10
+    moved = raw - raw[0]
+    final = float(np.mean(moved[-count:]))
+    if abs(final) < 1e-3 * float(np.max(np.abs(moved))):
+        raise InputError(
+            f"response ends where it began (final value {final:g}, mean of the last {count} "
+            "samples): G1 and G2 describe a lasting step; cut the record before the return"
+        )
+    y = moved / final
     record = SignalRecord(
         name="step",
         time=interval * np.arange(-_REST, y.size),
         inputs=np.append(np.zeros(_REST), np.ones(y.size)),
         output=np.append(np.zeros(_REST), y),
     )
-    count, end = max(1, y.size // 50), y.size - y.size // 10
     change = float(np.mean(y[-count:]) - np.mean(y[end - count : end]))
     return StepIdentification(
         g1=_estimates(record, 1),
@@ -233,28 +217,16 @@ def _estimate(
     held: Mapping[str, float],
 ) -> StepEstimate:
     model = fit([record], structure, held=held, white=True)
-    response, run = record.output[_REST:], model.simulate(record, offset=0.0)[_REST:]
     if isinstance(structure, ContinuousStructure):
         status, sentence, gain = str(model.status), model.sentence, 1.0
     else:
         status, sentence = _as_lags(model)
         gain = model.gain if status == "lags" else None
-    identified, smooth = status != "not_identifiable", None
-    if gain is not None:
-        lags = step_of_lags(
-            record.time[_REST:] - record.time[_REST], *model.time_constants, gain=gain
-        )
-        smooth = fit_percent(response, lags)
-    return StepEstimate(
-        method=method,
-        model=model,
-        status=status,
-        sentence=sentence,
-        gain=gain,
-        fit_percent=fit_percent(response, run) if identified else None,
-        fit_percent_continuous=smooth,
-        rms=float(np.sqrt(np.mean((response - run) ** 2))),
-    )
+    fitted = None
+    if status != "not_identifiable":
+        run = model.simulate(record, offset=0.0)
+        fitted = fit_percent(record.output[_REST:], run[_REST:])
+    return StepEstimate(method, model, status, sentence, gain, fitted)
 
 
 def _as_lags(model: IdentifiedModel) -> tuple[str, str]:
@@ -264,24 +236,14 @@ def _as_lags(model: IdentifiedModel) -> tuple[str, str]:
     poles = model.poles
     shown = ", ".join(f"{z.real:.6g}{z.imag:+.3g}j" if z.imag else f"{z.real:.6g}" for z in poles)
     if any(abs(z) >= 1.0 for z in poles):
+        status = "unstable_pole"
         why = "a pole on or outside the unit circle does not settle: no time constant exists"
-        return "unstable_pole", f"poles {shown}: {why}"
-    if any(z.imag != 0.0 for z in poles):
+    elif any(z.imag != 0.0 for z in poles):
+        status = "complex_poles"
         why = "the model oscillates: real T1, T2 do not exist"
-        return "complex_poles", f"poles {shown}: {why}"
-    if any(z.real <= 0.0 for z in poles):
+    elif any(z.real <= 0.0 for z in poles):
+        status = "non_positive_pole"
         why = "a pole <= 0 alternates from sample to sample: no lag does that (often noise)"
-        return "non_positive_pole", f"poles {shown}: {why}"
-    return "lags", f"poles {shown} are those of {len(poles)} sampled lag(s)"
-
-
-def _final_value(response: FloatArray) -> float:
-    """Mean of the last 2 % of the samples (at least one) [output unit]."""
-    count = max(1, response.size // 50)
-    final = float(np.mean(response[-count:]))
-    if abs(final) < 1e-3 * float(np.max(np.abs(response))):
-        raise InputError(
-            f"response ends where it began (final value {final:g}, mean of the last {count} "
-            "samples): G1 and G2 describe a lasting step; cut the record before the return"
-        )
-    return final
+    else:
+        return "lags", f"poles {shown} are those of {len(poles)} sampled lag(s)"
+    return status, f"poles {shown}: {why}"

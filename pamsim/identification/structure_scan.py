@@ -13,16 +13,16 @@ from pamsim.identification.continuous import (
     MOST_INTEGRATORS,
     ContinuousStructure,
 )
-from pamsim.identification.long_records import growing_parts, shows
 from pamsim.identification.records import SignalRecord, time_range
 from pamsim.identification.separable import Solution, rough_minimum
 from pamsim.identification.starts import (
     delay_starts,
+    growing_parts,
     instrumental_variable_starts,
     pole_coordinates,
+    shows,
 )
 from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
-from pamsim.inference.trial_noise import WHITE
 
 _ADDED = 3  # time constants at which a pole is added to a smaller model
 _IN_VAIN = 2  # orders one after the other that are no better: more poles are not tried
@@ -69,26 +69,29 @@ class StructureScan:
         That with all zeros but the direct path starts from instrumental variables, too; they allow
         for a drift, so that the starts of models with and without are the same.
         """
-        unknowns = structure.unknowns + structure.per_trial * len(self.records)
-        if sum(record.output.size for record in self.records) < 3 * unknowns:
+        samples = sum(record.output.size for record in self.records)
+        if samples < 3 * structure.counted(len(self.records)):
             return None
-        self.report(structure)
         starts = list(near)
         all_zeros = max(structure.order + structure.integrators - 1, 0)
         if structure.zeros == all_zeros and not (structure.dead_time or structure.drift):
             starts += instrumental_variable_starts(structure, self.records)
-        result = rough_fit(structure, self.records, starts)
-        self.fits[structure] = result
-        return result
+        return self._add(structure, starts)
+
+    def _add(self, structure: ContinuousStructure, starts: Sequence[FloatArray]) -> RoughFit:
+        self.report(structure)
+        self.fits[structure] = rough_fit(structure, self.records, starts)
+        return self.fits[structure]
 
     def every_kind(self) -> None:
         """Fit poles one after the other, without and with integrators, and what is beside each."""
         least: dict[int, float] = {}
-        for integrators, most in (
-            (0, HIGHEST_ORDER), (1, _INTEGRATED_POLES), (2, _INTEGRATED_POLES),
-        ):  # fmt: skip
+        for integrators in range(MOST_INTEGRATORS + 1):
             supported = False
-            chain = list(self.poles(integrators, most)) if integrators else self.stable()
+            if integrators:
+                chain = list(self.poles(integrators, _INTEGRATED_POLES))
+            else:
+                chain = self.stable()
             best = min(chain, key=lambda fit: fit.criterion, default=None)
             for fit in chain:
                 poles = fit.structure.order + integrators
@@ -232,8 +235,7 @@ class StructureScan:
 
     def _beside(self, structure: ContinuousStructure, start: FloatArray) -> None:
         if structure not in self.fits:
-            self.report(structure)
-            self.fits[structure] = rough_fit(structure, self.records, [start])
+            self._add(structure, [start])
 
     def stable(self) -> list[RoughFit]:
         """One pole more at a time without integrators, with drifting outputs if that is better.
@@ -262,7 +264,7 @@ def _one_less(fit: RoughFit) -> Iterator[tuple[ContinuousStructure, FloatArray]]
             each = list(structure.numerator_zeros)
             each[i] = zeros - 1
             yield replace(structure, zeros=max(each), zeros_each=tuple(each)), fit.x
-    for place, i in enumerate(structure.delayed, start=structure.order):
+    for place, i in structure.delay_places.items():
         undelayed = tuple(sorted([*structure.undelayed, i]))
         if len(undelayed) < structure.inputs:
             yield replace(structure, undelayed=undelayed), np.delete(fit.x, place)
@@ -278,7 +280,7 @@ def rough_fit(
     if np.any(found.x < lower):
         # No full fit keeps a dead time below 0: none may win the scan by one.
         found = rough_minimum(replace(problem, lower=lower), [np.maximum(found.x, lower)])
-    residual = problem.solved(found.x, WHITE)[1]
+    residual = problem.linear_part(found.x).residual
     samples = np.cumsum([record.output.size for record in records])
     moves = sum(float(np.var(record.output)) * record.output.size for record in records)
     return RoughFit(
@@ -287,7 +289,7 @@ def rough_fit(
         criterion=hannan_quinn(
             np.split(residual, samples[:-1]),
             [record.sample_time for record in records],
-            structure.unknowns + structure.per_trial * len(records),
+            structure.counted(len(records)),
             rounding=_ROUNDING**2 * moves / float(samples[-1]),
         ),
     )

@@ -160,13 +160,12 @@ def with_held_input(model: IdentifiedModel, period: float) -> Any:
     ):
         target = b[:order, 0] if past == 0 else a[:order, order + past - 1]
         target += into
+    output = np.hstack([c, np.zeros((1, delays))])
     if delays:
         b[order] = 1.0
         a[order + 1 :, order:-1] += np.eye(delays - 1)
-    output, direct = np.hstack([c, np.zeros((1, delays))]), d
-    if delays:
-        output[0, -1], direct = d[0, 0], np.zeros((1, 1))
-    return _control.ss(a, b, output, direct, period)
+        output[0, -1], d = d[0, 0], np.zeros((1, 1))
+    return _control.ss(a, b, output, d, period)
 
 
 def _rational(model: IdentifiedModel) -> Any:

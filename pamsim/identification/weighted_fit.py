@@ -67,15 +67,12 @@ def fit_separable(
     sizes = [output.size for output in problem.outputs]
     total, free = sum(sizes), plain.coordinates.size + line.own
     freedom = max(total - free, 1)
-    evaluations = plain.evaluations
 
     def found(
         solution: Solution,
         covariance: FloatArray | None,
         noise: TrialNoise,
-        disagreement: float | None = None,
-        *,
-        weighted: bool = False,
+        **more: Any,
     ) -> Optimum:
         # Noise is known by its independent samples, however densely it is sampled.
         known = max(noise.independent(sizes) - free, _FEWEST)
@@ -85,10 +82,8 @@ def fit_separable(
             covariance=covariance,
             quantile=quantile,
             settled=solution.settled,
-            evaluations=evaluations,
             noise=noise,
-            weighted=weighted,
-            disagreement=disagreement,
+            **more,
         )
 
     moves = sum(float(np.sum((y - np.mean(y)) ** 2)) for y in problem.outputs)
@@ -107,7 +102,6 @@ def fit_separable(
     kept, covariance = plain, robust
     for rounds in range(_ROUNDS):
         better = minimise(problem, [kept.x], noise)
-        evaluations += better.evaluations
         line = linearise(problem, better.x, better.theta, noise)
         latest = _whitened_covariance(line)
         if latest is None or not better.settled:
@@ -124,8 +118,9 @@ def fit_separable(
     much_worse = float(free_run @ free_run) > _MUCH_WORSE**2 * plain.cost
     if p_value < _DISAGREE or much_worse:
         first = linearise(problem, plain.x, plain.theta, WHITE).residuals
-        return found(plain, robust, fit_trial_noise(first, problem.sample_times), p_value)
-    return found(kept, covariance, noise, p_value, weighted=True)
+        noise = fit_trial_noise(first, problem.sample_times)
+        return found(plain, robust, noise, disagreement=p_value)
+    return found(kept, covariance, noise, disagreement=p_value, weighted=True)
 
 
 def _noise_of_fit(line: Linearised, covariance: FloatArray) -> TrialNoise:

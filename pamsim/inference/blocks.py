@@ -78,8 +78,7 @@ class Block:
 
     def white(self, own: FloatArray) -> FloatArray:
         """Own rows of a residual or a Jacobian, (n, ...), with white noise of variance 1."""
-        noise = _of_order_at_most(self.noise, self.size)
-        return noise.whiten(own) / np.sqrt(noise.variance)
+        return self.noise.whiten(own) / np.sqrt(self.noise.variance)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,12 +191,3 @@ def fitted_runs(block: Block, held_out: Sequence[Block], gap: int) -> tuple[Bloc
         block.part(f"{block.unit} fitted {number}", start, stop)
         for number, (start, stop) in enumerate(zip(ends[::2], ends[1::2], strict=True), 1)
     )
-
-
-def _of_order_at_most(noise: ArNoise, size: int) -> ArNoise:
-    """The same noise over a few rows, which see no more lags than there are rows."""
-    if noise.order <= size:
-        return noise  # itself, since it keeps its predictors
-    unused = np.array(noise.reflections[size:])
-    variance = noise.variance / float(np.prod(1.0 - unused**2))
-    return ArNoise(noise.reflections[:size], variance)

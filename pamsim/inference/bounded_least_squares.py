@@ -20,8 +20,9 @@ from numpy.typing import ArrayLike
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.difference_jacobian import Residuals, difference_jacobian
 
+Residual = Callable[[FloatArray], FloatArray | None]
+"""Place, shape (p,), to the residual there, shape (n,); None where it breaks down."""
 Jacobian = Callable[[FloatArray, FloatArray], FloatArray]
 """Place, shape (p,), and residual there, shape (n,), to the Jacobian, shape (n, p)."""
 GiveUp = Callable[[FloatArray, FloatArray], bool]
@@ -39,11 +40,7 @@ class BreakdownError(InputError):
 
 
 class _GivenUpError(Exception):
-    """A search that ends early: place (p,), residual (n,) and Jacobian (n, p) there."""
-
-    def __init__(self, x: FloatArray, residual: FloatArray, jacobian: FloatArray) -> None:
-        super().__init__()
-        self.x, self.residual, self.jacobian = x.copy(), residual, jacobian
+    """A search that ends early, with what the solver would have returned."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,37 +50,27 @@ class Fit:
     Attributes:
         x: the optimum, shape (p,).
         cost: sum of squares of the residual there.
-        residual: there, shape (n,).
         jacobian: shape (n, p), at the optimum; just inside a bound that a coordinate was put onto.
         converged: False if the search ran out of steps.
         steps: places tried from this start, those of finite differences not counted.
-        evaluations: residuals computed by the engine over all starts; not those that the client's
-            own Jacobian took.
         start_cost: sum of squares where this start began.
     """
 
     x: FloatArray
     cost: float
-    residual: FloatArray
     jacobian: FloatArray
     converged: bool
     steps: int
-    evaluations: int
     start_cost: float
 
 
-def one_by_one(residual: Callable[[FloatArray], FloatArray | None]) -> Residuals:
-    """A residual of one place, shape (p,), as one of several places."""
-    return lambda places: [residual(place) for place in places]
-
-
 def bounded_least_squares(
-    residuals: Residuals,
+    residual: Residual,
     starts: Sequence[FloatArray],
     *,
     lower: ArrayLike = 0.0,
     upper: ArrayLike = 1.0,
-    jacobian: Jacobian | float | Literal["2-point", "3-point"] = "2-point",
+    jacobian: Jacobian | Literal["2-point", "3-point"] = "2-point",
     x_scale: ArrayLike | Literal["jac"] = "jac",
     tolerance: float = 1e-8,
     gradient_tolerance: float = 1e-12,
@@ -97,12 +84,11 @@ def bounded_least_squares(
     Where the residual breaks down, the search shortens its step.
 
     Args:
-        residuals: see `Residuals`; `one_by_one` makes it of a residual of one place.
+        residual: see `Residual`.
         starts: places to begin at, each of shape (p,); moved strictly inside the box.
         lower: lower bounds, shape (p,) or a number; minus infinity for none.
         upper: upper bounds, likewise.
-        jacobian: a function, a step of `difference_jacobian` (in the unit cube, all perturbed
-            places in one call), or a finite-difference scheme of scipy.
+        jacobian: a function, or a finite-difference scheme of scipy.
         x_scale: typical size of each coordinate, or ``jac`` to take it from the Jacobian.
         tolerance: relative change of cost and place that ends a search.
         gradient_tolerance: at which the cost is flat.
@@ -112,7 +98,7 @@ def bounded_least_squares(
         try_bounds: True puts what a bound attracts onto it, if that is no worse: the method itself
             stays inside and approaches a bound without end.
         give_up: ends a search that is not worth its time, where it is; only with a Jacobian that is
-            a function or a step.
+            a function.
 
     Returns:
         The best end. Of ends with the same cost the first counts.
@@ -124,45 +110,28 @@ def bounded_least_squares(
     low, high = (np.broadcast_to(np.asarray(b, np.float64), size) for b in (lower, upper))
     edge = np.where(np.isfinite(high - low), high - low, 1.0)
     begins = [np.clip(start, low + _INSIDE * edge, high - _INSIDE * edge) for start in starts]
-    first = residuals(np.array(begins))
-    costs = [np.inf if r is None else float(r @ r) for r in first]
-    followed = [i for i in np.argsort(costs, kind="stable")[:follow] if first[i] is not None]
-    if not followed:
+    found = [(begin, residual(begin)) for begin in begins]
+    memories = [_Remembering(residual, begin, r) for begin, r in found if r is not None]
+    if not memories:
         raise BreakdownError(f"the simulation breaks down at all {len(starts)} starts")
     best: Fit | None = None
-    evaluations = len(begins)
-    for i in followed:
-        begin, there = begins[i], first[i]
-        assert there is not None
+    for memory in sorted(memories, key=lambda memory: memory.first_cost)[:follow]:
+        begin, there = memory.last
+        fit = Fit(
+            x=begin,
+            cost=memory.first_cost,
+            jacobian=np.empty((len(there), 0)),
+            converged=True,
+            steps=1,
+            start_cost=memory.first_cost,
+        )
         if size == 0:  # which scipy takes only from 1.16 on
-            return Fit(
-                x=begin,
-                cost=costs[i],
-                residual=there,
-                jacobian=np.empty((len(there), 0)),
-                converged=True,
-                steps=1,
-                evaluations=evaluations,
-                start_cost=costs[i],
-            )
-        residual = _Remembering(residuals, begin, there)
-
-        def slope(x: FloatArray, residual: _Remembering = residual) -> FloatArray:
-            here = residual(x)
-            if callable(jacobian):
-                columns = jacobian(x, here)
-            else:
-                assert isinstance(jacobian, float)
-                columns = difference_jacobian(residual.many, x, here, jacobian)
-            if give_up is not None and give_up(here, columns):
-                raise _GivenUpError(x, here, columns)
-            return columns
-
+            return fit
         try:
             solution = _least_squares(
-                residual,
+                memory,
                 begin,
-                jac=jacobian if isinstance(jacobian, str) else slope,
+                jac=jacobian if isinstance(jacobian, str) else _watched(memory, jacobian, give_up),
                 bounds=(low, high),
                 method="trf",
                 x_scale=x_scale,
@@ -172,52 +141,63 @@ def bounded_least_squares(
                 max_nfev=max_steps,
             )
         except _GivenUpError as end:
-            solution = scipy.optimize.OptimizeResult(
-                x=end.x,
-                cost=0.5 * float(end.residual @ end.residual),
-                fun=end.residual,
-                jac=end.jacobian,
-                grad=end.jacobian.T @ end.residual,
-                status=0,
-                nfev=residual.evaluations,
-            )
-        fit = Fit(
+            (solution,) = end.args
+        fit = replace(
+            fit,
             x=solution.x,
             cost=2.0 * float(solution.cost),
-            residual=solution.fun,
             jacobian=solution.jac,
             converged=bool(solution.status > 0),
             steps=int(solution.nfev),
-            evaluations=0,
-            start_cost=costs[i],
         )
         if try_bounds:
-            fit = _on_bounds(fit, residual, low, high, _NEAR * edge, solution.grad)
-        evaluations += residual.evaluations
+            fit = _on_bounds(fit, memory, low, high, _NEAR * edge, solution.grad)
         if best is None or fit.cost < best.cost * (1.0 - max(_EQUAL * tolerance, 1e-9)):
             best = fit
     assert best is not None
-    return replace(best, evaluations=evaluations)
+    return best
 
 
 class _Remembering:
-    """The residual of one place, the last one remembered, finite even where it breaks down."""
+    """A residual, its last value remembered, finite even where it breaks down."""
 
-    def __init__(self, residuals: Residuals, place: FloatArray, residual: FloatArray) -> None:
-        self._residuals = residuals
-        self._last = place, residual
-        self._lost = _LOST * np.maximum(np.abs(residual), np.max(np.abs(residual)))
+    def __init__(self, residual: Residual, place: FloatArray, there: FloatArray) -> None:
+        self._residual = residual
+        self.last = place, there
+        self.first_cost = float(there @ there)
+        self._lost = _LOST * np.maximum(np.abs(there), np.max(np.abs(there)))
         self.evaluations = 0
 
-    def many(self, places: FloatArray) -> Sequence[FloatArray | None]:
-        self.evaluations += len(places)
-        return self._residuals(places)
-
     def __call__(self, place: FloatArray) -> FloatArray:
-        if not np.array_equal(place, self._last[0]):
-            (residual,) = self.many(place[np.newaxis])
-            self._last = place.copy(), self._lost if residual is None else residual
-        return self._last[1]
+        if not np.array_equal(place, self.last[0]):
+            self.evaluations += 1
+            there = self._residual(place)
+            self.last = place.copy(), self._lost if there is None else there
+        return self.last[1]
+
+
+def _watched(
+    residual: _Remembering, jacobian: Jacobian, give_up: GiveUp | None
+) -> Callable[[FloatArray], FloatArray]:
+    """A Jacobian as the solver calls it, which ends the search where that is given up."""
+
+    def columns(x: FloatArray) -> FloatArray:
+        here = residual(x)
+        found = jacobian(x, here)
+        if give_up is not None and give_up(here, found):
+            raise _GivenUpError(
+                scipy.optimize.OptimizeResult(
+                    x=x.copy(),
+                    cost=0.5 * float(here @ here),
+                    jac=found,
+                    grad=found.T @ here,
+                    status=0,
+                    nfev=residual.evaluations,
+                )
+            )
+        return found
+
+    return columns
 
 
 def _on_bounds(
@@ -238,4 +218,4 @@ def _on_bounds(
     cost = float(there @ there)
     if cost > fit.cost:
         return fit
-    return replace(fit, x=x, cost=cost, residual=there)
+    return replace(fit, x=x, cost=cost)

@@ -57,8 +57,11 @@ class ArNoise:
 
     @cached_property
     def _predictors(self) -> tuple[FloatArray, ...]:
-        """Prediction error filters of orders 0 to p."""
-        return tuple(_predictor(self.reflections[:k]) for k in range(self.order + 1))
+        """Prediction error filters [1, -phi1, ..., -phik] of orders k from 0 to p."""
+        filters = [np.array([1.0])]
+        for reflection in self.reflections:
+            filters.append(longer_predictor(filters[-1], reflection))
+        return tuple(filters)
 
     @property
     def standard_deviation(self) -> float:
@@ -105,14 +108,13 @@ class ArNoise:
         Args:
             values: shape ``(n,)`` or ``(n, m)``: one trial, or columns of its Jacobian.
         """
-        p = min(self.order, values.shape[0])
-        if p == 0:
+        if self.order == 0:
             return values
         result = _lfilter(self._predictors[-1], [1.0], values, axis=0)
-        scale = 1.0
-        for k in range(p - 1, -1, -1):
-            scale *= np.sqrt(1.0 - self.reflections[k] ** 2)
-            result[k] = scale * (self._predictors[k] @ values[k::-1][: k + 1])
+        # A prediction of order k misses more than e, by what the higher orders would take off.
+        shares = np.cumprod(np.sqrt(1.0 - np.square(self.reflections[::-1])))[::-1]
+        for k in range(min(self.order, len(values))):
+            result[k] = shares[k] * (self._predictors[k] @ values[k::-1])
         return result
 
 
@@ -142,42 +144,50 @@ def fit_ar_noise(
     # is no further sample.
     forward = [r.astype(np.float64) for r in (*residuals, *(c.T for c in absorbed))]
     variance = sum(float(np.sum(r * r)) for r in forward) / total
-    if variance <= 0.0:
-        return ArNoise((), 0.0)
     backward = forward
     reflections: list[float] = []
-    best, score = ArNoise((), variance), total * np.log(variance) + aicc_penalty(1, total)
-    for k in range(1, min(most, total // 10, min(r.size for r in residuals) // 4) + 1):
+    for _ in range(min(most, total // 10, min(r.size for r in residuals) // 4)):
         ahead = [f[..., 1:] for f in forward]
         behind = [b[..., :-1] for b in backward]
         cross = sum(float(np.sum(f * b)) for f, b in zip(ahead, behind, strict=True))
         power = sum(float(np.sum(f * f + b * b)) for f, b in zip(ahead, behind, strict=True))
         if power <= 0.0:
             break
-        reflection = -2.0 * cross / power
-        reflection = float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
+        reflections.append(within_limit(-2.0 * cross / power))
         pairs = list(zip(ahead, behind, strict=True))
-        forward = [f + reflection * b for f, b in pairs]
-        backward = [b + reflection * f for f, b in pairs]
-        reflections.append(reflection)
-        variance *= 1.0 - reflection**2
-        if variance <= 0.0:
-            break
-        now = total * np.log(variance) + aicc_penalty(k + 1, total)
-        if now < score:
-            best, score = ArNoise(tuple(reflections), variance), now
-    return best
+        forward = [f + reflections[-1] * b for f, b in pairs]
+        backward = [b + reflections[-1] * f for f, b in pairs]
+    return models_by_order(variance, reflections, total)[0]
 
 
-def aicc_penalty(parameters: int, total: int) -> float:
-    """What AICc adds to the fit's own term for parameters fitted to samples in all."""
-    return 2.0 * parameters * total / max(total - parameters - 1, 1)
+def within_limit(reflection: float) -> float:
+    """A reflection coefficient with which noise fades."""
+    return float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
 
 
-def _predictor(reflections: Sequence[float]) -> FloatArray:
-    """Return the prediction error filter [1, -phi1, ..., -phip] of reflection coefficients."""
-    result = np.array([1.0])
-    for reflection in reflections:
-        longer = np.append(result, 0.0)
-        result = longer + reflection * longer[::-1]
-    return result
+def longer_predictor(predictor: FloatArray, reflection: float) -> FloatArray:
+    """The prediction error filter (k + 2,) of one order more than a filter (k + 1,)."""
+    longer = np.append(predictor, 0.0)
+    return longer + reflection * longer[::-1]
+
+
+def models_by_order(
+    variance: float, reflections: Sequence[float], total: int
+) -> tuple[ArNoise, ArNoise]:
+    """Of models with the first 0, 1, ... reflections the best by AICc, and the longest.
+
+    Args:
+        variance: of the noise itself [output unit^2]; 0 or below gives no noise.
+        reflections: of all orders tried.
+        total: samples.
+
+    Source: Hurvich and Tsai (Biometrika 1989).
+    """
+    if variance <= 0.0:
+        return ArNoise((), 0.0), ArNoise((), 0.0)
+    variances = np.cumprod([variance, *(1.0 - np.square(reflections))])
+    unknowns = 1.0 + np.arange(variances.size)  # the variance is one
+    penalty = 2.0 * unknowns * total / np.maximum(total - unknowns - 1.0, 1.0)
+    orders = int(np.argmin(total * np.log(variances) + penalty)), len(reflections)
+    best, longest = (ArNoise(tuple(reflections[:k]), float(variances[k])) for k in orders)
+    return best, longest

@@ -112,6 +112,7 @@ class BatchedResidual:
         places: the blocks, if they are known already.
 
     Attributes:
+        places: the blocks, known once a simulation has not diverged.
         evaluations: simulated parameter vectors so far.
         calls: of ``simulate`` so far.
         diverged: vectors among them that diverged.
@@ -126,14 +127,9 @@ class BatchedResidual:
         self._simulate = simulate
         self.scale = SearchScale(parameters)
         self.evaluations = self.calls = self.diverged = 0
-        self._places = places
+        self.places = places
         self._last: tuple[FloatArray, FloatArray | None] | None = None
         self._linear: _Linear | None = None
-
-    @property
-    def places(self) -> tuple[BlockPlace, ...]:
-        """The blocks, known once a simulation has not diverged."""
-        return self._places
 
     def many(self, at: FloatArray) -> list[FloatArray | None]:
         """Residuals (n,) at places (k, p) in the unit cube, in one call; None where it diverged.
@@ -148,9 +144,9 @@ class BatchedResidual:
         self.evaluations += len(at)
         residuals: list[FloatArray | None] = []
         for blocks in answers:
-            if blocks is not None and not self._places:
-                self._places = layout(blocks)
-            residuals.append(stacked(blocks, self._places))
+            if blocks is not None and not self.places:
+                self.places = layout(blocks)
+            residuals.append(stacked(blocks, self.places))
         self.diverged += sum(r is None for r in residuals)
         return residuals
 
@@ -162,14 +158,15 @@ class BatchedResidual:
             self._last = place.copy(), self.many(place[np.newaxis])[0]
         return self._last[1]
 
-    def remember(self, place: FloatArray, residual: FloatArray) -> None:
-        """Begin at a place: take note of its residual, so that it is not simulated again."""
-        self._last, self._linear = (place.copy(), residual), None
+    def begin(
+        self, place: FloatArray, residual: FloatArray, jacobian: FloatArray | None = None
+    ) -> None:
+        """Begin at a place (p,) whose residual (n,) is known, so that it is not simulated again.
 
-    def linearise(self, place: FloatArray, jacobian: FloatArray) -> None:
-        """Begin with a Jacobian (n, p) that holds nearly, as of data that changed a little."""
-        residual = self.at(place)
-        if residual is not None:
+        A Jacobian (n, p), if there is one, holds nearly, as of data that changed a little.
+        """
+        self._last, self._linear = (place.copy(), residual), None
+        if jacobian is not None:
             self._linear = _Linear(place.copy(), residual, jacobian, differenced=False)
 
     def followed(self, place: FloatArray, weight: FloatArray) -> FloatArray:

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pamsim.core.encoding import CheckpointFile, to_dict
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.fit_summary import judged, summarise_fit
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import NEAR, SearchEnd, SearchState, search
-from pamsim.inference.simulator_fit import Checkpoint, SearchProgress, SimulatorFit
+from pamsim.inference.simulator_fit import SearchProgress, SimulatorFit
 from pamsim.inference.starts import starting_places
 
 _SHARPENED = 3  # times that differences are taken at the optimum
@@ -33,12 +33,11 @@ def fit_simulator(
     starts: int = 1,
     seed: int = 0,
     max_iterations: int = 100,
-    weights: Mapping[str, float] | None = None,
     central: bool = True,
     rough: bool = False,
     jacobian: FloatArray | None = None,
     progress: Callable[[SearchProgress], None] | None = None,
-    checkpoint: Checkpoint | None = None,
+    checkpoint: CheckpointFile | None = None,
 ) -> SimulatorFit:
     """Fit parameters of a simulator to what was measured.
 
@@ -54,7 +53,6 @@ def fit_simulator(
         starts: how many to follow; the best counts, the others show whether it is the only optimum.
         seed: of the starts.
         max_iterations: steps tried per start.
-        weights: channel -> factor on its residuals in units of noise; 1 where not named.
         central: differences at the optimum, from which it is sharpened and judged, to both sides,
             for 2 p simulations, rather than to one.
         rough: True ends each search near the optimum, with the noise estimated once, and judges
@@ -69,27 +67,28 @@ def fit_simulator(
         The fit; read its status before its numbers.
 
     Raises:
-        InputError: no parameters, a name twice, no starts or steps, a seed below 0, a weight for an
-            unknown channel, a simulation that diverges everywhere, residuals whose layout changes,
-            another fit's checkpoint.
+        InputError: no parameters, a name twice, no starts or steps, a seed below 0, a simulation
+            that diverges everywhere, residuals whose layout changes, another fit's checkpoint.
     """
     _check(parameters, starts, max_iterations, seed)
     residual = BatchedResidual(simulate, parameters)
     starting = starting_places(residual, parameters, starts, seed)
     first = starting[0][1]
-    noise = NoiseModel(residual.places, first)
-    factors = _weights(weights, residual)
-    cost = RowWeights(residual, parameters, noise, factors)
+    cost = RowWeights(residual, parameters, first)
     about = {
-        "starts": starts,
-        "seed": seed,
-        "weights": factors,
-        "max_iterations": max_iterations,
-        "rough": rough,
+        "parameters": parameters,
+        "trials": [
+            [p.block.trial, p.block.channel, p.block.residual.size] for p in residual.places
+        ],
+        "residuals": cost.noise.estimate(first),
+        "options": {
+            "starts": starts,
+            "seed": seed,
+            "max_iterations": max_iterations,
+            "rough": rough,
+        },
     }
-    state = FitState(
-        checkpoint, identity(residual, parameters, noise.estimate(first), about), residual
-    )
+    state = _FitState(checkpoint, to_dict(about), residual)
 
     def note(now: SearchState) -> None:
         state.reached(now)
@@ -109,10 +108,8 @@ def fit_simulator(
         begin = state.current
         if begin is None:
             place, miss = starting[len(state.finished)]
-            residual.remember(place, miss)
-            if jacobian is not None and not state.finished:
-                residual.linearise(place, jacobian)
-            begin = SearchState(place, noise.estimate(miss))
+            residual.begin(place, miss, None if state.finished else jacobian)
+            begin = SearchState(place, cost.noise.estimate(miss))
         state.finish(search(cost, begin, max_iterations, note, rough=rough, arrived=NEAR))
     places = [place for place, _ in starting]
     best = min(state.finished, key=lambda end: end.objective)
@@ -138,10 +135,9 @@ def shown(
     """
     residual = BatchedResidual(simulate, parameters)
     ((place, first),) = starting_places(residual, parameters, 1, 0)
-    noise = NoiseModel(residual.places, first)
-    cost = RowWeights(residual, parameters, noise, _weights(None, residual))
+    cost = RowWeights(residual, parameters, first)
     jacobian = residual.jacobian(place)
-    weight = cost.weight(noise.estimate(first))
+    weight = cost.weight(cost.noise.estimate(first))
     return np.linalg.norm(weight[:, np.newaxis] * jacobian, axis=0) > 1.0, jacobian
 
 
@@ -157,7 +153,7 @@ def _sharpened(
     """Search on from an end until differences taken there agree that it is the optimum."""
     for _ in range(_SHARPENED):
         jacobian = cost.residual.jacobian(end.state.place, central=central)
-        _, short = judged(cost, parameters, end, jacobian)
+        short = judged(cost, parameters, end, jacobian).short
         if not end.converged or end.state.steps >= max_iterations:
             break
         end = search(cost, replace(end.state, round=1), max_iterations, note)
@@ -179,24 +175,12 @@ def _check(parameters: Sequence[FreeParameter], starts: int, steps: int, seed: i
         raise InputError(f"`seed` is {seed}; it must be 0 or above")
 
 
-def _weights(weights: Mapping[str, float] | None, residual: BatchedResidual) -> dict[str, float]:
-    channels = sorted({p.block.channel for p in residual.places})
-    for channel, factor in (weights or {}).items():
-        if channel not in channels:
-            raise InputError(
-                f"weight for unknown channel {channel!r}; known: {', '.join(channels)}"
-            )
-        if not (np.isfinite(factor) and factor >= 0.0):
-            raise InputError(f"weight {factor!r} of channel {channel} is not a number from 0 on")
-    return {channel: float((weights or {}).get(channel, 1.0)) for channel in channels}
-
-
-class FitState:
+class _FitState:
     """What is not lost when a fit is interrupted.
 
     Args:
         checkpoint: where it is kept, or None to keep nothing.
-        identity: what the fit is about; a state with another identity is refused.
+        about: what the fit is about, JSON-safe; a state about something else is refused.
         residual: whose counters are carried on.
 
     Raises:
@@ -204,95 +188,58 @@ class FitState:
     """
 
     def __init__(
-        self, checkpoint: Checkpoint | None, identity: Mapping[str, Any], residual: BatchedResidual
+        self, checkpoint: CheckpointFile | None, about: dict[str, Any], residual: BatchedResidual
     ) -> None:
-        self._checkpoint, self._identity, self._residual = checkpoint, identity, residual
+        self._checkpoint, self._about, self._residual = checkpoint, about, residual
         self.finished: list[SearchEnd] = []
         self.current: SearchState | None = None
         saved = None if checkpoint is None else checkpoint.load()
         if saved is None:
             return
-        for what, now in identity.items():
+        for what, now in about.items():
             if not _equal(saved.get("identity", {}).get(what), now):
                 raise InputError(
                     f"the checkpoint belongs to another fit: its {what} differ; remove it"
                     " to start again"
                 )
-        self.finished = [_end(end) for end in saved["finished"]]
-        self.current = None if saved["current"] is None else _state(saved["current"])
+        self.finished = [
+            SearchEnd(**{**end, "state": _read(end["state"])}) for end in saved["finished"]
+        ]
+        self.current = None if saved["current"] is None else _read(saved["current"])
         residual.evaluations += saved["evaluations"]
         residual.calls += saved["calls"]
         residual.diverged += saved["diverged"]
 
     def reached(self, state: SearchState) -> None:
-        """Keep where the current start stands."""
         self.current = state
         self._save()
 
     def finish(self, end: SearchEnd) -> None:
-        """Keep where the current start ended."""
         self.finished.append(end)
         self.current = None
         self._save()
 
     def _save(self) -> None:
-        if self._checkpoint is None:
-            return
-        self._checkpoint.save(
-            {
-                "identity": dict(self._identity),
-                "finished": [
-                    {"state": _plain(e.state), "objective": e.objective, "converged": e.converged}
-                    for e in self.finished
-                ],
-                "current": None if self.current is None else _plain(self.current),
+        if self._checkpoint is not None:
+            state = {
+                "identity": self._about,
+                "finished": self.finished,
+                "current": self.current,
                 "evaluations": self._residual.evaluations,
                 "calls": self._residual.calls,
                 "diverged": self._residual.diverged,
             }
-        )
+            self._checkpoint.save(to_dict(state))
 
 
-def identity(
-    residual: BatchedResidual,
-    parameters: Sequence[FreeParameter],
-    first: Mapping[str, float],
-    options: Mapping[str, Any],
-) -> dict[str, Any]:
-    """Describe what a fit is about, JSON-safe.
-
-    Args:
-        residual: the simulator.
-        parameters: p of them.
-        first: channel -> noise estimated at the first start, which identifies the data.
-        options: that its result depends on.
-    """
-    return {
-        "parameters": [asdict(p) for p in parameters],
-        "trials": [
-            [p.block.trial, p.block.channel, p.block.residual.size] for p in residual.places
-        ],
-        "residuals": dict(first),
-        "options": dict(options),
-    }
-
-
-def _plain(state: SearchState) -> dict[str, Any]:
-    return {**asdict(state), "place": state.place.tolist(), "noise": dict(state.noise)}
-
-
-def _state(saved: Mapping[str, Any]) -> SearchState:
+def _read(saved: Mapping[str, Any]) -> SearchState:
     return SearchState(**{**saved, "place": np.array(saved["place"], dtype=np.float64)})
 
 
-def _end(saved: Mapping[str, Any]) -> SearchEnd:
-    return SearchEnd(_state(saved["state"]), saved["objective"], saved["converged"])
-
-
 def _equal(saved: Any, now: Any) -> bool:
-    if isinstance(saved, Mapping) and isinstance(now, Mapping):
+    if isinstance(saved, dict) and isinstance(now, dict):
         return saved.keys() == now.keys() and all(_equal(saved[k], now[k]) for k in saved)
-    if isinstance(saved, (list, tuple)) and isinstance(now, (list, tuple)):
+    if isinstance(saved, list) and isinstance(now, list):
         return len(saved) == len(now) and all(map(_equal, saved, now))
     if isinstance(saved, float) and isinstance(now, float):
         return abs(saved - now) <= _SAME * max(abs(saved), abs(now))

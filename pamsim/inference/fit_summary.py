@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.estimate import Estimate, PriorPull
+from pamsim.inference.estimate import Estimate, PriorPull, without_intervals
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.identifiability import Identified, identified, parameter_flags
+from pamsim.inference.identifiability import BoolArray, Identified, identified, parameter_flags
 from pamsim.inference.intervals import ParameterCovariance, parameter_covariance
+from pamsim.inference.noise_model import rms
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import SearchEnd, short_of_optimum
 from pamsim.inference.simulator_fit import (
@@ -22,8 +22,6 @@ from pamsim.inference.simulator_fit import (
     SimulatorFit,
     StartReport,
 )
-
-BoolArray = NDArray[np.bool_]
 
 _SAME_OPTIMUM = 0.1  # of -2 log likelihood: a tenth of what one standard error costs
 _SHORT = 2.0
@@ -58,14 +56,12 @@ def summarise_fit(
         jacobian=jacobian,
         weight=cost.weight(best.state.noise),
     )
-    split, short = judged(cost, parameters, best, jacobian)
-    prior_residual, prior_jacobian = cost.priors(place)
-    information = np.sum(prior_jacobian**2, axis=0)
-    spread = parameter_covariance(linear, split.basis, np.diag(information))
+    found = judged(cost, parameters, best, jacobian)
+    split = found.split
+    spread = parameter_covariance(linear, split.basis, np.diag(found.information))
     # Sticking friction leaves steps in the misfit on which a search ends: how far it ended from
     # the optimum, as the Jacobian shows it, is an error of the estimates.
-    gradient = linear.jacobian.T @ (linear.weight**2 * residual) + prior_jacobian.T @ prior_residual
-    away = spread.white @ gradient
+    away = spread.white @ found.gradient
     spread = replace(spread, matrix=spread.matrix + np.outer(away, away))
     without = split.open | split.at_bound
     slope = np.where(without, np.nan, scale.slope(place))
@@ -73,13 +69,15 @@ def summarise_fit(
     errors = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):  # a fit that leaves nothing has no errors
         correlation = covariance / np.outer(errors, errors)
-    status, sentence = _status(parameters, split, best, short)
+    status, sentence = _status(parameters, split, best, found.short)
+    estimates = _parameters(cost, parameters, found, spread, place)
+    if status is FitStatus.NOT_CONVERGED:
+        estimates = without_intervals(estimates)
     return SimulatorFit(
-        parameters=_parameters(cost, parameters, split, spread, place, information),
+        parameters=estimates,
         covariance=covariance,
         correlation=correlation,
         determined=split.combinations,
-        weights=cost.weights,
         noise=_noise(cost, best, residual),
         status=status,
         sentence=sentence,
@@ -104,35 +102,48 @@ def summarise_fit(
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """What a Jacobian per range shows of the end of a search.
+
+    Attributes:
+        split: what is determined.
+        short: how far off the optimum of that is, see `short_of_optimum`.
+        gradient: of half the cost per range, shape (p,).
+        information: of each parameter's prior, per squared range, shape (p,).
+    """
+
+    split: Identified
+    short: float
+    gradient: FloatArray
+    information: FloatArray
+
+
 def judged(
     cost: RowWeights, parameters: Sequence[FreeParameter], end: SearchEnd, jacobian: FloatArray
-) -> tuple[Identified, float]:
-    """What a Jacobian (n, p) per range says of the end of a search.
-
-    Returns:
-        What is determined, and how far off the optimum of that is, see `short_of_optimum`.
-    """
+) -> Judged:
+    """Judge the end of a search by the Jacobian (n, p) of the residual per range there."""
     place, weight = end.state.place, cost.weight(end.state.noise)
-    residual = cost.residual.at(place)
-    assert residual is not None
-    prior_residual, prior_jacobian = cost.priors(place)
-    weighted = jacobian * weight[:, np.newaxis]
-    split = identified(parameters, place, weighted, np.sum(prior_jacobian**2, axis=0))
-    return split, short_of_optimum(
-        np.vstack([weighted, prior_jacobian]) @ split.basis,
-        np.concatenate([weight * residual, prior_residual]),
+    columns, miss = cost.columns(place, weight, jacobian), cost.miss(place, weight)
+    assert miss is not None
+    information = np.sum(columns[weight.size :] ** 2, axis=0)
+    split = identified(parameters, place, columns[: weight.size], information)
+    return Judged(
+        split=split,
+        short=short_of_optimum(columns @ split.basis, miss),
+        gradient=columns.T @ miss,
+        information=information,
     )
 
 
 def _parameters(
     cost: RowWeights,
     parameters: Sequence[FreeParameter],
-    split: Identified,
+    found: Judged,
     spread: ParameterCovariance,
     place: FloatArray,
-    information: FloatArray,
 ) -> tuple[Estimate, ...]:
-    scale = cost.residual.scale
+    scale, split = cost.residual.scale, found.split
     values, slope = scale.from_unit(place), scale.slope(place)
     # Where the data do not depend on a number, a start on a bound was moved off it to no purpose.
     none = split.dead & split.open
@@ -149,7 +160,7 @@ def _parameters(
         pull = p.prior and PriorPull(
             prior=p.prior,
             distance=float((values[i] - p.prior.mean) / p.prior.standard_deviation),
-            share=float(spread.white[i, i] * information[i]) if known else None,
+            share=float(spread.white[i, i] * found.information[i]) if known else None,
         )
         estimates.append(
             Estimate(
@@ -170,22 +181,17 @@ def _parameters(
 
 
 def _noise(cost: RowWeights, best: SearchEnd, residual: FloatArray) -> dict[str, ChannelNoise]:
-    squares: dict[str, dict[str, list[FloatArray]]] = {}
-    for p in cost.residual.places:
-        trials = squares.setdefault(p.block.channel, {})
-        trials.setdefault(p.block.trial, []).append(residual[p.rows] ** 2)
-
-    def rms(parts: Sequence[FloatArray]) -> float:
-        return float(np.sqrt(np.mean(np.concatenate(parts))))
-
     return {
         channel: ChannelNoise(
             standard_deviation=best.state.noise[channel],
             source=cost.noise.source(channel),
-            rms=rms([part for parts in trials.values() for part in parts]),
-            rms_per_trial={trial: rms(parts) for trial, parts in trials.items()},
+            rms=rms(residual, places),
+            rms_per_trial={
+                trial: rms(residual, [p for p in places if p.block.trial == trial])
+                for trial in dict.fromkeys(p.block.trial for p in places)
+            },
         )
-        for channel, trials in squares.items()
+        for channel, places in cost.noise.channels.items()
     }
 
 

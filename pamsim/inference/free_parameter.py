@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -105,7 +105,6 @@ class SearchScale:
     """
 
     def __init__(self, parameters: Sequence[FreeParameter]) -> None:
-        self._names = [p.name for p in parameters]
         self._log = np.array([p.scale == "log" for p in parameters], dtype=bool)
         self._ends = np.array([(p.low, p.high) for p in parameters], dtype=np.float64).reshape(
             -1, 2
@@ -127,14 +126,6 @@ class SearchScale:
         # Rounding in the exponential must not carry a value over its bound, nor keep it off.
         values = np.where(places >= 1.0, self._ends[:, 1], np.maximum(values, self._ends[:, 0]))
         return np.where(places <= 0.0, self._ends[:, 0], np.minimum(values, self._ends[:, 1]))
-
-    def place(self, values: Mapping[str, float]) -> FloatArray:
-        """Place in the unit cube, shape (p,), of values by name [parameter units]."""
-        return self.to_unit(np.array([values[name] for name in self._names]))
-
-    def values(self, place: FloatArray) -> dict[str, float]:
-        """Name -> value [parameter units] at a place (p,) in the unit cube."""
-        return dict(zip(self._names, self.from_unit(place).tolist(), strict=True))
 
     def slope(self, places: FloatArray) -> FloatArray:
         """Change of value per change of place, shape (p,) [parameter units]."""

@@ -53,15 +53,13 @@ def determined(jacobian: FloatArray, singular: float) -> Determined:
         singular: directions below this fraction of the largest singular value are flat.
     """
     norms = np.linalg.norm(jacobian, axis=0)
-    _, values, vt = np.linalg.svd(jacobian / norms, full_matrices=False)
+    # The triangle has the same right singular vectors, all of them.
+    _, values, vt = np.linalg.svd(np.linalg.qr(jacobian / norms, mode="r"))
     # Fewer rows than columns leave directions without a singular value: flat as well.
-    good = values > singular * values[0]
-    basis = (vt[good] / norms).T
-    if vt.shape[0] < vt.shape[1]:
-        vt = np.linalg.svd(jacobian / norms)[2]
-        good = np.append(good, np.zeros(vt.shape[0] - good.size, dtype=bool))
+    good = np.zeros(norms.size, dtype=bool)
+    good[: values.size] = values > singular * values[0]
     flat = vt[~good]
-    return Determined(basis, flat / norms, members(flat.T))
+    return Determined((vt[good] / norms).T, flat / norms, members(flat.T))
 
 
 def members(directions: FloatArray) -> BoolArray:
@@ -143,17 +141,18 @@ def identified(
     inner = np.flatnonzero(~dead & ~at_bound)
     flat, open_ = np.zeros(count, dtype=bool), dead & (information < 1.0)
     held = np.flatnonzero(dead & ~open_)
-    basis = [np.eye(count)[:, held] / np.sqrt(information[held])]
+    axes = np.eye(count)
+    basis = [axes[:, held] / np.sqrt(information[held])]
     combinations: tuple[str, ...] = ()
     if inner.size:
         split = determined(jacobian[:, inner], FLAT)
         flat[inner] = split.members
-        basis.append(_embedded(split.basis, inner, count))
+        basis.append(axes[:, inner] @ split.basis)
         if split.flat.size:
             plane = np.linalg.qr(split.flat.T)[0]
             known, turn = np.linalg.eigh(plane.T @ (information[inner, np.newaxis] * plane))
             pinned = known >= 1.0
-            basis.append(_embedded(plane @ turn[:, pinned] / np.sqrt(known[pinned]), inner, count))
+            basis.append(axes[:, inner] @ plane @ turn[:, pinned] / np.sqrt(known[pinned]))
             loose = plane @ turn[:, ~pinned]
             taking_part = members(np.linalg.qr(loose * norms[inner, np.newaxis])[0])
             open_[inner] = taking_part
@@ -266,12 +265,6 @@ def _written(row: FloatArray, members: Sequence[FreeParameter]) -> str:
         sign = (" - " if row[i] < 0.0 else " + ") if text else ""
         text += f"{sign}{factor}{term}"
     return text
-
-
-def _embedded(columns: FloatArray, rows: NDArray[np.intp], count: int) -> FloatArray:
-    full = np.zeros((count, columns.shape[1]))
-    full[rows] = columns
-    return full
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ B the covariance of the scores J^T W^2 r (Huber, Berkeley Symposium 1967; White,
 
 How much slow noise moves an estimate hangs on the coefficients of its model, which a few
 correlation times determine badly: the variances have as few degrees of freedom
-(`degrees_of_freedom`). How often the intervals hold: scripts/calibrate_study.py.
+(`FittedRecords.degrees_of_freedom`). How often the intervals hold: scripts/calibrate_study.py.
 
 A fit with p parameters follows the slow part of the noise: an AR model of what is left is too white
 and intervals built on it too narrow. For noise e of covariance O and an estimate that responds by
@@ -34,7 +34,13 @@ import scipy.linalg
 import scipy.special
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.coloured_noise import LARGEST_REFLECTION, MOST_ORDERS, ArNoise, aicc_penalty
+from pamsim.inference.coloured_noise import (
+    MOST_ORDERS,
+    ArNoise,
+    longer_predictor,
+    models_by_order,
+    within_limit,
+)
 from pamsim.inference.residual_block import BlockPlace
 from pamsim.inference.simulator_fit import Linearisation
 
@@ -91,32 +97,27 @@ def parameter_covariance(
     sure: list[_Part] = [(white @ information @ white, _MANY)]
     sure += [_scatter(trials, linear.residual, gain) for trials in repeated]
     groups = [
-        [
-            FittedRows(linear.residual[r], linear.jacobian[r], gain[r])
-            for r in (p.rows for p in group)
-        ]
+        FittedRecords(
+            [linear.residual[p.rows] for p in group],
+            [linear.jacobian[p.rows] for p in group],
+            [gain[p.rows] for p in group],
+            ordered=group[0].block.sample_interval is not None,
+        )
         for group in single
     ]
-    shares = [sum(float(np.sum(r.jacobian * r.gain)) for r in records) for records in groups]
-    preferred = longest = [
-        ArNoise((), float(np.mean(np.concatenate([r.residual for r in records]) ** 2)))
-        for records in groups
-    ]
+    noises = [(group.white_noise, group.white_noise) for group in groups]
     total = np.zeros_like(white)
     for _ in range(_ROUNDS if groups else 0):
         before = np.diag(total)
-        slow = [slow_gains(noise, r) for noise, r in zip(preferred, groups, strict=True)]
-        parts = [noise_in_estimate(r, og) for r, og in zip(groups, slow, strict=True)]
-        total = np.sum([matrix for matrix, _ in sure] + parts, axis=0)
-        colours = [
-            fit_colour(records, og, total, ordered=group[0].block.sample_interval is not None)
-            for records, og, group in zip(groups, slow, single, strict=True)
-        ]
-        preferred, longest = map(list, zip(*colours, strict=True))
+        each = [group.in_estimate(own) for group, (own, _) in zip(groups, noises, strict=True)]
+        total = np.sum([matrix for matrix, _ in sure] + each, axis=0)
+        noises = [group.colours(own, total) for group, (own, _) in zip(groups, noises, strict=True)]
         if np.all(np.abs(np.diag(total) - before) <= _SETTLED * before):
             break
-    matrix, quantile = _together([*sure, *_coloured_parts(preferred, groups, shares)])
-    wide, wide_quantile = _together([*sure, *_coloured_parts(longest, groups, shares)])
+    (matrix, quantile), (wide, wide_quantile) = (
+        _together([*sure, *(g.part(noise[k]) for g, noise in zip(groups, noises, strict=True))])
+        for k in (0, 1)
+    )
     # Slow drift below the sample noise escapes AICc, and the longest model alone is too unsure of
     # itself; the wider of the two covers best over the noises tried.
     variance = np.maximum(np.diag(matrix), 0.0)
@@ -128,7 +129,7 @@ def parameter_covariance(
         matrix=matrix * np.outer(factor, factor),
         white=white,
         quantile=np.where(wider, wide_quantile, quantile),
-        method=_method(repeated, single, preferred),
+        method=_method(repeated, single, [own for own, _ in noises]),
     )
 
 
@@ -160,18 +161,6 @@ def _scatter(trials: dict[str, list[BlockPlace]], residual: FloatArray, gain: Fl
     count = len(pulls)
     centred = pulls - pulls.mean(axis=0)
     return count / (count - 1.0) * centred.T @ centred, count - 1.0
-
-
-def _coloured_parts(
-    noises: Sequence[ArNoise], groups: Sequence[Sequence[FittedRows]], shares: Sequence[float]
-) -> list[_Part]:
-    return [
-        (
-            noise_in_estimate(records, slow_gains(noise, records)),
-            degrees_of_freedom(noise, records, share),
-        )
-        for noise, records, share in zip(noises, groups, shares, strict=True)
-    ]
 
 
 def _together(parts: Sequence[_Part]) -> tuple[FloatArray, FloatArray]:
@@ -210,125 +199,111 @@ def _method(
     return "sandwich covariance, Student's t; " + "; ".join(parts)
 
 
-@dataclass(frozen=True)
-class FittedRows:
-    """One record of a fit: what was left, and how it is tied to the estimate.
-
-    Attributes:
-        residual: shape (n,) [SI unit of the channel].
-        jacobian: change of the residual with the estimate, shape (n, p).
-        gain: G, the estimate's response to noise in these rows, shape (n, p).
-    """
-
-    residual: FloatArray
-    jacobian: FloatArray
-    gain: FloatArray
-
-
-def slow_gains(noise: ArNoise, records: Sequence[FittedRows]) -> list[FloatArray]:
-    """O G of each record: the covariance matrix of the noise times the gain, shape (n, p)."""
-    if noise.order == 0:
-        return [noise.variance * r.gain for r in records]
-    lags = noise.autocovariance(max(r.residual.size for r in records))
-    return [_toeplitz_times(lags[: r.residual.size], r.gain) for r in records]
-
-
-def noise_in_estimate(records: Sequence[FittedRows], slow: Sequence[FloatArray]) -> FloatArray:
-    """Covariance of the estimate due to noise in these records: sum of G^T O G, shape (p, p)."""
-    return np.sum([r.gain.T @ og for r, og in zip(records, slow, strict=True)], axis=0)
-
-
-def degrees_of_freedom(
-    noise: ArNoise, records: Sequence[FittedRows], share: float
-) -> FloatArray | float:
-    """Degrees of freedom of the estimate's variances, as of white samples that are as sure.
-
-    How much slow noise moves an estimate hangs on the coefficients of the noise, which few
-    correlation times determine badly (delta method; Fisher information of an AR model, Box and
-    Jenkins 1970).
+class FittedRecords:
+    """Records of one channel and rate: what a fit left, and how the estimate hangs on it.
 
     Args:
-        noise: of the records.
-        records: of one channel and sample interval.
-        share: of the fit's parameters that they determine.
+        residuals: of each record, shape (n,) [SI unit of the channel].
+        jacobians: change of each residual with the estimate, shape (n, p).
+        gains: G, the estimate's response to noise in the rows of each, shape (n, p).
+        ordered: False for rows without order in time, whose noise is white.
     """
-    samples = max(sum(r.residual.size for r in records) - share, 1.0)
-    if noise.order == 0 or noise.variance == 0.0:
-        return min(samples, _MANY)
-    count = max(r.gain.shape[0] for r in records)
-    length = 1 << (2 * count - 1).bit_length()
-    power = np.sum([np.abs(np.fft.rfft(r.gain, length, axis=0)) ** 2 for r in records], axis=0)
-    weights = 2.0 * np.fft.irfft(power, length, axis=0)[:count]
-    weights[0] *= 0.5
 
-    def shape(reflections: FloatArray) -> FloatArray:
-        """Coefficients of the noise, and the logarithms of the estimate's variances."""
-        one = ArNoise(tuple(reflections.tolist()), noise.variance)
-        variances = one.autocovariance(count) @ weights
-        return np.concatenate([one.coefficients, np.log(np.maximum(variances, _TINY))])
+    def __init__(
+        self,
+        residuals: Sequence[FloatArray],
+        jacobians: Sequence[FloatArray],
+        gains: Sequence[FloatArray],
+        *,
+        ordered: bool = True,
+    ) -> None:
+        self._residuals, self._jacobians, self._gains = residuals, jacobians, gains
+        sizes = [r.size for r in residuals]
+        self._longest, self._samples = max(sizes), sum(sizes)
+        self._most = min(MOST_ORDERS, self._samples // 10, min(sizes) // 4) if ordered else 0
 
-    at = np.array(noise.reflections)
-    steps = np.minimum(_STEP, 0.5 * (1.0 - np.abs(at)))
-    moved = [
-        (shape(at + step * way) - shape(at - step * way)) / (2.0 * step)
-        for step, way in zip(steps, np.eye(noise.order), strict=True)
-    ]
-    sensitivity = np.array(moved)  # of all to each reflection
-    along = np.linalg.solve(sensitivity[:, : noise.order], sensitivity[:, noise.order :])
-    information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
-    unsure = np.sum(along * np.linalg.solve(information, along), axis=0)
-    return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
+    @property
+    def white_noise(self) -> ArNoise:
+        """White noise as large as the residual."""
+        return ArNoise((), float(np.mean(np.concatenate(self._residuals) ** 2)))
 
+    def part(self, noise: ArNoise) -> _Part:
+        """What noise in these records adds to the covariance, and how sure that is."""
+        return self.in_estimate(noise), self.degrees_of_freedom(noise)
 
-def fit_colour(
-    records: Sequence[FittedRows],
-    slow: Sequence[FloatArray],
-    covariance: FloatArray,
-    *,
-    ordered: bool,
-) -> tuple[ArNoise, ArNoise]:
-    """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest tried.
+    def in_estimate(self, noise: ArNoise) -> FloatArray:
+        """Covariance of the estimate by noise in these records: sum of G^T O G, shape (p, p)."""
+        slow = self._slow_gains(noise)
+        return np.sum([gain.T @ og for gain, og in zip(self._gains, slow, strict=True)], axis=0)
 
-    The longest sees slow drift too weak for AICc to spend orders on.
+    def _slow_gains(self, noise: ArNoise) -> list[FloatArray]:
+        """O G of each record: the covariance matrix of the noise times the gain, shape (n, p)."""
+        if noise.order == 0:
+            return [noise.variance * gain for gain in self._gains]
+        lags = noise.autocovariance(self._longest)
+        return [_toeplitz_times(lags[: len(gain)], gain) for gain in self._gains]
 
-    Args:
-        records: of one channel and sample interval.
-        slow: from `slow_gains` with the noise as known so far.
-        covariance: of the estimate with that noise, shape (p, p).
-        ordered: False for rows without order in time: white.
+    def degrees_of_freedom(self, noise: ArNoise) -> FloatArray | float:
+        """Degrees of freedom of the estimate's variances, as of white samples that are as sure.
 
-    Source: Levinson's recursion; AICc of Hurvich and Tsai, Biometrika 76 (1989).
-    """
-    total = sum(r.residual.size for r in records)
-    shortest = min(r.residual.size for r in records)
-    most = min(MOST_ORDERS, total // 10, shortest // 4) if ordered else 0
-    lags = np.zeros(most + 1)
-    for r, og in zip(records, slow, strict=True):
-        lags += _lag_sums(r.residual[:, np.newaxis], r.residual[:, np.newaxis], most)
-        lags += _lag_sums(r.jacobian, og, most) + _lag_sums(og, r.jacobian, most)
-        lags -= _lag_sums(r.jacobian @ covariance, r.jacobian, most)
-    # Divided by the count of all samples, not of the pairs: only so the recursion stays stable.
-    return _levinson(lags / total, total)
+        How much slow noise moves an estimate hangs on the coefficients of the noise, which few
+        correlation times determine badly (delta method; Fisher information of an AR model, Box and
+        Jenkins 1970).
+        """
+        pairs = zip(self._jacobians, self._gains, strict=True)
+        share = sum(float(np.sum(jacobian * gain)) for jacobian, gain in pairs)  # of the parameters
+        samples = max(self._samples - share, 1.0)
+        if noise.order == 0 or noise.variance == 0.0:
+            return min(samples, _MANY)
+        count = self._longest
+        length = 1 << (2 * count - 1).bit_length()
+        power = np.sum([np.abs(np.fft.rfft(g, length, axis=0)) ** 2 for g in self._gains], axis=0)
+        weights = 2.0 * np.fft.irfft(power, length, axis=0)[:count]
+        weights[0] *= 0.5
 
+        def shape(reflections: FloatArray) -> FloatArray:
+            """Coefficients of the noise, and the logarithms of the estimate's variances."""
+            one = ArNoise(tuple(reflections.tolist()), noise.variance)
+            variances = one.autocovariance(count) @ weights
+            return np.concatenate([one.coefficients, np.log(np.maximum(variances, _TINY))])
 
-def _levinson(lags: FloatArray, total: int) -> tuple[ArNoise, ArNoise]:
-    variance = float(lags[0])
-    best = ArNoise((), max(variance, 0.0))
-    if variance <= 0.0:
-        return best, best
-    score = total * np.log(variance) + aicc_penalty(1, total)
-    predictor, reflections = np.array([1.0]), []
-    for k in range(1, lags.size):
-        reflection = -float(predictor @ lags[k:0:-1]) / variance
-        reflection = float(np.clip(reflection, -LARGEST_REFLECTION, LARGEST_REFLECTION))
-        longer = np.append(predictor, 0.0)
-        predictor = longer + reflection * longer[::-1]
-        reflections.append(reflection)
-        variance *= 1.0 - reflection**2
-        now = total * np.log(variance) + aicc_penalty(k + 1, total)
-        if now < score:
-            best, score = ArNoise(tuple(reflections), variance), now
-    return best, ArNoise(tuple(reflections), variance)
+        at = np.array(noise.reflections)
+        steps = np.minimum(_STEP, 0.5 * (1.0 - np.abs(at)))
+        moved = [
+            (shape(at + step * way) - shape(at - step * way)) / (2.0 * step)
+            for step, way in zip(steps, np.eye(noise.order), strict=True)
+        ]
+        sensitivity = np.array(moved)  # of all to each reflection
+        along = np.linalg.solve(sensitivity[:, : noise.order], sensitivity[:, noise.order :])
+        information = scipy.linalg.toeplitz(noise.autocovariance(noise.order)) / noise.variance
+        unsure = np.sum(along * np.linalg.solve(information, along), axis=0)
+        return np.clip(2.0 * samples / (2.0 + unsure), 1.0, _MANY)
+
+    def colours(self, noise: ArNoise, covariance: FloatArray) -> tuple[ArNoise, ArNoise]:
+        """Fit AR models to the corrected autocovariance: of an order by AICc, and of the highest.
+
+        The longest sees slow drift too weak for AICc to spend orders on.
+
+        Args:
+            noise: as known so far.
+            covariance: of the estimate with that noise, shape (p, p).
+
+        Source: Levinson's recursion; AICc of Hurvich and Tsai, Biometrika 76 (1989).
+        """
+        lags, slow = np.zeros(self._most + 1), self._slow_gains(noise)
+        for residual, jacobian, og in zip(self._residuals, self._jacobians, slow, strict=True):
+            lags += _lag_sums(residual[:, np.newaxis], residual[:, np.newaxis], self._most)
+            lags += _lag_sums(jacobian, og, self._most) + _lag_sums(og, jacobian, self._most)
+            lags -= _lag_sums(jacobian @ covariance, jacobian, self._most)
+        # Divided by the count of all samples, not of the pairs: only so the recursion stays stable.
+        lags /= self._samples
+        reflections: list[float] = []
+        predictor, error = np.array([1.0]), float(lags[0])
+        for k in range(1, lags.size if error > 0.0 else 1):
+            reflections.append(within_limit(-float(predictor @ lags[k:0:-1]) / error))
+            predictor = longer_predictor(predictor, reflections[-1])
+            error *= 1.0 - reflections[-1] ** 2
+        return models_by_order(float(lags[0]), reflections, self._samples)
 
 
 def _lag_sums(first: FloatArray, second: FloatArray, most: int) -> FloatArray:

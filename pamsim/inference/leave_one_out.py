@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,33 +14,13 @@ from pamsim.inference.residual_block import Simulate, stacked
 from pamsim.inference.row_weights import Priors
 from pamsim.inference.simulator_fit import SimulatorFit
 
-
-@dataclass(frozen=True, kw_only=True)
-class LeftOut:
-    """Errors at rows that a fit did not see.
-
-    Attributes:
-        residual: predicted minus measured, each row by the fit without it, shape (n,) [SI].
-        values: of those fits, shape (n, p) [parameter units].
-    """
-
-    residual: FloatArray
-    values: FloatArray
-
-    @property
-    def rms(self) -> float:
-        """Root mean square over the rows [SI]."""
-        return math.sqrt(float(np.mean(self.residual**2)))
+_SETTLED = 1e-3  # change of a parameter, in units of its range, at which a refit is done
+_MOST = 8  # iterations of a refit; two or three are usual
 
 
 def leave_one_out(
-    simulate: Simulate,
-    parameters: Sequence[FreeParameter],
-    fit: SimulatorFit,
-    *,
-    tolerance: float = 1e-3,
-    most: int = 8,
-) -> LeftOut:
+    simulate: Simulate, parameters: Sequence[FreeParameter], fit: SimulatorFit
+) -> FloatArray:
     """Refit without each row in turn, starting from the fit to all of them.
 
     Every refit is a Gauss-Newton iteration with the Jacobian of the common optimum, which is close
@@ -51,8 +30,9 @@ def leave_one_out(
         simulate: as it was fitted.
         parameters: as they were fitted.
         fit: to all rows, which must not be ordered in time (a static table).
-        tolerance: change of a parameter, in units of its range, at which a refit is done.
-        most: iterations.
+
+    Returns:
+        Predicted minus measured, each row by the fit without it, shape (n,) [SI].
 
     Raises:
         InputError: a block of a time series, fewer rows than parameters, or a refit that diverges.
@@ -80,7 +60,7 @@ def leave_one_out(
         return np.clip(place - np.linalg.lstsq(rows, miss, rcond=None)[0], 0.0, 1.0)
 
     at, left = np.tile(optimum, (count, 1)), np.tile(linear.residual, (count, 1))
-    for _ in range(most):
+    for _ in range(_MOST):
         moved = np.stack([step(i, left[i], at[i]) for i in range(count)])
         change = float(np.max(np.abs(moved - at)))
         at = moved
@@ -91,9 +71,9 @@ def leave_one_out(
                     f"without row {i + 1} the fit leaves the range that can be simulated"
                 )
             left[i] = residual
-        if change < tolerance:
+        if change < _SETTLED:
             break
-    return LeftOut(residual=np.diag(left).copy(), values=scale.from_unit(at))
+    return np.diag(left).copy()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,13 +33,12 @@ from numpy.typing import NDArray
 
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.inference.permutation import sign_flips
 
 DRAWN = 9_999
 """Sign patterns drawn where there are more in all (14 units and more): a p-value of 0.05 then has
 a standard error of 0.002. The smallest p-value is 0.0001."""
 
-_BLOCK = 1_000  # patterns at a time, so that many comparisons fit into memory
+_BLOCK = 500  # patterns at a time, so that many comparisons fit into memory
 _ROUNDING = 1e-12  # relative difference of two statistics that counts as none
 
 
@@ -114,7 +113,9 @@ def compare_paired(
     scaled = standardised(differences)
     units = unit_order(scaled)
     scaled = scaled[units]
-    spreads = _no_spreads if covariance is None else _spreads(covariance[:, units][:, :, units])
+    if covariance is None:
+        covariance = np.eye(count)[np.newaxis]
+    spreads = _spreads(covariance[:, units][:, :, units])
     observed = scaled.sum(axis=0) / spreads(np.ones((1, count)))[0]
     limit = observed - _ROUNDING * math.sqrt(count)
     reached, patterns = np.zeros(observed.size), 0
@@ -150,10 +151,6 @@ def _spreads(covariance: FloatArray) -> Callable[[FloatArray], FloatArray]:
     return ratio
 
 
-def _no_spreads(signs: FloatArray) -> FloatArray:
-    return np.ones((len(signs), 1))
-
-
 def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
     """Blocks of sign patterns, (b, units): all there are, or that observed and `DRAWN` others."""
     if _countable(units):
@@ -163,6 +160,24 @@ def sign_patterns(units: int, rng: np.random.Generator) -> Iterator[FloatArray]:
         return
     yield np.ones((1, units))
     yield from sign_flips(DRAWN, units, rng)
+
+
+def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[FloatArray]:
+    """Random signs in blocks of shape (b, size), ``count`` rows in all."""
+    for begin in range(0, count, _BLOCK):
+        yield rng.choice([-1.0, 1.0], (min(_BLOCK, count - begin), size))
+
+
+def upper_p_value(drawn: FloatArray, observed: float, *, scale: float | None = None) -> float:
+    """One-sided p-value of a statistic.
+
+    Args:
+        drawn: (k,) the statistic under the null hypothesis.
+        observed: the statistic of the data.
+        scale: size of the numbers it was summed from, for rounding; its own size if left out.
+    """
+    limit = observed - _ROUNDING * (abs(observed) if scale is None else scale)
+    return (1 + int(np.sum(drawn >= limit))) / (1 + drawn.size)
 
 
 def _countable(units: int) -> bool:

@@ -17,8 +17,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.model_comparison import sign_patterns, unit_order
-from pamsim.inference.permutation import upper_p_value
+from pamsim.inference.model_comparison import sign_patterns, unit_order, upper_p_value
 from pamsim.inference.projected_effect import orthonormal
 
 _AS_NEAR = 1e-9  # of the largest distance: neighbours that differ by rounding alone

@@ -89,61 +89,59 @@ class NoiseModel:
 
     def __init__(self, places: Sequence[BlockPlace], first: FloatArray) -> None:
         self._places = tuple(places)
+        self._channels: dict[str, list[BlockPlace]] = {}
+        for place in places:
+            self._channels.setdefault(place.block.channel, []).append(place)
         self._floor = {
-            channel: max(_EXACT * _rms(first, rows), _SMALLEST)
-            for channel, rows in _rows(self._places).items()
+            channel: max(_EXACT * rms(first, own), _SMALLEST)
+            for channel, own in self._channels.items()
         }
-        self._estimated = tuple(p for p in self._places if p.block.noise_sd is None)
+        self._estimated = [p for p in places if p.block.noise_sd is None]
         self._repeated = {channel for channel, _ in repeat_scatter(self._estimated, first)}
+
+    @property
+    def channels(self) -> Mapping[str, Sequence[BlockPlace]]:
+        """Channel -> its blocks."""
+        return self._channels
 
     def source(self, channel: str) -> NoiseSource:
         """Where the noise of a channel comes from."""
-        blocks = [p.block for p in self._places if p.block.channel == channel]
-        if all(block.noise_sd is not None for block in blocks):
+        if all(place.block.noise_sd is not None for place in self._channels[channel]):
             return NoiseSource.GIVEN
         return NoiseSource.REPEATS if channel in self._repeated else NoiseSource.RESIDUAL
 
     @property
     def fixed(self) -> bool:
         """True if no channel is estimated."""
-        return all(place.block.noise_sd is not None for place in self._places)
+        return not self._estimated
 
     def estimate(self, residual: FloatArray) -> dict[str, float]:
         """Channel -> standard deviation [SI unit of the channel], by a residual (n,)."""
         scatter = repeat_scatter(self._estimated, residual)
         noise: dict[str, float] = {}
-        for channel, smallest in self._floor.items():
-            own = [p for p in self._places if p.block.channel == channel]
+        for channel, own in self._channels.items():
             repeats = [s for (name, _), s in scatter.items() if name == channel]
-            estimated = [p.rows for p in own if p.block.noise_sd is None]
+            estimated = [p for p in own if p.block.noise_sd is None]
             if not estimated:
-                given = [p.block.noise_sd or 0.0 for p in own for _ in range(p.block.residual.size)]
-                noise[channel] = float(np.sqrt(np.mean(np.square(given))))
-            elif repeats:
-                noise[channel] = max(pooled_deviation(repeats), smallest)
-            else:
-                noise[channel] = max(_rms(residual, estimated), smallest)
+                sizes = [p.block.residual.size for p in own]
+                given = np.square([p.block.noise_sd or 0.0 for p in own])
+                noise[channel] = float(np.sqrt(np.average(given, weights=sizes)))
+                continue
+            found = pooled_deviation(repeats) if repeats else rms(residual, estimated)
+            noise[channel] = max(found, self._floor[channel])
         return noise
 
     def deviation(self, noise: Mapping[str, float]) -> FloatArray:
         """Standard deviation of every row, shape (n,) [SI units of the channels]."""
         return np.concatenate(
             [
-                np.full(
-                    place.block.residual.size, place.block.noise_sd or noise[place.block.channel]
-                )
-                for place in self._places
+                np.full(block.residual.size, block.noise_sd or noise[block.channel])
+                for block in (place.block for place in self._places)
             ]
         )
 
 
-def _rows(places: Sequence[BlockPlace]) -> dict[str, list[slice]]:
-    rows: dict[str, list[slice]] = {}
-    for place in places:
-        rows.setdefault(place.block.channel, []).append(place.rows)
-    return rows
-
-
-def _rms(residual: FloatArray, rows: Sequence[slice]) -> float:
-    chosen = np.concatenate([residual[r] for r in rows])
+def rms(residual: FloatArray, places: Sequence[BlockPlace]) -> float:
+    """Root mean square of a residual (n,) over some blocks [SI unit of their channel]."""
+    chosen = np.concatenate([residual[place.rows] for place in places])
     return float(np.sqrt(np.mean(chosen**2)))

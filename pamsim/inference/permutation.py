@@ -1,46 +1,23 @@
-"""Permutation and sign-flip tests: one helper for each, with seeds that fix the draws.
+"""Exchange of residuals: whether the best of many extensions of a model is so by chance.
 
-A p-value counts the observed arrangement among the drawn ones (Phipson and Smyth 2010), so that it
-is never 0.
+A p-value counts the observed order among the drawn ones (Phipson and Smyth 2010), so that it is
+never 0.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.stats import f as f_distribution
 
 from pamsim.core.units import FloatArray
-
-_ROUNDING = 1e-12
-"""Relative difference of two statistics that counts as none."""
-
-_BLOCK = 500
-"""Draws at a time, so that large tables fit into memory."""
+from pamsim.inference.projected_effect import orthonormal
 
 ORDERS = 2_999
 """Orders drawn: a p-value of 0.05 is then known to a twelfth of itself, the smallest is 0.00033."""
 _RANK = 1e-8
 """Share of the largest singular value below which a direction of a Jacobian counts as none."""
-
-
-def upper_p_value(drawn: FloatArray, observed: float, *, scale: float | None = None) -> float:
-    """One-sided p-value of a statistic.
-
-    Args:
-        drawn: (k,) the statistic under the null hypothesis.
-        observed: the statistic of the data.
-        scale: size of the numbers it was summed from, for rounding; its own size if left out.
-    """
-    limit = observed - _ROUNDING * (abs(observed) if scale is None else scale)
-    return (1 + int(np.sum(drawn >= limit))) / (1 + drawn.size)
-
-
-def sign_flips(count: int, size: int, rng: np.random.Generator) -> Iterator[FloatArray]:
-    """Random signs in blocks of shape (b, size), ``count`` rows in all."""
-    for begin in range(0, count, _BLOCK):
-        yield rng.choice([-1.0, 1.0], (min(_BLOCK, count - begin), size))
 
 
 def best_of_many_p_values(
@@ -66,7 +43,7 @@ def best_of_many_p_values(
     count = residual.size
     # In the order of size, so that the order of a table's rows changes nothing.
     order = np.argsort(residual, kind="stable")
-    spanned = _span(jacobian[order])
+    spanned = orthonormal(jacobian[order], _RANK)
     leverage = np.minimum(np.sum(spanned**2, axis=1), 1.0 - 1e-9)
     rest = residual[order] / np.sqrt(1.0 - leverage)
     rng = np.random.default_rng(seed)
@@ -76,7 +53,7 @@ def best_of_many_p_values(
     largest: dict[tuple[int, int], FloatArray] = {}  # F ratios, by degrees of freedom
     total = np.array([float(residual @ residual)])
     for extended_residual, extended_jacobian in extended:
-        wider = _span(extended_jacobian[order])
+        wider = orthonormal(extended_jacobian[order], _RANK)
         added = max(extended_jacobian.shape[1] - jacobian.shape[1], 1)
         left = count - spanned.shape[1] - added
         if left < 1:
@@ -93,15 +70,6 @@ def best_of_many_p_values(
     for (added, left), ratio in largest.items():
         best = np.minimum(best, f_distribution.sf(ratio, added, left))
     return [(1 + int(np.sum(best <= p * (1.0 + 1e-9)))) / (1 + ORDERS) for p in tails]
-
-
-def _span(jacobian: FloatArray) -> FloatArray:
-    """Orthonormal columns that span the columns of a Jacobian, (n, r)."""
-    if jacobian.shape[1] == 0:
-        return np.empty((jacobian.shape[0], 0))
-    scaled = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
-    left, size, _ = np.linalg.svd(scaled, full_matrices=False)
-    return left[:, size > _RANK * max(float(size[0]), 1e-300)]
 
 
 def _f_ratio(before: FloatArray, after: FloatArray, added: int, left: int) -> FloatArray:

@@ -11,7 +11,6 @@ from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
 from pamsim.inference.difference_jacobian import BatchedResidual
 from pamsim.inference.free_parameter import FreeParameter
-from pamsim.inference.noise_model import NoiseModel
 from pamsim.inference.residual_block import Simulate
 from pamsim.inference.row_weights import RowWeights
 from pamsim.inference.search import SearchState, search
@@ -97,13 +96,7 @@ class _Path:
     ) -> None:
         linear = fit.linearisation
         self._residual = BatchedResidual(simulate, parameters, linear.places)
-        self._cost = RowWeights(
-            self._residual,
-            parameters,
-            NoiseModel(linear.places, linear.residual),
-            fit.weights,
-            frozen=True,
-        )
+        self._cost = RowWeights(self._residual, parameters, linear.residual, frozen=True)
         self._parameter, self._index = parameters[index], index
         self._noise = {c: n.standard_deviation for c, n in fit.noise.items()}
         self._free = np.arange(len(parameters)) != index
@@ -112,12 +105,12 @@ class _Path:
         known = [p.rise95 for p in fit.parameters if p.rise95 is not None]
         self._threshold = result.rise95 or max([_CHI2, *known])
         best = self._residual.scale.to_unit(fit.values)
+        self._middle = float(best[index])
         self._reach = 1.0
         if result.interval95 is not None:
-            ends = [np.where(self._free, fit.values, end) for end in result.interval95]
-            places = [float(self._residual.scale.to_unit(end)[index]) for end in ends]
-            self._reach = _REACH * max(abs(place - float(best[index])) for place in places)
-        self._middle = float(best[index])
+            ends = np.where(self._free, fit.values, np.reshape(result.interval95, (2, 1)))
+            places = self._residual.scale.to_unit(ends)[:, index]
+            self._reach = _REACH * float(np.max(np.abs(places - self._middle)))
         self._seen: dict[float, tuple[float, FloatArray]] = {self._middle: (0.0, best)}
 
     def side(self, sign: float) -> float | None:
@@ -159,9 +152,9 @@ class _Path:
     def _closing(self, inside: float, outside: float) -> float:
         """Close in on the threshold; the root of the rise is nearly straight."""
         for _ in range(_REFINED):
-            if self._crossing(inside, outside) in (inside, outside):
-                break
             here = self._crossing(inside, outside)
+            if here in (inside, outside):
+                break
             rise = self._rise(here, inside)
             inside, outside = (here, outside) if rise <= self._threshold else (inside, here)
             if abs(rise - self._threshold) < _CLOSE * self._threshold:
@@ -177,21 +170,21 @@ class _Path:
 
     def profile(self, low: float | None, high: float | None) -> Profile:
         """Put the points in order and into words."""
-        order = sorted(self._seen)
-        smallest = min(self._seen[u][0] for u in order)
-        ends = [None if u is None else self._value(u) for u in (low, high)]
+        points = sorted((u, rise) for u, (rise, _) in self._seen.items())
+        smallest = min(rise for _, rise in points)
+        start, stop = (None if u is None else self._value(u) for u in (low, high))
         return Profile(
             name=self._parameter.name,
             unit=self._parameter.unit,
-            values=tuple(self._value(u) for u in order),
+            values=tuple(self._value(u) for u, _ in points),
             rise=tuple(
                 float(rise - min(smallest, 0.0)) if np.isfinite(rise) else None
-                for rise in (self._seen[u][0] for u in order)
+                for _, rise in points
             ),
             threshold=self._threshold,
-            low=ends[0],
-            high=ends[1],
-            sentence=self._sentence(ends[0], ends[1], smallest),
+            low=start,
+            high=stop,
+            sentence=self._sentence(start, stop, smallest),
             evaluations=self._residual.evaluations,
         )
 

@@ -10,17 +10,16 @@ All is linear about the fitted model, in whitened rows (`pamsim.inference.blocks
 
     residual = -(model and forms) a - signature * size + noise of variance 1
 
-Each unit is predicted from the other ones. With Q an orthonormal basis of the columns of model and
-forms, and Q_u its rows in unit u, the prediction of unit u has the covariance ``(1 - Q_u Q_u')^-1``
-in a unit's rows: a direction that no other unit determines has infinite variance and does not
-count. Losses are squares in this metric (Dawid's prequential score with a flat prior of the
-nuisance), the same for the models without and with the candidate. The candidate's size is that of
-the other units.
+Each row is predicted from the other ones. With Q an orthonormal basis of the columns of model and
+forms, and q its row, the prediction has the variance ``1 / (1 - q' q)``: a row that no other
+determines has an infinite one and does not count. Losses are squares in units of this variance
+(Dawid's prequential score with a flat prior of the nuisance), the same for the models without and
+with the candidate. The candidate's size is that of the other rows.
 
-Flips of the units' scores decide whether an effect is there (`compare_effects`). They hold their
-level from 3 units on, also of tables of ten rows with five parameters. Gains on unseen units are
-what to report, and what to compare models by. As a test of presence they are weaker: the other
-units give an absent effect some size, so that it is expected to lose.
+Flips of the rows' scores decide whether an effect is there (`compare_effects`). They hold their
+level from 3 rows on, also of tables of ten rows with five parameters. Gains on unseen rows are what
+to report, and what to compare models by. As a test of presence they are weaker: the other rows give
+an absent effect some size, so that it is expected to lose.
 
 Sources: F. Cook, Technometrics 19 (1977), and S. Weisberg, Applied Linear Regression (Wiley 1985)
 (residuals without a row, or rows); A. P. Dawid, Journal of the Royal Statistical Society A 147
@@ -52,12 +51,12 @@ class ProjectedEffect:
     """What a candidate adds to a model whose forms are free.
 
     Attributes:
-        losses: (u,) of the units, each predicted from the other ones with the candidate; mean
-            squares per row, to be compared with `FreeForms.losses`.
-        scores: (u,) fall of each unit's half sum of squares per size at size 0, forms profiled
-            out: above 0 where the unit speaks for a positive size.
-        score_covariance: (u, u) of the scores by the noise alone. It is diagonal but for what the
-            fit of model and forms to all units makes them share.
+        losses: (n,) of the rows, each predicted from the other ones with the candidate; squares,
+            to be compared with `FreeForms.losses`.
+        scores: (n,) fall of each row's half square per size at size 0, forms profiled out: above 0
+            where the row speaks for a positive size.
+        score_covariance: (n, n) of the scores by the noise alone. It is diagonal but for what the
+            fit of model and forms to all rows makes them share.
     """
 
     losses: FloatArray
@@ -69,35 +68,32 @@ class FreeForms:
     """A fitted model with the other forms of its effects free.
 
     Args:
-        stack: whitened residual, and Jacobian of nuisance parameters and effects in the model.
+        stack: whitened residual, and Jacobian of nuisance parameters and effects in the model; each
+            row is a unit of its own, in the order of the units.
         forms: (n, f) whitened signatures of the effects' other forms; f may be 0.
 
+    Attributes:
+        losses: (n,) squares of the rows, each predicted from the other ones.
+
     Raises:
-        InputError: fewer than two units, or forms of another number of rows.
+        InputError: fewer than two rows, units of several rows, or forms of another number of rows.
     """
 
     def __init__(self, stack: Stack, forms: FloatArray) -> None:
-        if len(stack.units) < 2:
-            raise InputError("one unit alone cannot be predicted from others; give two or more")
-        if forms.ndim != 2 or len(forms) != stack.residual.size:
-            raise InputError(f"forms of shape {forms.shape}, not ({stack.residual.size}, f)")
-        self.units = stack.units
-        self._unit = stack.unit
-        self._own = [np.flatnonzero(stack.unit == u) for u in range(len(stack.units))]
-        self._rows = np.bincount(stack.unit, minlength=len(stack.units)).astype(np.float64)
+        count = stack.residual.size
+        if count < 2:
+            raise InputError("one row alone cannot be predicted from others; give two or more")
+        if not np.array_equal(stack.unit, np.arange(count)):
+            raise InputError("rows are predicted one by one; give each as a unit of its own")
+        if forms.ndim != 2 or len(forms) != count:
+            raise InputError(f"forms of shape {forms.shape}, not ({count}, f)")
         self._basis = orthonormal(np.hstack([stack.jacobian, forms]))
-        # In each unit the directions of (1 - Q_u' Q_u)^(-1/2), undetermined ones left out.
-        self._roots: list[FloatArray] = []
-        for rows in self._own:
-            own = self._basis[rows]
-            known, turn = np.linalg.eigh(np.eye(own.shape[1]) - own.T @ own)
-            good = known > _RANK**2
-            self._roots.append((own @ turn[:, good]) / np.sqrt(known[good]))
-        self._residual = self.project_out(stack.residual)
-        self.losses = self._products(self._residual, self._residual) / self._rows
+        free = 1.0 - np.sum(self._basis**2, axis=1)
+        self._metric = 1.0 / np.where(free > _RANK**2, free, 1.0)
+        self._residual = self._project_out(stack.residual)
+        self.losses = self._metric * self._residual**2
 
-    def project_out(self, rows: FloatArray) -> FloatArray:
-        """Part of whitened rows, (n,) or (n, k), that model and forms cannot give."""
+    def _project_out(self, rows: FloatArray) -> FloatArray:
         return rows - self._basis @ (self._basis.T @ rows)
 
     def effect(self, signature: FloatArray) -> ProjectedEffect:
@@ -111,49 +107,36 @@ class FreeForms:
         """
         if signature.shape != self._residual.shape or not np.all(np.isfinite(signature)):
             raise InputError(f"signature of shape {signature.shape}, or not finite")
-        left = self.project_out(signature)
-        whole, kept = float(signature @ signature), float(left @ left)
-        if kept <= _RANK**2 * whole:
+        left = self._project_out(signature)
+        kept = float(left @ left)
+        if kept <= _RANK**2 * float(signature @ signature):
+            none = np.zeros_like(left)
             return ProjectedEffect(
-                losses=self.losses,
-                scores=np.zeros(self._rows.size),
-                score_covariance=np.zeros((self._rows.size, self._rows.size)),
+                losses=self.losses, scores=none, score_covariance=np.outer(none, none)
             )
-        slope = self._products(left, self._residual)
-        curvature = self._products(left, left)
-        along = -float(left @ self._residual)
-        others = kept - curvature  # what the other units know of the size
+        slope = self._metric * left * self._residual
+        curvature = self._metric * left**2
+        along = slope - float(left @ self._residual)
+        others = kept - curvature  # what the other rows know of the size
         known = others > _RANK**2 * kept
-        sizes = np.where(known, (along + slope) / np.where(known, others, 1.0), 0.0)
-        shared = np.stack([left[rows] @ self._basis[rows] for rows in self._own])
+        sizes = np.where(known, along / np.where(known, others, 1.0), 0.0)
+        shared = left[:, np.newaxis] * self._basis
         return ProjectedEffect(
-            losses=self.losses + (2.0 * sizes * slope + sizes**2 * curvature) / self._rows,
-            scores=-self._sums(left * self._residual),
-            score_covariance=np.diag(self._sums(left**2)) - shared @ shared.T,
+            losses=self.losses + 2.0 * sizes * slope + sizes**2 * curvature,
+            scores=-left * self._residual,
+            score_covariance=np.diag(left**2) - shared @ shared.T,
         )
-
-    def _products(self, a: FloatArray, b: FloatArray) -> FloatArray:
-        """Products of projected rows in the metric of each unit's prediction, (u,)."""
-        inside = self._sums(a * b)
-        for u, (rows, root) in enumerate(zip(self._own, self._roots, strict=True)):
-            inside[u] += float((root.T @ a[rows]) @ (root.T @ b[rows]))
-        return inside
-
-    def _sums(self, values: FloatArray) -> FloatArray:
-        """Sums over the rows of each unit, (u,)."""
-        sums = np.bincount(self._unit, weights=values, minlength=self._rows.size)
-        return sums.astype(np.float64)
 
 
 def compare_effects(effects: Sequence[ProjectedEffect], *, seed: int = 0) -> Comparisons:
     """Which candidates are there, each by itself.
 
-    The scores' signs are flipped for whole units; each flipped sum is compared in units of its own
-    standard deviation. In other words, the candidate competes with itself under the negative sign
-    in some units, which fits as well if it is absent.
+    The scores' signs are flipped; each flipped sum is compared in units of its own standard
+    deviation. In other words, the candidate competes with itself under the negative sign in some
+    rows, which fits as well if it is absent.
 
     Args:
-        effects: candidates with a positive size, on the same units.
+        effects: candidates with a positive size, on the same rows.
         seed: random seed of the sign patterns, where they are drawn.
 
     Raises:
@@ -168,11 +151,14 @@ def compare_effects(effects: Sequence[ProjectedEffect], *, seed: int = 0) -> Com
     )
 
 
-def orthonormal(columns: FloatArray) -> FloatArray:
-    """Orthonormal basis (n, r) of columns, which all count the same whatever their units."""
+def orthonormal(columns: FloatArray, rank: float = _RANK) -> FloatArray:
+    """Orthonormal basis (n, r) of columns, which all count the same whatever their units.
+
+    Directions below ``rank``, a share of the largest singular value, count as none.
+    """
     norms = np.linalg.norm(columns, axis=0)
     used = columns[:, norms > 0.0] / norms[norms > 0.0]
     if not used.size:
         return np.empty((len(columns), 0))
     basis, values, _ = np.linalg.svd(used, full_matrices=False)
-    return basis[:, values > _RANK * values[0]]
+    return basis[:, values > rank * values[0]]

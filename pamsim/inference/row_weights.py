@@ -1,4 +1,4 @@
-"""Weight of each row of a fit to trials: in units of its channel's noise, priors beside it."""
+"""Rows of a fit to trials: in units of their channels' noise, priors beside them."""
 
 from __future__ import annotations
 
@@ -38,49 +38,50 @@ class Priors:
 class RowWeights:
     """Cost of a fit to trials: residual rows in units of noise, and priors.
 
-    A row counts with the factor of its channel over the standard deviation of its noise.
-
     Args:
-        residual: the simulator.
+        residual: the simulator, its blocks known.
         parameters: p of them.
-        noise: of the channels.
-        weights: channel -> factor on its residuals in units of noise.
+        first: residual at the first start, shape (n,).
         frozen: True keeps the noise a search begins with.
 
     Attributes:
-        priors: of the parameters, as rows.
+        noise: of the channels.
+        priors: of the parameters, as m rows.
     """
 
     def __init__(
         self,
         residual: BatchedResidual,
         parameters: Sequence[FreeParameter],
-        noise: NoiseModel,
-        weights: Mapping[str, float],
+        first: FloatArray,
         *,
         frozen: bool = False,
     ) -> None:
         self.residual = residual
-        self.noise = noise
-        self.weights = weights
-        self.frozen = frozen or noise.fixed
+        self.noise = NoiseModel(residual.places, first)
+        self.frozen = frozen or self.noise.fixed
         self.priors = Priors(parameters, residual.scale)
-        self._factor = np.concatenate(
-            [
-                np.full(p.block.residual.size, weights.get(p.block.channel, 1.0))
-                for p in residual.places
-            ]
-        )
 
     def weight(self, noise: Mapping[str, float]) -> FloatArray:
-        """Factor on each row, shape (n,) [1 / SI unit of the channel]."""
-        return self._factor / self.noise.deviation(noise)
+        """1 / standard deviation of each row's noise, shape (n,) [1 / SI unit of the channel]."""
+        return 1.0 / self.noise.deviation(noise)
+
+    def miss(self, place: FloatArray, weight: FloatArray) -> FloatArray | None:
+        """Weighted residual and priors, shape (n + m,); None where the simulation diverges."""
+        residual = self.residual.at(place)
+        if residual is None:
+            return None
+        return np.concatenate([weight * residual, self.priors(place)[0]])
+
+    def columns(self, place: FloatArray, weight: FloatArray, jacobian: FloatArray) -> FloatArray:
+        """Jacobian of `miss`, shape (n + m, p), from that of the residual per range, (n, p)."""
+        return np.vstack([weight[:, np.newaxis] * jacobian, self.priors(place)[1]])
 
     def objective(self, place: FloatArray, noise: Mapping[str, float]) -> float:
         """-2 log likelihood up to a constant; infinite where the simulation diverges."""
         residual = self.residual.at(place)
         if residual is None:
             return np.inf
-        logs = 2.0 * self._factor**2 * np.log(self.noise.deviation(noise))
+        logs = 2.0 * np.log(self.noise.deviation(noise))
         squares = (self.weight(noise) * residual) ** 2
         return float(np.sum(logs + squares) + np.sum(self.priors(place)[0] ** 2))

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pamsim.core.units import FloatArray
-from pamsim.inference.bounded_least_squares import (
-    BreakdownError,
-    bounded_least_squares,
-    one_by_one,
-)
+from pamsim.inference.bounded_least_squares import BreakdownError, bounded_least_squares
 from pamsim.inference.identifiability import DEAD, FLAT, determined
 from pamsim.inference.row_weights import RowWeights
 
@@ -85,7 +81,7 @@ def search(
     while not converged and state.steps < max_steps and state.round < _ROUNDS:
         # Weights from a start far away are rough: no use in a sharp optimum for them.
         loose = state.round == 0 and (rough or not cost.frozen)
-        state, ended = _round(
+        found = _round(
             cost,
             state,
             max_steps,
@@ -94,6 +90,9 @@ def search(
             _LOOSE if loose else _TIGHT,
             NEAR if loose else arrived,
         )
+        if found is None:
+            break
+        state, ended = found
         residual = cost.residual.at(state.place)
         assert residual is not None
         noise = state.noise if cost.frozen else cost.noise.estimate(residual)
@@ -114,8 +113,8 @@ def _round(
     moved: NDArray[np.bool_],
     tolerance: float,
     arrived: float,
-) -> tuple[SearchState, bool]:
-    """Search with fixed noise."""
+) -> tuple[SearchState, bool] | None:
+    """Search with fixed noise; None if it cannot begin."""
     weight = cost.weight(state.noise)
     iterations, there = state.iterations, False
 
@@ -124,22 +123,15 @@ def _round(
         place[moved] = x
         return place
 
-    def misfit(x: FloatArray) -> FloatArray | None:
-        place = at(x)
-        residual = cost.residual.at(place)
-        if residual is None:
-            return None
-        return np.concatenate([weight * residual, cost.priors(place)[0]])
-
     def jacobian(x: FloatArray, _: FloatArray) -> FloatArray:
         nonlocal iterations
         place = at(x)
         calls = cost.residual.calls
-        columns = weight[:, np.newaxis] * cost.residual.followed(place, weight)
+        followed = cost.residual.followed(place, weight)
         if cost.residual.calls > calls:  # else followed from the Jacobian before
             iterations += 1
             report_progress(SearchState(place, state.noise, state.round, state.steps, iterations))
-        return np.vstack([columns, cost.priors(place)[1]])[:, moved]
+        return cost.columns(place, weight, followed)[:, moved]
 
     def has_arrived(residual: FloatArray, columns: FloatArray) -> bool:
         nonlocal there
@@ -148,7 +140,7 @@ def _round(
 
     try:
         fit = bounded_least_squares(
-            one_by_one(misfit),
+            lambda x: cost.miss(at(x), weight),
             [state.place[moved]],
             jacobian=jacobian,
             tolerance=tolerance,
@@ -157,7 +149,7 @@ def _round(
             give_up=has_arrived,
         )
     except BreakdownError:  # the bound itself is the rim of what breaks down
-        return state, False
+        return None
     steps = state.steps + fit.steps
     return SearchState(at(fit.x), state.noise, state.round, steps, iterations), (
         there or fit.converged

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Protocol
 
 import numpy as np
 
 from pamsim.core.encoding import NOT_IN_JSON, json_key, json_property
 from pamsim.core.units import FloatArray
-from pamsim.inference.estimate import Estimate, without_intervals
+from pamsim.inference.estimate import Estimate
 from pamsim.inference.residual_block import BlockPlace
 
 
@@ -35,18 +34,6 @@ class NoiseSource(StrEnum):
     """Scatter between trials of the same protocol."""
     RESIDUAL = "residual"
     """Root mean square of what the fit leaves, model error included."""
-
-
-class Checkpoint(Protocol):
-    """Where an interrupted fit leaves its state; the caller owns the disk."""
-
-    def load(self) -> dict[str, Any] | None:
-        """The state last saved, or None."""
-        ...
-
-    def save(self, state: dict[str, Any]) -> None:
-        """Keep a JSON-safe state."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +100,7 @@ class Linearisation:
         residual: simulated minus measured, shape (n,) [SI units of the channels].
         jacobian: change of the residual per change of each parameter's place in its range (0 to
             1, see `SearchScale`), shape (n, p).
-        weight: 1 / noise standard deviation of each row times the channel's weight, shape (n,).
+        weight: 1 / noise standard deviation of each row, shape (n,).
     """
 
     places: tuple[BlockPlace, ...]
@@ -133,7 +120,6 @@ class SimulatorFit:
         correlation: the same scaled to 1 on the diagonal.
         determined: combinations that are determined although their members are not, as text.
         noise: channel -> noise and residual.
-        weights: channel -> factor on its residuals in units of noise.
         status: whether to trust the numbers.
         sentence: the same for a person.
         interval_method: which intervals these are, for a person.
@@ -151,7 +137,6 @@ class SimulatorFit:
     correlation: FloatArray
     determined: tuple[str, ...]
     noise: Mapping[str, ChannelNoise]
-    weights: Mapping[str, float]
     status: FitStatus
     sentence: str
     interval_method: str
@@ -162,11 +147,6 @@ class SimulatorFit:
     diverged: int
     starts: tuple[StartReport, ...]
     linearisation: Linearisation = field(metadata=NOT_IN_JSON)
-
-    def __post_init__(self) -> None:
-        """State no interval where the search did not converge."""
-        if self.status is FitStatus.NOT_CONVERGED:
-            object.__setattr__(self, "parameters", without_intervals(self.parameters))
 
     @property
     def values(self) -> FloatArray:

@@ -64,8 +64,6 @@ def starting_places(
 
 
 def _spread(rng: np.random.Generator, count: int, size: int) -> FloatArray:
-    if count < 1:
-        return np.empty((0, size))
     return _INSIDE + (1.0 - 2.0 * _INSIDE) * latin_hypercube(rng, count, size)
 
 

@@ -56,8 +56,6 @@ class TrialNoise:
         if not self.models:
             return values
         own = self.models[trial]
-        if own.variance == self.variance:
-            return own.whiten(values)
         return own.whiten(values) * math.sqrt(self.variance / own.variance)
 
     def scaled(self, factor: float) -> TrialNoise:

@@ -22,11 +22,13 @@ from pamsim.core.parameters import Sourced
 from pamsim.engine.rig import Rig
 from pamsim.inference.leave_one_out import FittedForm, nested_leave_one_out
 from pamsim.papers.numerics import rms
-from pamsim.papers.static_models import SMALL_STEPS
 from pamsim.recordings.rig_file import RigFile
 
 SCHEMA = "pamsim-rig-calibration/1"
 FILE = "calibration.json"
+
+SMALL_STEPS = "small steps"
+"""Block of rows that every model is fitted without, the other blocks only by accepted models."""
 
 SAME_RMS_DEG = 0.02
 """Largest difference between recorded and simulated RMS that rounding of the parameters explains

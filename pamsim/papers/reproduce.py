@@ -13,7 +13,7 @@ from typing import Any
 from pamsim.core.computation import Progress, versions
 from pamsim.core.encoding import to_dict, write_json
 from pamsim.core.errors import InputError
-from pamsim.core.units import DEG_PER_RAD, FloatArray
+from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.engine.simulate import simulate
 from pamsim.identification.step_response import StepIdentification, identify_step, step_of_lags
@@ -191,20 +191,18 @@ def _model_responses(
     time = recording.time[keep]
     travelled = recording.angle - recording.angle[0]
     printed = mas20_models()
+    lags = {
+        "g1_paper": [printed["g1"]["T_s"]],
+        "g2_paper": [printed["g2"]["T1_s"], printed["g2"]["T2_s"]],
+    }
+    for name, model in (("g1", identified.g1), ("g2", identified.g2)):
+        lags[f"{name}_output_error"] = [*model.output_error.time_constants]
+        lags[f"{name}_arx"] = [*model.arx_unit_gain.time_constants]
     return {
         "time_s": time.tolist(),
         "simulated": (travelled[keep] / identified.final_value).tolist(),
-        "g1_output_error": _lags(identified.g1.output_error.time_constants, time),
-        "g2_output_error": _lags(identified.g2.output_error.time_constants, time),
-        "g1_arx": _lags(identified.g1.arx_unit_gain.time_constants, time),
-        "g2_arx": _lags(identified.g2.arx_unit_gain.time_constants, time),
-        "g1_paper": _lags((printed["g1"]["T_s"],), time),
-        "g2_paper": _lags((printed["g2"]["T1_s"], printed["g2"]["T2_s"]), time),
+        **{k: step_of_lags(time, *own).tolist() if own else None for k, own in lags.items()},
     }
-
-
-def _lags(constants: tuple[float, ...], time: FloatArray) -> list[float] | None:
-    return step_of_lags(time, *constants).tolist() if constants else None
 
 
 def reproduce(

@@ -98,10 +98,8 @@ def shift_rate(
     """
     after = shift - timestep * (tension - opposing) / chain.seating_damping
     half = 0.5 * chain.backlash
-    given = 0.0
-    if chain.tooth_compliance > 0.0:
-        reach = chain.seating_damping * chain.tooth_compliance
-        given = reach / (reach + timestep)
+    reach = chain.seating_damping * chain.tooth_compliance
+    given = reach / (reach + timestep)
     if after > half:
         after = half + given * (after - half)
     elif after < -half:

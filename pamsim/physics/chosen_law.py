@@ -16,7 +16,7 @@ from types import FunctionType
 from typing import Any
 
 from pamsim.core.compilation import function_of_text
-from pamsim.core.parameters import ParameterGroup, specs
+from pamsim.core.parameters import ParameterGroup
 from pamsim.physics.force_laws.catalog import FORCE_LAWS
 from pamsim.physics.hysteresis.catalog import OPERATORS
 from pamsim.physics.record import MutableRow, Parameters, Row
@@ -110,17 +110,12 @@ OF_OPERATOR = (operator_output, operator_energy, operator_rates)
 CHOICES: tuple[Callable[..., Any], ...] = (*OF_LAW, *OF_OPERATOR)
 """The functions that stand for another one in each muscle."""
 
-_AT = "m: Parameters, pressure: float, contraction: float"
-_WORK = f"def law_work({_AT}, gained: float) -> float:"
-_FIVE = "tuple[float, float, float, float, float]"
-_QUOTIENTS = f"""def law_derivatives({_AT}) -> {_FIVE}:
-    force = law_force(m, pressure, contraction)
+_QUOTIENTS = """force = law_force(m, pressure, contraction)
     rising = (law_force(m, pressure, contraction + apart) - force) / apart
     per_pressure = (law_force(m, pressure + above, contraction) - force) / above
     gained = law_volume(m, pressure, contraction)
     work = law_work(m, pressure, contraction, gained)
-    return force, rising, per_pressure, gained, work
-"""
+    return force, rising, per_pressure, gained, work"""
 
 
 @functools.cache
@@ -137,40 +132,28 @@ def law_functions(code: float) -> dict[Callable[..., Any], FunctionType]:
         EngineError: if it stands for no law that is known here.
     """
     card = FORCE_LAWS.card(FORCE_LAWS.group(code))
-    fields = [name for name, _ in specs(card.group)][1:]
-    every = {name: f"m.force.{name}" for name in fields}
-    every |= {name: f"m.braid.{name}" for name in card.braid_fields}
-    rest = "".join(f", {place}" for place in every.values())
-    known = {"pressure": "pressure", "contraction": "contraction", **every}
+    groups = dict.fromkeys(card.numbers, "m.force.") | dict.fromkeys(card.braid_fields, "m.braid.")
+    groups |= {"pressure": "", "contraction": ""}
     made: dict[Callable[..., Any], FunctionType] = {}
 
-    def add(place: Callable[..., Any], text: str, **names: Any) -> None:
-        made[place] = _made(place, text, code, names, (card.group, None))
+    def add(place: Callable[..., Any], body: str, own: Any = None, **names: Any) -> None:
+        taken = ", ".join(groups[name] + name for name in card.taken_by(own)) if own else ""
+        names["own"] = own
+        made[place] = _made(place, body.format(f"own({taken})"), code, names, (card.group, None))
 
-    def named(function: Callable[..., Any]) -> str:
-        """Arguments of a function by their names, those of the force if it has no names."""
-        kinds = [one.kind for one in inspect.signature(function).parameters.values()]
-        if inspect.Parameter.VAR_POSITIONAL in kinds:
-            return f"pressure, contraction{rest}"
-        return ", ".join(known[name] for name in inspect.signature(function).parameters)
-
-    call = f"return own(pressure, contraction{rest})"
-    add(law_force, f"def law_force({_AT}) -> float:\n    {call}\n", own=card.force_function)
-    add(law_volume, f"def law_volume({_AT}) -> float:\n    {call}\n", own=card.volume_function)
-    work = card.work_function
-    if work is None:
-        add(law_work, f"{_WORK}\n    return pressure * gained\n")
-    elif card.volume_varies:
-        add(law_work, f"{_WORK}\n    return own({named(work)})\n", own=work)
+    add(law_force, "return {}", card.force_function)
+    add(law_volume, "return {}", card.volume_function)
+    if card.volume_varies:
+        add(law_work, "return {}", card.work_function)
+    elif card.work_function is None:
+        add(law_work, "return pressure * gained")
     else:
-        add(law_work, f"{_WORK}\n    return pressure * gained + own({named(work)})\n", own=work)
-    together = card.derivatives_function
-    if together is None:
+        add(law_work, "return pressure * gained + {}", card.work_function)
+    if card.derivatives_function is None:
         parts = {place.__name__: made[place] for place in (law_force, law_volume, law_work)}
         add(law_derivatives, _QUOTIENTS, apart=_APART, above=_ABOVE, **parts)
     else:
-        text = f"def law_derivatives({_AT}) -> {_FIVE}:\n    {call}\n"
-        add(law_derivatives, text, own=together)
+        add(law_derivatives, "return {}", card.derivatives_function)
     return made
 
 
@@ -184,54 +167,38 @@ def operator_functions(code: float) -> dict[Callable[..., Any], FunctionType]:
     Raises:
         EngineError: if it stands for no operator that is known here.
     """
-    group: type[ParameterGroup] | None = None
-    functions: tuple[Callable[..., Any], ...] = (_no_output, _no_output, _no_rates)
+    bodies, group, own = ("return math.nan", "return math.nan", "pass"), None, (None,) * 3
     if code != 0.0:
         group = OPERATORS.group(code)
-        card = OPERATORS.card(group)
-        functions = (card.output, card.energy, card.rates)
-    at = "m: Parameters, z: Row"
-    texts = (
-        f"def operator_output({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
-        f"def operator_energy({at}, x: float) -> float:\n    return own(m.hysteresis, z, x)\n",
-        f"def operator_rates({at}, dz: MutableRow, x: float, x_rate: float, timestep: float)"
-        " -> None:\n    own(m.hysteresis, z, dz, x, x_rate, timestep)\n",
-    )
+        output = "return own(m.hysteresis, z, x)"
+        bodies = output, output, "own(m.hysteresis, z, dz, x, x_rate, timestep)"
+        own = OPERATORS.card(group).functions
     return {
-        place: _made(place, text, code, {"own": function}, (None, group))
-        for place, text, function in zip(OF_OPERATOR, texts, functions, strict=True)
+        place: _made(place, body, code, {"own": function}, (None, group))
+        for place, body, function in zip(OF_OPERATOR, bodies, own, strict=True)
     }
 
 
 def _made(
     place: Callable[..., Any],
-    text: str,
+    body: str,
     code: float,
     names: dict[str, Any],
     laws: tuple[type[ParameterGroup] | None, type[ParameterGroup] | None],
 ) -> FunctionType:
-    """The function of a text, see `function_of_text`.
+    """A function of a body, see `function_of_text`.
 
     Args:
-        place: that it stands for.
-        text: its definition.
+        place: that it stands for, whose arguments it has.
+        body: its text.
         code: of the law.
         names: what it refers to.
         laws: groups whose fields it takes from the record.
     """
-    where = f"<{place.__name__} of law {code:.0f}>"
+    name, where = place.__name__, f"<{place.__name__} of law {code:.0f}>"
+    head = f"def {name}{inspect.signature(place)}:".replace("'", "")
     space = {"__name__": __name__, "math": math, **names}
-    function = function_of_text(place.__name__, text, where, space)
-    function.__qualname__ = f"{place.__name__}_{code:.0f}"  # where laws meet, each has a name
+    function = function_of_text(name, f"{head}\n    {body}\n", where, space)
+    function.__qualname__ = f"{name}_{code:.0f}"  # where laws meet, each has a name
     vars(function)["laws"] = laws  # where Warp reads them
     return function
-
-
-def _no_output(h: Parameters, z: Row, x: float) -> float:
-    return math.nan
-
-
-def _no_rates(
-    h: Parameters, z: Row, dz: MutableRow, x: float, x_rate: float, timestep: float
-) -> None:
-    pass

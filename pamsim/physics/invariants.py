@@ -26,7 +26,7 @@ from pamsim.physics.friction import rubs
 from pamsim.physics.kernel import tension
 from pamsim.physics.learned import learns
 from pamsim.physics.muscle_valves import flow_through_valves, leak_flow, reached_opening
-from pamsim.physics.record import STATE_NAMES, MutableRow, Parameters, Row, States
+from pamsim.physics.record import STATE_WORDS, MutableRow, Parameters, Row, States
 from pamsim.physics.static_muscle import length_at_muscle, static_volume, volume_varies
 from pamsim.physics.supply import sags
 from pamsim.physics.valves import MEASURED, PULSE, has_tube
@@ -43,24 +43,6 @@ _SEARCH = 1e-11  # relative error of a pressure that is searched for
 _MARGIN = 1.05  # on the highest pressure, for one explicit step of filling
 _EMPTY = 1e-9  # share of its air in a chamber before the step that charges it, but for rounding
 _PLACES = 50  # contractions at which the largest volume is looked for
-
-_WORDS = {
-    "air": "air (a chamber without volume has no pressure)",
-    "friction": "dry friction",
-    "furthest": "furthest contraction",
-    "softened": "softening",
-    "bonds": "bonds of dry friction",
-    "line": "command's line",
-    "sag": "supply's sag",
-    "shift": "chain's shift",
-    "extension": "chain's extension",
-    "opening": "valves' opening",
-    "tube_pressure": "pressure in the tube",
-    "ambient_air": "air at ambient temperature",
-    "last_pressure": "pressure before",
-    "earlier_pressure": "pressure before",
-    "creep_2": "creep",
-}
 
 
 def broken_invariant(
@@ -143,10 +125,7 @@ def not_finite(act: Row) -> int:
 
 def state_name(place: int) -> str:
     """Name of a state in words, by its place from the end of ``act``."""
-    if place > len(STATE_NAMES):
-        return "hysteresis"
-    name = STATE_NAMES[len(STATE_NAMES) - place]
-    return _WORDS.get(name, name)
+    return "hysteresis" if place > len(STATE_WORDS) else [*STATE_WORDS.values()][-place]
 
 
 def _highest_pressure(

@@ -146,6 +146,8 @@ def state_rates(
     length = length_at_muscle(m, s, tendon_length)
     velocity = chain_ratio(m.chain, tendon_length) * tendon_velocity
     ds.shift = ds.extension = ds.friction = ds.bonds = ds.creep = ds.creep_2 = 0.0
+    ds.softened = ds.furthest = ds.line = ds.sag = ds.opening = ds.tube_pressure = 0.0
+    ds.ambient_air = ds.last_pressure = ds.earlier_pressure = 0.0
     if m.chain.backlash > 0.0:
         sliding = shift_rate(m.chain, s.shift, pull, opposing, timestep)
         ds.shift = sliding
@@ -161,7 +163,6 @@ def state_rates(
         ds.bonds = bond_rate(m.friction, s.bonds, tendon_velocity, timestep)
     kappa = contraction(m, length)
     hysteresis_rates(m, z, dz, kappa, -velocity / m.braid.nominal_length, timestep)
-    ds.softened = ds.furthest = 0.0
     if m.softening.share != 0.0:
         ds.softened = softening_rate(m.softening, s.softened, timestep)
     if m.first_stroke.force > 0.0 and not kappa <= s.furthest:
@@ -171,41 +172,28 @@ def state_rates(
     if m.creep.stiffness_2 > 0.0:
         ds.creep_2 = creep_rate(kappa, s.creep_2, m.creep.relaxation_time_2, timestep)
     if m.command == MEASURED:
-        ds.line = 0.0
-        ds.sag = 0.0
-        ds.opening = 0.0
-        ds.tube_pressure = 0.0
-        ds.ambient_air = 0.0
-        ds.last_pressure = 0.0
-        ds.earlier_pressure = 0.0
         imposed = command + m.chamber.atmosphere
         if imposed < m.chamber.floor:
             imposed = m.chamber.floor
         ds.air = (imposed - s.air) / timestep
         return pull
     ds.line = line_rate(m, s, command, timestep)
-    ds.sag = 0.0
     if sags(m):
         share = sag / (m.valve.supply_pressure + m.chamber.atmosphere)
         ds.sag = (share - s.sag) / timestep
     at_valve_abs = pressure_at_valve(m, s, pressure_abs)
     opening = reached_opening(m, s, command, at_valve_abs, time, timestep)
-    ds.opening = 0.0
     if m.valve.travel_time + m.valve.hysteresis > 0.0:
         ds.opening = (opening - s.opening) / timestep
     flow = flow_through_valves(m, at_valve_abs, opening, sag)
-    ds.tube_pressure = 0.0
     if has_tube(m.valve):
         after, flow = tube_step(m, at_valve_abs, pressure_abs, flow, timestep)
         ds.tube_pressure = (after - s.tube_pressure) / timestep
     flow += crossing - leak_flow(m, pressure_abs)
-    ds.last_pressure = 0.0
-    ds.earlier_pressure = 0.0
     if volume_varies(m):
         ds.last_pressure = (pressure_abs - s.last_pressure) / timestep
         ds.earlier_pressure = (s.last_pressure - s.earlier_pressure) / timestep
     ds.air = air_state_rate(m.chamber, pressure_abs, flow)
-    ds.ambient_air = 0.0
     air, ambient_air = s.air, s.ambient_air
     if air == 0.0:  # as `mj_resetData` leaves it: the step begins with ambient air
         inside = chamber_volume(m, z, length, pressure_abs - m.chamber.atmosphere)

@@ -40,27 +40,30 @@ SIGNATURE = 7240.288
 """First number of every pamsim muscle's row. MJCF is written with six digits, so the numbers of a
 model that was saved as MJCF are no longer exact, and this one shows it."""
 
-STATE_NAMES = (
-    "softened",  # share of the softening that a run has brought so far
-    "furthest",  # contraction of all strokes so far
-    "bonds",  # of dry friction, as a share of those after a long rest
-    "earlier_pressure",  # absolute, of the step before last; used if it has to be searched for
-    "last_pressure",  # of the last step
-    "ambient_air",  # pressure times volume that the air would have at ambient temperature
-    "creep_2",  # contraction of the second creep element's dashpot
-    "tube_pressure",  # absolute, at the valves' end of the tube
-    "opening",  # of slow valves
-    "sag",  # of the supply, as a share; the same in all muscles on it
-    "friction",  # dry, along the tendon [N]
-    "line",  # the command as it leaves its line
-    "creep",
-    "shift",  # of the chain on the sprocket [m]
-    "extension",  # of the chain [m]
-    "air",  # air state y = P^(1/n) V; the pressure itself where that is measured
-)
-"""States that every muscle has, at the end of its ``act``. All exist even where an effect is off,
-so that any effect can be added to a compiled model. Before them lies the memory: the hysteresis
-operator's states, then the blocks of the one in parallel."""
+STATE_WORDS = {
+    "softened": "softening",  # share of that which a run has brought so far
+    "furthest": "furthest contraction",  # of all strokes so far
+    "bonds": "bonds of dry friction",  # as a share of those after a long rest
+    "earlier_pressure": "pressure before",  # of the step before last; used if it is searched for
+    "last_pressure": "pressure before",  # absolute, of the last step
+    "ambient_air": "air at ambient temperature",  # pressure times volume that it would have there
+    "creep_2": "creep",  # contraction of the second element's dashpot
+    "tube_pressure": "pressure in the tube",  # absolute, at the valves' end
+    "opening": "valves' opening",  # of slow valves
+    "sag": "supply's sag",  # as a share; the same in all muscles on it
+    "friction": "dry friction",  # along the tendon [N]
+    "line": "command's line",  # the command as it leaves it
+    "creep": "creep",
+    "shift": "chain's shift",  # on the sprocket [m]
+    "extension": "chain's extension",  # [m]
+    # Air state y = P^(1/n) V; the pressure itself where that is measured.
+    "air": "air (a chamber without volume has no pressure)",
+}
+"""States that every muscle has, at the end of its ``act`` -> what they are, for a reader. All exist
+even where an effect is off, so that any effect can be added to a compiled model. Before them lies
+the memory: the hysteresis operator's states, then the blocks of the one in parallel."""
+
+STATE_NAMES = tuple(STATE_WORDS)
 
 STATES = np.dtype([(name, np.float64) for name in STATE_NAMES])
 
@@ -146,7 +149,7 @@ def slot(name: str, muscle: Muscle | None = None) -> int:
     Raises:
         InputError: if there is no such parameter, with the nearest name.
     """
-    known = places_in_row() if muscle is None else _slots_of(muscle)
+    known = places_in_row() if muscle is None else _slots_of(*map(type, muscle.groups))
     if name not in known:
         raise InputError(f"no muscle parameter {name!r}; {nearest(name, known)}")
     return known[name]
@@ -154,15 +157,11 @@ def slot(name: str, muscle: Muscle | None = None) -> int:
 
 def has_parameter(muscle: Muscle, name: str) -> bool:
     """Whether a muscle has a parameter of a name, as `slot` takes it."""
-    return name in _slots_of(muscle)
-
-
-def _slots_of(muscle: Muscle) -> dict[str, int]:
-    return _slots_of_groups(tuple(type(group) for group in muscle.groups))
+    return name in _slots_of(*map(type, muscle.groups))
 
 
 @functools.cache
-def _slots_of_groups(groups: tuple[type[ParameterGroup], ...]) -> dict[str, int]:
+def _slots_of(*groups: type[ParameterGroup]) -> dict[str, int]:
     chosen = {group.group: group for group in groups}
     every = places_in_row(chosen.get("force"), chosen.get("hysteresis"))
     names = (f"{group.group}.{name}" for group in groups for name, _ in specs(group))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pamsim.core.errors import InputError
-from pamsim.core.units import FloatArray, to_si
+from pamsim.core.units import FloatArray, number_and_unit, to_si
 from pamsim.physics.air import ATMOSPHERE
 from pamsim.recordings.columns import Columns
 from pamsim.recordings.signals import EFFORTS, JOINT_KINDS, SignalNames
@@ -87,6 +87,7 @@ class Guess:
     sign: int = 1  # 1 or -1
     absolute: bool = False  # whether pressures count from vacuum
     times: str = ""  # factor with its unit, such as ``0.0069 m`` of a force that makes a torque
+    wraps: float = 0.0  # time in its unit after which a clock begins again, 0 for one that runs on
     # What is not certain, and why; none if the name states everything
     warnings: tuple[str, ...] = ()
 
@@ -96,17 +97,28 @@ class Guess:
         kind = self.quantity.rpartition(".")[2]
         return {"pressure_set": "pressure", "pulse": "valve"}.get(kind, kind)
 
+    def seconds(self, where: str) -> float:
+        """How long 1 in the column of a clock is, with its factor [s]."""
+        factor, of_factor = number_and_unit(self.times or "1", where=where)
+        return to_si(factor, f"{self.unit}*({of_factor or 1})", "s", where=where)
+
 
 def guess_columns(
-    columns: Columns, names: SignalNames, *, supply: float, stated: Sequence[Guess] = ()
+    columns: Columns,
+    names: SignalNames,
+    *,
+    supply: float,
+    stated: Sequence[Guess] = (),
+    ignore: Sequence[str] = (),
 ) -> tuple[tuple[Guess, ...], dict[str, str]]:
     """Guess what each column of a log is: the guesses, and column -> why it is not used.
 
     Pressures lie below the gauge pressure of the rig's ``supply`` [Pa]. What the user has
-    ``stated`` of some columns is taken over; the unit is guessed where it is empty.
+    ``stated`` of some columns is taken over; the unit is guessed where it is empty. Columns to
+    ``ignore`` are left out.
 
     Raises:
-        InputError: if a stated column is not there, or a quantity is stated twice.
+        InputError: if a stated or ignored column is not there, or a quantity is stated twice.
     """
     found: dict[str, Guess] = {}
     unused: dict[str, str] = {}
@@ -117,7 +129,10 @@ def guess_columns(
         words, unit, _ = _parts(one.column, columns.units.get(one.column, ""))
         found[one.quantity] = one if one.unit else _with_unit(one, words, unit)
     taken = {one.column for one in stated}
-    for name in (name for name in columns.cells if name not in taken):
+    for name in ignore:
+        columns.require(name, " to ignore")
+        unused[name] = "ignored"
+    for name in (name for name in columns.cells if name not in taken and name not in unused):
         one = _by_name(columns, name, names)
         if isinstance(one, str):
             unused[name] = one
@@ -128,10 +143,14 @@ def guess_columns(
     guesses: list[Guess] = []
     for one in sorted(found.values(), key=lambda one: list(columns.cells).index(one.column)):
         if not one.unit:
-            # Columns of one kind that state no unit share theirs.
-            same = [o.column for o in found.values() if o.kind == one.kind and not o.unit]
-            values = np.concatenate([columns.numbers(name) for name in same])
-            unit, warnings = _unit_by_size(one.kind, values, supply)
+            # Columns of one kind share their unit.
+            same = [o for o in found.values() if o.kind == one.kind]
+            known = [o for o in same if o.unit]
+            if known:
+                unit, warnings = known[0].unit, (f"unit {known[0].unit}, as {known[0].column}",)
+            else:
+                values = np.concatenate([columns.numbers(o.column) for o in same])
+                unit, warnings = _unit_by_size(one.kind, values, supply)
             one = replace(one, unit=unit, warnings=(*one.warnings, *warnings))
         gauge = one.quantity.endswith(".pressure") and not one.absolute
         if gauge and one.column not in taken:

@@ -75,6 +75,11 @@ def in_own_format(columns: Columns, table: object, where: str) -> Columns:
     return replace(columns, cells=cells_of(found), ignored=ignored, units={}, notes=notes)
 
 
+def unwrapped(time: FloatArray, end: float) -> FloatArray:
+    """Times that run on, of a clock that begins again at 0 after ``end``."""
+    return time + end * np.cumsum(np.diff(time, prepend=time[0]) < 0.0)
+
+
 def _by_rate(table: object, rows: int, where: str) -> FloatArray:
     """Times of the rows of a log without a clock [s]."""
     rate: str = check_table(table, _RATE, where)["rate"]
@@ -127,7 +132,7 @@ def _quantity(
         columns.refuse(
             values >= end, lambda i: f"{column}: the clock is at {values[i]:g} s, {late}"
         )
-        values = values + end * np.cumsum(np.diff(values, prepend=values[0]) < 0.0)
+        values = unwrapped(values, end)
     return name, values + zero, column
 
 

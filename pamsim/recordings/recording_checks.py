@@ -54,7 +54,7 @@ def clock(columns: Columns) -> str:
         steps <= 0.0,
         lambda i: (
             f"time_s = {time[i]:g} does not come after {time[i - 1]:g} in line {lines[i - 1]};"
-            " sort the rows and drop repeated times"
+            " sort the rows and drop repeated times, or state `wraps` of a clock that begins again"
         ),
     )
     steps[0] = median = float(np.median(steps[1:]))

@@ -235,7 +235,10 @@ def _trial(table: Mapping[str, Any], columns: Columns, notes: list[str]) -> _Rea
     columns.require("time_s")
     driven = [(column, k) for column, k in zip(command, drives.kinds, strict=True) if column]
     for column, kind in driven:
-        why = f", which drive = {kind!r} needs: what drives the simulation must be recorded"
+        why = (
+            f", which drive = {kind!r} needs: what drives the simulation must be recorded, or"
+            " stated by a schedule"
+        )
         columns.require(column, why, "no command column")
         if kind in EFFORTS.values():  # from outside, which is no measurement of the rig
             channels.pop(column, None)

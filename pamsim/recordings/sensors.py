@@ -229,9 +229,8 @@ def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatA
 
 def _errors(chain: MeasurementChain, of: str) -> tuple[float, float, float]:
     """Scale, bend and bias of a sensor."""
-    if of == "pressure":
-        return chain.pressure_scale, chain.pressure_bend, chain.pressure_bias
-    return chain.angle_scale, chain.angle_bend, chain.angle_bias
+    scale, bend, bias = (getattr(chain, f"{of}_{name}") for name in ("scale", "bend", "bias"))
+    return scale, bend, bias
 
 
 def measured(recording: Recording, chain: MeasurementChain | None) -> Recording:

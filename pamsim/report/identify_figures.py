@@ -40,6 +40,8 @@ from pamsim.report.style import (
 
 _MOST_TRIALS = 5
 
+_DOTTED: dict[str, Any] = {"color": MUTED, "linewidth": 0.8, "linestyle": ":"}
+_BAND: dict[str, Any] = {"color": VERMILION, "alpha": 0.2, "linewidth": 0}
 _DIRECTIONS = {1: ("^", "rising input"), -1: ("v", "falling input"), 0: ("o", "both ways")}
 
 
@@ -80,25 +82,15 @@ def measured_and_model(result: Mapping[str, Any], curves: Curves) -> Figure:
         role = "held out" if trial.held_out else "fitted"
         upper.plot(trial.time, trial.output, color=INK, linewidth=2.6, alpha=0.35, label="measured")
         upper.plot(trial.time, trial.model, color=VERMILION, linewidth=1.1, label="model")
-        lower.plot(trial.time, trial.model - trial.output, color=BLUE, linewidth=0.8)
+        off = trial.model - trial.output
+        lower.plot(trial.time, off, color=BLUE, linewidth=0.8, label="model − measured")
         title = f"{words(trial.name)} ({role})"
-        last = len(trials) == 1 or trial is trials[-1]
-        finish_axes(
-            upper,
-            y=label("output", unit),
-            x="time [s]" if last and len(trials) > 1 else "",
-            title=title,
-            zero=False,
-        )
-        finish_axes(lower, y=label("difference", unit), x="time [s]" if last else "")
-    handles, labels = pairs[0][0].get_legend_handles_labels()
-    (difference,) = pairs[0][1].lines[:1]
-    figure.legend(
-        handles=[*handles, difference],
-        labels=[*labels, "model − measured"],
-        loc="outside upper right",
-        ncols=3,
-    )
+        finish_axes(upper, y=label("output", unit), title=title, zero=False)
+        finish_axes(lower, y=label("difference", unit))
+    for ax in panels[-1:] if len(trials) == 1 else panels[-2:]:
+        ax.set_xlabel("time [s]")
+    handles = [*pairs[0][0].lines, pairs[0][1].lines[0]]
+    figure.legend(handles=handles, loc="outside upper right", ncols=3)
     return figure
 
 
@@ -159,20 +151,14 @@ def steps_and_poles(result: Mapping[str, Any], curves: Curves) -> Figure:
     for i, (ax, step) in enumerate(zip(panels, curves.steps, strict=False)):
         gain = _gain(result, i)
         if step.band is not None:
-            ax.fill_between(
-                step.time, *step.band, color=VERMILION, alpha=0.2, linewidth=0, label="95 % band"
-            )
+            ax.fill_between(step.time, *step.band, label="95 % band", **_BAND)
         ax.plot(step.time, step.output, color=VERMILION, label=model_title(model["name"]))
         if settles:
-            ax.axhline(
-                gain["value"], color=MUTED, linewidth=0.8, linestyle=":", label="static gain K"
-            )
-        finish_axes(
-            ax,
-            x="time after a unit step [s]",
-            y=label("response", gain["unit"]),
-            title="step response" + _to_input(result, i),
-        )
+            ax.axhline(gain["value"], label="static gain K", **_DOTTED)
+        into = result["inputs"][i]["expression"]
+        title = f"step response to [{i + 1}] {words(into)}" if count > 2 else "step response"
+        unit = gain["unit"]
+        finish_axes(ax, x="time after a unit step [s]", y=label("response", unit), title=title)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles=handles, labels=labels, loc="outside upper center", ncols=3)
     _draw_poles(panels[count - 1], result)
@@ -187,13 +173,6 @@ def _gain(result: Mapping[str, Any], given: int) -> Mapping[str, Any]:
     return parameters["K" if len(result["inputs"]) == 1 else f"K[{given + 1}]"]
 
 
-def _to_input(result: Mapping[str, Any], given: int) -> str:
-    """Which of several inputs, for a title."""
-    if len(result["inputs"]) == 1:
-        return ""
-    return f" to [{given + 1}] {words(result['inputs'][given]['expression'])}"
-
-
 def magnitude_and_phase(
     response: FrequencyResponse, frequency: FloatArray, name: str, band_name: str | None = None
 ) -> tuple[Figure, list[Axes]]:
@@ -204,13 +183,7 @@ def magnitude_and_phase(
         (panels[1], response.phase, response.phase_band, DEG_PER_RAD),
     ):
         if band is not None:
-            look: dict[str, Any] = {
-                "color": VERMILION,
-                "alpha": 0.2,
-                "linewidth": 0,
-                "label": band_name,
-            }
-            ax.fill_between(frequency, *(scale * band), **look)
+            ax.fill_between(frequency, *(scale * band), label=band_name, **_BAND)
         ax.plot(frequency, scale * values, color=VERMILION, label=name)
         ax.set_xscale("log")
         ax.grid(True, axis="x")
@@ -229,14 +202,9 @@ def bode(result: Mapping[str, Any], curves: Curves, given: int = 0) -> Figure:
     nyquist = curves.nyquist / (2.0 * np.pi)
     corners = sorted({round(abs(complex(*p)), 9) for p in model["poles_rad_per_s"]} - {0.0})
     for number, corner in enumerate(corners):
+        name = None if number else "corner frequency"
         for ax in (upper, lower):
-            ax.axvline(
-                corner / (2.0 * np.pi),
-                color=MUTED,
-                linewidth=0.8,
-                linestyle=":",
-                label="corner frequency" if number == 0 else None,
-            )
+            ax.axvline(corner / (2.0 * np.pi), label=name, **_DOTTED)
     finish_axes(upper, y=label("magnitude", _gain(result, given)["unit"]), zero=False)
     finish_axes(lower, x="frequency [Hz]", y="phase [deg]", zero=False)
     span = DEG_PER_RAD * float(np.ptp(response.phase))
@@ -306,7 +274,16 @@ def local_map(result: Mapping[str, Any]) -> Figure:
         if by_level
         else f"operating point, all at {fixed(levels[0] if levels else None, 0)} kPa"
     )
-    _legend(figure, models, loads)
+    handles = [
+        Line2D([], [], color=series_look(i)[0], linewidth=3, label=f"load {load:g} kg")
+        for i, load in enumerate(loads)
+    ] + [
+        Line2D([], [], color=INK, marker=marker, linestyle="none", label=text)
+        for direction, (marker, text) in _DIRECTIONS.items()
+        if any(model["direction"] == direction for model in models)
+    ]
+    if handles:
+        figure.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 4))
     return figure
 
 
@@ -337,15 +314,3 @@ def _panel(
         margin = max(high - low, 0.5 * abs(high))
         bottom, top = ax.get_ylim()
         ax.set_ylim(max(bottom, low - margin), min(top, high + margin))
-
-
-def _legend(figure: Figure, models: Sequence[Mapping[str, Any]], loads: list[float]) -> None:
-    handles = [
-        Line2D([], [], color=series_look(i)[0], linewidth=3, label=f"load {load:g} kg")
-        for i, load in enumerate(loads)
-    ]
-    for direction, (marker, text) in _DIRECTIONS.items():
-        if any(model["direction"] == direction for model in models):
-            handles.append(Line2D([], [], color=INK, marker=marker, linestyle="none", label=text))
-    if handles:
-        figure.legend(handles=handles, loc="outside upper right", ncols=min(len(handles), 4))

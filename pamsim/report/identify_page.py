@@ -13,19 +13,9 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.curves import Curves, frequency_response
 from pamsim.identification.frequency import SCHEMA as FREQUENCY_SCHEMA
 from pamsim.identification.frequency import FrequencyIdentification
-from pamsim.identification.result import SCHEMA, Identification
-from pamsim.identification.summary import inputs_in_words
+from pamsim.identification.result import SCHEMA, Identification, inputs_in_words
 from pamsim.inference.estimate import Interval
-from pamsim.report.identify_figures import (
-    bode,
-    drawn_trials,
-    local_map,
-    magnitude_and_phase,
-    measured_and_model,
-    model_title,
-    scan,
-    steps_and_poles,
-)
+from pamsim.report import identify_figures as draw
 from pamsim.report.numbers import fixed, interval, quantity, significant
 from pamsim.report.page import write_page
 from pamsim.report.style import INK, finish_axes, styled
@@ -54,12 +44,12 @@ def page_of(result: Mapping[str, Any], curves: Curves, out: Path) -> Path:
         result,
         lambda: _figures(result, curves),
         schema=SCHEMA,
-        title=model_title,
+        title=draw.model_title,
         inputs=inputs_in_words(result),
         poles=pole_texts,
         best=models.get(result["best"]),
         scores={score["name"]: score for score in (*shown["trials"], *shown["held_out"])},
-        drawn=len(drawn_trials(curves.trials)),
+        drawn=len(draw.drawn_trials(curves.trials)),
         held_out=any(trial["role"] == "held_out" for trial in result["trials"]),
     )
 
@@ -82,14 +72,17 @@ def pole_texts(poles: Sequence[Sequence[float] | None]) -> list[str]:
 
 
 def _figures(result: Mapping[str, Any], curves: Curves) -> dict[str, Figure]:
-    figures = {"fit": measured_and_model(result, curves), "step": steps_and_poles(result, curves)}
+    figures = {
+        "fit": draw.measured_and_model(result, curves),
+        "step": draw.steps_and_poles(result, curves),
+    }
     several = len(curves.bodes) > 1
     for i in range(len(curves.bodes)):
-        figures[f"bode_{i + 1}" if several else "bode"] = bode(result, curves, i)
+        figures[f"bode_{i + 1}" if several else "bode"] = draw.bode(result, curves, i)
     if result["local"] is not None:
-        figures["local"] = local_map(result)
+        figures["local"] = draw.local_map(result)
     if result["scan"] is not None:
-        figures["scan"] = scan(result)
+        figures["scan"] = draw.scan(result)
     return figures
 
 
@@ -103,10 +96,9 @@ def write_frequency_identification(result: FrequencyIdentification, out: Path) -
         content,
         lambda: {"bode": measured_and_fitted_response(result)},
         schema=FREQUENCY_SCHEMA,
-        headline=f"{'Recommended' if result.recommended else 'No model can be trusted; best'}:"
-        f" {shown}",
+        headline=f"{'Recommended' if result.best else 'No model can be trusted; best'}: {shown}",
         under=f"{result.source}. Reason: {result.reason}",
-        tone="found" if result.recommended else "open",
+        tone="found" if result.best else "open",
         facts=[
             (one.name, quantity(one.value, one.unit.strip("-"), 4), _between(one.interval95))
             for one in result.shown.estimates
@@ -140,7 +132,7 @@ def measured_and_fitted_response(result: FrequencyIdentification) -> Figure:
     """Magnitude and phase over rad/s: measured, and of the shown model with its 95 % band."""
     omega = np.geomspace(result.frequency[0], result.frequency[-1], _POINTS)
     model = frequency_response(result.shown, omega)
-    figure, (upper, lower) = magnitude_and_phase(model, omega, "model with 95 % band")
+    figure, (upper, lower) = draw.magnitude_and_phase(model, omega, "model with 95 % band")
     # By whole turns to where the model is.
     phase = np.unwrap(np.angle(result.response))
     turns = np.mean(phase - np.interp(result.frequency, omega, model.phase)) / (2.0 * np.pi)

@@ -112,13 +112,13 @@ def first_figure(result: Mapping[str, Any]) -> tuple[str, Figure]:
 
 
 def _noise(result: Mapping[str, Any]) -> dict[str, float]:
-    """Channel of recordings -> noise [SI]."""
+    """Channel of recordings -> noise [SI], where it is known and not 0."""
     if result["rows"] or result["branches"]:
         return {}
     return {
         name: gap["floor"] / shown_unit(name)[1]
         for name, gap in result["gap"].items()
-        if gap["floor"] is not None
+        if gap["floor"]
     }
 
 

@@ -3,34 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-
-from matplotlib.figure import Figure
 
 from pamsim.papers.replicate import PAPERS, SCHEMA
 from pamsim.report.numbers import NONE, fixed, number_or_none, plain, significant
 from pamsim.report.page import write_page
-from pamsim.report.replication_loops import (
-    exact_shape,
-    force_laws,
-    force_loops,
-    inverse_law,
-    loops_by_order,
-    loops_by_test,
-    nguyen2024_bench,
-    plane_and_loop,
-    sarosi_bench,
-    vandamme2008_bench,
-)
-from pamsim.report.replication_statics import (
-    alraouf2025_bench,
-    arctangent_loop,
-    bouc_wen_loop,
-    joint_stiffness,
-    static_law,
-)
+from pamsim.report.replication_figures import FIGURES
 
 VERDICTS: Mapping[str, tuple[str, str, str]] = {
     "independent": ("independent", "✓", "agrees: independent"),
@@ -44,35 +24,6 @@ VERDICTS: Mapping[str, tuple[str, str, str]] = {
 
 AGREEING = ("independent", "calibrated")
 """Verdicts of what a paper prints and the recomputation agrees with."""
-
-FIGURES: Mapping[str, Mapping[str, Callable[[Mapping[str, Any]], Figure]]] = {
-    "matiskova2021": {
-        "matiskova2021_static": static_law,
-        "matiskova2021_stiffness": joint_stiffness,
-    },
-    "alraouf2025": {
-        "alraouf2025_arctangent": arctangent_loop,
-        "alraouf2025_bouc_wen": bouc_wen_loop,
-        "alraouf2025_bench": alraouf2025_bench,
-    },
-    "nguyen2024": {
-        "nguyen2024_order": loops_by_order,
-        "nguyen2024_tests": loops_by_test,
-        "nguyen2024_bench": nguyen2024_bench,
-    },
-    "vandamme2008": {
-        "vandamme2008_plane": plane_and_loop,
-        "vandamme2008_force": force_loops,
-        "vandamme2008_exact": exact_shape,
-        "vandamme2008_bench": vandamme2008_bench,
-    },
-    "sarosi": {
-        "sarosi_laws": force_laws,
-        "sarosi_inverse": inverse_law,
-        "sarosi_bench": sarosi_bench,
-    },
-}
-"""Name of a paper -> file without ``.png`` -> what draws it from the paper's curves."""
 
 _LEAST_DIGITS = 3  # of a recomputed number, however few digits were printed
 

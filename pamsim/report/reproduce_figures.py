@@ -21,7 +21,7 @@ from matplotlib.ticker import (
 
 from pamsim.core.units import DEG_PER_RAD, PA_PER_KPA, FloatArray
 from pamsim.recordings.recording import Recording
-from pamsim.report.replication_statics import DASHED, DOTTED, equation_23
+from pamsim.report.replication_figures import DASHED, DOTTED, equation_23
 from pamsim.report.style import (
     BLUE,
     FAINT,
@@ -75,7 +75,7 @@ def static_characteristic(rows: Sequence[Row], figure6: Mapping[str, Any]) -> Fi
         if row["simulated_deg"] is not None:
             pair = [row["measured_deg"], row["simulated_deg"]]
             ax.plot([x] * 2, pair, color=MUTED, linewidth=0.8, zorder=2)
-    simulated = [_nan(row["simulated_deg"]) for row in rows]
+    simulated = np.array([row["simulated_deg"] for row in rows], dtype=float)  # NaN for None
     diamond = {"color": BLUE, "markerfacecolor": "none", "markersize": 6.5}
     ax.plot(difference, simulated, "D", **diamond, label="simulated", zorder=3)
     # On top and smaller, so that a dot inside a diamond means agreement.
@@ -138,7 +138,7 @@ def errors_by_row(rows: Sequence[Row], rms_deg: float | None) -> Figure:
         colour, marker = series_look(index)
         chosen = [row for row in rows if row["size"] == size]
         numbers = [row["row"] for row in chosen]
-        errors = [_nan(row["error_deg"]) for row in chosen]
+        errors = np.array([row["error_deg"] for row in chosen], dtype=float)  # NaN for None
         upper.vlines(numbers, 0.0, errors, color=colour, linewidth=1.6)
         upper.plot(numbers, errors, marker, color=colour, markersize=6)
         lower.bar(numbers, [abs(p["measured_deg"]) for p in chosen], width=0.55, color=colour)
@@ -159,10 +159,6 @@ def _curve(data: Mapping[str, Any], key: str) -> FloatArray | None:
     return None if values is None or len(values) == 0 else np.asarray(values, dtype=float)
 
 
-def _nan(value: float | None) -> float:
-    return np.nan if value is None else value
-
-
 @styled
 def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -> Figure:
     """The paper's Figure 7: responses of distinct rows to large (1-6) and medium (7-12) steps.
@@ -170,11 +166,8 @@ def large_medium_responses(rows: Sequence[Row], recordings: Mapping[int, Recordi
     Returns:
         Two panels, angle [deg] against time [s].
     """
-    panels = {
-        f"{size} steps": [row for row in rows if row["size"] == size]
-        for size in ("large", "medium")
-    }
-    return _response_figure(panels, recordings)
+    large, medium = ([row for row in rows if row["size"] == size] for size in ("large", "medium"))
+    return _response_figure({"large steps": large, "medium steps": medium}, recordings)
 
 
 @styled
@@ -184,11 +177,11 @@ def small_responses(rows: Sequence[Row], recordings: Mapping[int, Recording]) ->
     Returns:
         Two panels, without and with load, angle [deg] against time [s].
     """
-    small = [row for row in rows if row["size"] == "small"]
-    panels = {
-        "small steps, no load": [row for row in small if row["load_kg"] == 0.0],
-        "small steps, loaded": [row for row in small if row["load_kg"] != 0.0],
-    }
+    free, loaded = (
+        [row for row in rows if row["size"] == "small" and bool(row["load_kg"]) is load]
+        for load in (False, True)
+    )
+    panels = {"small steps, no load": free, "small steps, loaded": loaded}
     return _response_figure(panels, recordings)
 
 
@@ -212,13 +205,14 @@ def _response_figure(
         if not any(row["row"] in recordings for row in rows):
             say_empty(ax, "no recording of these rows")
     axes[-1].set_xlabel("time after the step [s]")
-    handles = []
-    for index, load in enumerate(loads):
-        colour, marker = series_look(index)
-        look = {"color": colour, "marker": marker, "markersize": 5}
-        handles.append(Line2D([], [], **look, label=_load(load)))
-    look = {"color": MUTED, "marker": "o", "linestyle": "", "markersize": 5}
-    handles.append(Line2D([], [], **look, label="measured end angle and row number"))
+    styles: list[tuple[str, str, Any, str]] = [
+        (*series_look(index), "-", _load(load)) for index, load in enumerate(loads)
+    ]
+    styles.append((MUTED, "o", "", "measured end angle and row number"))
+    handles = [
+        Line2D([], [], color=colour, marker=marker, markersize=5, linestyle=line, label=text)
+        for colour, marker, line, text in styles
+    ]
     figure.legend(handles=handles, loc="outside upper right", ncols=len(handles))
     return figure
 
@@ -283,23 +277,17 @@ def pressure_courses(rows: Sequence[Row], recordings: Mapping[int, Recording]) -
             continue
         ax.set_title(f"{size} step: row {row['row']}, {_load(row['load_kg'])}")
         recording = recordings[row["row"]]
-        pressure = recording.pressure / PA_PER_KPA
-        printed = np.array([row["p1_kpa"], row["p2_kpa"]])
         end = recording.time[-1]
-        for column in range(len(printed)):
-            colour, _ = series_look(column)
-            ax.plot(recording.time, pressure[:, column], color=colour)
+        for i, pressure in enumerate(recording.pressure.T / PA_PER_KPA):
+            colour, _ = series_look(i)
+            ax.plot(recording.time, pressure, color=colour)
             # Over the frame: a printed 0 kPa lies on the axis, at the very end.
-            ax.plot(end, printed[column], "o", color=colour, markerfacecolor="white", clip_on=False)
+            printed: dict[str, Any] = {"markerfacecolor": "white", "clip_on": False}
+            ax.plot(end, row[f"p{i + 1}_kpa"], "o", color=colour, **printed)
             ax.annotate(
-                f"$p_{column + 1}$",
-                (end, pressure[-1, column]),
-                xytext=(8, 0),
-                textcoords="offset points",
-                va="center",
-                color=colour,
-                annotation_clip=False,
-            )
+                f"$p_{i + 1}$", (end, pressure[-1]), (8, 0), textcoords="offset points",
+                va="center", color=colour, annotation_clip=False,
+            )  # fmt: skip
         ax.set_xlim(0.0, end)
         ax.set_ylim(bottom=0.0)
         ax.margins(y=0.08)

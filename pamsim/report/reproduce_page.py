@@ -74,13 +74,11 @@ def write_reproduction(
         tint_steps=_TINT_STEPS_DEG,
         shown_settling_times=draw.SHOWN_SETTLING_TIMES,
     )
-    table = out / "rows.csv"
-    with complete_file(table) as part, part.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(
-            file, list(result["rows"][0]), extrasaction="ignore", lineterminator="\n"
-        )
-        writer.writeheader()
-        writer.writerows({name: _cell(v) for name, v in row.items()} for row in result["rows"])
+    columns = list(result["rows"][0])
+    with complete_file(out / "rows.csv") as part, part.open("w", newline="", encoding="utf-8") as f:
+        writer = csv.writer(f, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(row[name]) for name in columns] for row in result["rows"])
     return page
 
 
@@ -183,6 +181,4 @@ def _notes(result: Mapping[str, Any]) -> list[tuple[int, str]]:
 
 def _cell(value: Any) -> Any:
     """A cell with every digit; what does not exist is empty."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return "" if value is None else value
+    return str(value).lower() if isinstance(value, bool) else value

@@ -30,12 +30,12 @@ _DASHED = (0, (4, 3))
 @styled
 def row_errors(result: Mapping[str, Any]) -> Figure:
     """Errors of rows over the pressure that all muscles share, before and after a diagnosis."""
-    rows, repaired = result["rows"], bool(result["effects"])
     states = [("before_deg", VERMILION, "rig, nuisance parameters refitted")]
-    states += [("after_deg", BLUE, "with the effects that were found")] if repaired else []
+    if result["effects"]:
+        states.append(("after_deg", BLUE, "with the effects that were found"))
     figure, axes = new_figure(2.2 * len(states), rows=len(states), sharey=True)
-    for ax, (key, colour, title) in zip(axes, states, strict=True):
-        _rows(ax, rows, key, colour, title)
+    for ax, state in zip(axes, states, strict=True):
+        _rows(ax, result["rows"], *state)
     axes[-1].set_xlabel("lower pressure of the row [kPa]")
     return figure
 
@@ -103,24 +103,20 @@ def rest_errors(tables: Sequence[Mapping[str, Any]]) -> Figure:
     for ax, table in zip(axes, tables, strict=True):
         rows = table["rows"]
         at = np.arange(len(rows))
+        measured = np.array([row["measured_deg"] for row in rows])
         for state, colour, marker, fill in (
             ("before", VERMILION, "o", "none"),
             ("after", BLUE, "D", BLUE),
         ):
-            if any(row[f"{state}_deg"] is None for row in rows):
-                continue
-            error = np.array([row[f"{state}_deg"] - row["measured_deg"] for row in rows])
-            label = f"{state}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS"
-            look = {"color": colour, "markerfacecolor": fill, "markersize": 4.5}
-            ax.plot(at, error, marker, label=label, **look)
+            error = np.array([row[f"{state}_deg"] for row in rows], dtype=float) - measured
+            if np.all(np.isfinite(error)):
+                label = f"{state}: {fixed(np.sqrt(np.mean(error**2)), 2)} deg RMS"
+                look = {"color": colour, "markerfacecolor": fill, "markersize": 4.5}
+                ax.plot(at, error, marker, label=label, **look)
         ax.set_xticks(at, [row["row"].split(" ")[-1] for row in rows])
-        held = ", held out" if table["held_out"] else ""
-        finish_axes(
-            ax,
-            x=f"{rows[0]['row'].split(' ')[0]} of the table",
-            y="simulated − measured [deg]",
-            title=f"{table['trial']}{held}",
-        )
+        title = f"{table['trial']}{', held out' if table['held_out'] else ''}"
+        what = f"{rows[0]['row'].split(' ')[0]} of the table"
+        finish_axes(ax, x=what, y="simulated − measured [deg]", title=title)
         ax.legend(loc="best")
         ax.axhline(0.0, color=INK, linewidth=0.7)
     return figure

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from pamsim.core.units import PA_PER_KPA
+from pamsim.comparison.compared_signal import shown_unit
+from pamsim.core.units import PA_PER_KPA, FloatArray
 from pamsim.recordings.recording import Recording
-from pamsim.recordings.signals import KINDS
+from pamsim.recordings.signals import JOINT_KINDS, kind_of, muscle_channels
+from pamsim.recordings.trial import Trial
 from pamsim.report.numbers import fixed, plain, words
 from pamsim.report.page import write_page
-from pamsim.report.style import INK, finish_axes, new_figure, series_look, styled
+from pamsim.report.style import INK, MUTED, finish_axes, new_figure, series_look, styled
 
 SCHEMA = "pamsim-step/1"
+
+Signals = Mapping[str, FloatArray]
+"""Channel -> values over time (n,) [SI]."""
 
 
 def write_step(result: Mapping[str, Any], recording: Recording, out: Path) -> Path:
@@ -67,31 +74,74 @@ def _fact(name: str, joint: Mapping[str, Any]) -> tuple[str, str, str]:
 def step_figure(recording: Recording) -> Figure:
     """Three panels over time: joints [deg or mm], gauge pressures [kPa], tensions [N]."""
     figure, (top, middle, bottom) = new_figure(6.3, rows=3, sharex=True)
-    joints = zip(recording.joints.items(), recording.positions.T, strict=True)
-    for i, ((name, kind), position) in enumerate(joints):
-        colour = INK if recording.names.short else series_look(i)[0]
-        label = f"{name} [{KINDS[kind].shown}]"
-        top.plot(recording.time, position * KINDS[kind].scale, color=colour, label=label)
-    what = "angle β [deg]" if recording.names.short else "joint"
-    finish_axes(top, y=what, title=f"load {recording.load:g} kg", zero=False)
-    if not recording.names.short:
-        top.legend(loc="best")
-    for i, name in enumerate(recording.muscles):
-        colour, _ = series_look(i)
-        label = name.replace("_", " ")
-        middle.plot(
-            recording.time, recording.pressure[:, i] / PA_PER_KPA, color=colour, label=label
-        )
-        if recording.drives.muscles[i] == "pressure_set":
-            middle.plot(
-                recording.time,
-                recording.command[:, i] / PA_PER_KPA,
-                color=colour,
-                linestyle=":",
-                label="set point" if i == 0 else None,
-            )
-        bottom.plot(recording.time, recording.tension[:, i], color=colour, label=label)
-    finish_axes(middle, y="gauge pressure [kPa]", zero=False)
+    signals, muscles = recording.signals(), recording.names.named_muscles
+    plot_joints(top, recording, signals, muscles)
+    top.set_title(f"load {recording.load:g} kg")
+    plot_pressures(middle, recording, signals, muscles)
+    for i, tension in enumerate(recording.tension.T):
+        bottom.plot(recording.time, tension, color=series_look(i)[0])
     finish_axes(bottom, y="tension [N]", x="time after the step [s]", zero=False)
-    middle.legend(loc="best")
     return figure
+
+
+def plot_joints(
+    ax: Axes, run: Recording | Trial, signals: Signals, muscles: Sequence[str]
+) -> list[Line2D]:
+    """Plot the joints of a run over time; return their lines.
+
+    Args:
+        ax: the axes.
+        run: simulated or measured.
+        signals: channel -> (n,) [SI], measured or simulated.
+        muscles: their names; none where channels have numbers.
+    """
+    lines: list[Line2D] = []
+    channels = [channel for channel in signals if kind_of(channel) in JOINT_KINDS]
+    for index, channel in enumerate(channels):
+        unit, scale = shown_unit(channel)
+        colour = series_look(index)[0] if len(channels) > 1 else INK
+        label = f"{words(channel)} [{unit}]"
+        lines += ax.plot(run.time, signals[channel] * scale, color=colour, label=label)
+    named = len(channels) > 1 or bool(muscles)
+    finish_axes(ax, y="joint" if named else "angle β [deg]", zero=False)
+    if named:
+        ax.legend(loc="best")
+    return lines
+
+
+def plot_pressures(
+    ax: Axes, run: Recording | Trial, signals: Signals, muscles: Sequence[str]
+) -> list[Line2D]:
+    """Plot measured pressures, and set points if those were commanded; return the measured.
+
+    The arguments are those of `plot_joints`; a pressure that was not measured is named.
+    """
+    curves: list[Line2D] = []
+    missing: list[str] = []
+    drives = run.drives.muscles
+    for index, channel in enumerate(muscle_channels("pressure", muscles, len(drives))):
+        colour, _ = series_look(index)
+        label = words(muscles[index]) if muscles else f"muscle {index + 1}"
+        if drives[index] == "pressure_set":
+            look: dict[str, Any] = {"color": colour, "linestyle": ":", "linewidth": 1.1}
+            ax.step(run.time, run.command[:, index] / PA_PER_KPA, where="post", **look)
+        if channel in signals:
+            curves += ax.plot(run.time, signals[channel] / PA_PER_KPA, color=colour, label=label)
+        else:
+            missing.append(label)
+    handles = [*curves]
+    if "pressure_set" in drives:
+        handles.append(Line2D([], [], color=MUTED, linestyle=":", label="set point"))
+    if missing:
+        handles.append(Line2D([], [], linestyle="", label=f"{', '.join(missing)}: not measured"))
+    finish_axes(ax, y="gauge pressure [kPa]", zero=False)
+    ax.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=len(handles) if len(drives) <= 2 else -(-len(handles) // 2),
+        borderaxespad=0.1,
+        handlelength=1.4,
+        columnspacing=1.1,
+    )
+    return curves

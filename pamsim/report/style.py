@@ -109,6 +109,7 @@ def new_figure(
     sharex: bool | Literal["none", "all", "row", "col"] = False,
     sharey: bool | Literal["none", "all", "row", "col"] = False,
     height_ratios: tuple[float, ...] | None = None,
+    width_ratios: tuple[float, ...] | None = None,
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure with its own canvas, unknown to pyplot, and its axes row by row.
 
@@ -118,7 +119,13 @@ def new_figure(
     figure = Figure(figsize=(width_in, height_in), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.subplots(
-        rows, columns, sharex=sharex, sharey=sharey, squeeze=False, height_ratios=height_ratios
+        rows,
+        columns,
+        sharex=sharex,
+        sharey=sharey,
+        squeeze=False,
+        height_ratios=height_ratios,
+        width_ratios=width_ratios,
     )
     return figure, list(grid.flat)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -53,10 +54,13 @@ def shown_trials(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def worst_trials(comparisons: Sequence[Comparison], noise: Mapping[str, float]) -> list[str]:
-    """Held-out trials that the base model misses most in noise [SI], one of each protocol."""
+    """Held-out trials that the base model misses most in noise [SI], one of each protocol.
+
+    Channels without a noise do not count.
+    """
     missed: dict[str, list[float]] = {}
     for part in comparisons:
-        if part.held_out and part.before is not None:
+        if part.held_out and part.before is not None and part.channel in noise:
             ratio = float(np.mean((part.before - part.measured) ** 2)) / noise[part.channel] ** 2
             missed.setdefault(part.trial, []).append(ratio)
     ordered = sorted(missed, key=lambda trial: -float(np.mean(missed[trial])))
@@ -86,14 +90,14 @@ def trial_signals(
         0.9 + 1.75 * len(chosen), rows=len(chosen), columns=len(kinds), sharex="row"
     )
     held_out = {c.trial: c.held_out for c in comparisons}
-    of = _channels(comparisons)
-    places = {channel: i for channels in of.values() for channel, i in channels.items()}
+    places = _places(comparisons)
+    several = {kind for kind, n in Counter(map(kind_of, places)).items() if n > 1}
     for place, ax in enumerate(axes):
         row, column = divmod(place, len(kinds))
         trial, kind = chosen[row], kinds[column]
         parts = [c for c in comparisons if c.trial == trial and kind_of(c.channel) == kind]
         for part in parts:
-            colour = series_look(places[part.channel])[0] if len(of[kind]) > 1 else INK
+            colour = series_look(places[part.channel])[0] if kind in several else INK
             _draw(ax, part, colour, colour, measured=colour, dots=_FEW_POINTS)
         if not parts:
             say_empty(ax, "not measured")
@@ -105,18 +109,22 @@ def trial_signals(
             title="" if column else f"{trial} ({'held out' if held_out[trial] else 'fitted'})",
             zero=False,
         )
+    owners: dict[int, dict[str, None]] = {}  # place of a colour -> joints and muscles in it
+    for channel, i in places.items():
+        if kind_of(channel) in several:
+            owners.setdefault(i, {})[owner_of(channel) or f"muscle {i + 1}"] = None
     after = names[1] if any(c.after is not None for c in comparisons) else ""
     handles = _handles(names[0], after, INK, INK) + [
         Line2D([], [], color=series_look(i)[0], linewidth=4, label=", ".join(own))
-        for i, own in sorted(_owners(of).items())
+        for i, own in sorted(owners.items())
     ]
     figure.legend(handles=handles, loc="outside upper right", ncols=5)
     return figure
 
 
-def _channels(comparisons: Sequence[Comparison]) -> dict[str, dict[str, int]]:
-    """Kind -> its channels, each with the place of its colour: one of its joint or muscle."""
-    of: dict[str, dict[str, int]] = {kind: {} for kind in KINDS}
+def _places(comparisons: Sequence[Comparison]) -> dict[str, int]:
+    """Channel -> place of its colour: one of its joint or muscle."""
+    places: dict[str, int] = {}
     channels = list(dict.fromkeys(c.channel for c in comparisons))
     moving = {owner_of(one) for one in channels if kind_of(one) in JOINT_KINDS}
     joints, muscles = (
@@ -126,18 +134,8 @@ def _channels(comparisons: Sequence[Comparison]) -> dict[str, dict[str, int]]:
     for channel in channels:
         owner, number = owner_of(channel), channel.rpartition("_")[2]
         place = (joints if owner in moving else muscles).index(owner)
-        of[kind_of(channel)][channel] = int(number) - 1 if number.isdigit() else place
-    return of
-
-
-def _owners(of: Mapping[str, Mapping[str, int]]) -> dict[int, dict[str, None]]:
-    """Place of a colour -> the joints and muscles that are drawn in it."""
-    owners: dict[int, dict[str, None]] = {}
-    for channels in of.values():
-        for channel, place in channels.items() if len(channels) > 1 else ():
-            name = owner_of(channel) or f"muscle {place + 1}"
-            owners.setdefault(place, {})[name] = None
-    return owners
+        places[channel] = int(number) - 1 if number.isdigit() else place
+    return places
 
 
 @styled
@@ -151,7 +149,7 @@ def trial_channels(parts: Sequence[Comparison], noise: Mapping[str, Any]) -> Fig
         signal, left = axes[2 * row], axes[2 * row + 1]
         shown, scale = shown_unit(part.channel)
         _draw(signal, part, VERMILION, BLUE)
-        band = 2.0 * noise[part.channel] * scale
+        band = 2.0 * noise.get(part.channel, 0.0) * scale
         left.axhspan(-band, band, color=RULE, linewidth=0, zorder=0)
         every = _every(part)
         for simulated, colour in ((part.before, VERMILION), (part.after, BLUE)):

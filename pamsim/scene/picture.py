@@ -133,7 +133,11 @@ def show_whole(model: mujoco.MjModel, *, width: int, height: int) -> None:
     """Widen the cameras of a caller's own model so that no picture [px] is cut at its sides.
 
     A camera's angle is that of the picture's height; the scenes are composed for 16:10.
+
+    Raises:
+        InputError: for a picture without pixels.
     """
+    _require_pixels(width, height)
     narrower = max(_COMPOSED_FOR * height / width, 1.0)
     half = np.radians(model.cam_fovy) / 2.0
     model.cam_fovy = np.degrees(2.0 * np.arctan(narrower * np.tan(half)))
@@ -148,8 +152,10 @@ def open_renderer(
     shadows and smoothing, which take most of the time of a frame where no graphics card draws it.
 
     Raises:
+        InputError: for a picture without pixels, or with more than OpenGL can draw.
         EngineError: OpenGL cannot start.
     """
+    _require_pixels(width, height)
     _draw_without_screen()
     model = copy.copy(model)
     view, quality = model.vis.global_, model.vis.quality
@@ -167,6 +173,11 @@ def open_renderer(
         raise EngineError(f"{_NO_GL} ({reason})") from error
     renderer.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not quick
     return renderer
+
+
+def _require_pixels(width: int, height: int) -> None:
+    if min(width, height) < 1:
+        raise InputError(f"a picture of {width} x {height} pixels is none; give 1 or more of both")
 
 
 def has_screen() -> bool:

@@ -197,6 +197,8 @@ def runs_of(design: Design, factors: Sequence[Factor], runs: int, seed: int) -> 
     if total > SWEEP_RUNS:
         raise InputError(f"{total:,} runs; a sweep has {SWEEP_RUNS:,} at most")
     shares = _shares(design, len(factors), runs, seed)
+    # An unbounded distribution has no value at 0 and 1.
+    shares = np.clip(shares, 1e-12, 1.0 - 1e-12)
     columns = [f.at(shares[:, i]).tolist() for i, f in enumerate(factors)]
     return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
@@ -220,17 +222,17 @@ def _listed(design: Design, factors: Sequence[Factor]) -> Iterable[tuple[Value, 
 
 
 def _shares(design: Design, count: int, runs: int, seed: int) -> FloatArray:
-    """(n, count) shares in (0, 1)."""
+    """(n, count) shares from 0 to 1."""
     if design is Design.RANDOM:
-        return _inside(np.random.default_rng(seed).random((runs, count)))
+        return np.random.default_rng(seed).random((runs, count))
     if design is Design.SOBOL:
-        return _inside(_sobol(count, runs, seed))
+        return _sobol(count, runs, seed)
     if runs < 2 or runs & (runs - 1):
         raise InputError(f"runs is {runs}; a sensitivity design needs a power of 2, such as 256")
     both = _sobol(2 * count, runs, seed)
     a, b = both[:, :count], both[:, count:]
     mixed = [np.where(np.arange(count) == i, b, a) for i in range(count)]
-    return _inside(np.concatenate([a, b, *mixed]))
+    return np.concatenate([a, b, *mixed])
 
 
 def _sobol(count: int, runs: int, seed: int) -> FloatArray:
@@ -239,8 +241,3 @@ def _sobol(count: int, runs: int, seed: int) -> FloatArray:
         # The balance of a whole power of 2 is no reason to refuse another number of runs.
         warnings.filterwarnings("ignore", "The balance properties of Sobol")
         return sampler.random(runs)
-
-
-def _inside(shares: FloatArray) -> FloatArray:
-    """Shares kept off 0 and 1, where an unbounded distribution has no value."""
-    return np.clip(shares, 1e-12, 1.0 - 1e-12)

@@ -147,7 +147,7 @@ _FIND: Mapping[str, Callable[..., _Found]] = {"diagnose": _diagnosed, "calibrate
 
 
 def examine(
-    job: str, table: Mapping[str, Any], rig: str, rigs: Sequence[str], units: Mapping[str, str]
+    job: str, table: Mapping[str, Any], rig: str, first: Rig, units: Mapping[str, str]
 ) -> Examine:
     """The job ``diagnose`` or ``calibrate`` as a study states it.
 
@@ -161,7 +161,6 @@ def examine(
         if key not in known:
             raise InputError(f"experiment.{key}: no such option; {nearest(str(key), known)}")
     options = {key: _checked(f"experiment.{key}", table[key], known[key]) for key in table}
-    first = next(iter(loaded(rigs or [rig]).values()))
     known_units = checked_units(first, units, _INPUTS)
     own = [name for name in known_units if name not in _INPUTS]
     effects = [name for name in own if is_effect(first, name)]

@@ -67,7 +67,7 @@ class RunTable:
         found = [whole] if whole is not None else [self._read(block) for block in range(count)]
         return [row for table in found if table is not None for row in table.to_pylist()]
 
-    def finish(self, count: int) -> Path:
+    def finish(self, count: int) -> None:
         """Make one file of all blocks, in their order, and remove the chunks."""
         with (
             complete_file(self.path) as part,
@@ -78,7 +78,6 @@ class RunTable:
         for block in range(count):
             self._chunk(block).unlink(missing_ok=True)
         (self._folder / CHUNKS).rmdir()
-        return self.path
 
     def clear(self, kept: Iterable[int] = ()) -> None:
         """Remove the finished table and all chunks but those kept."""

@@ -134,14 +134,14 @@ def _recordings(jobs: Sequence[_Pair], threads: int | None) -> list[Recording | 
 
 
 def simulate_step(
-    table: Mapping[str, Any], rig: str, rigs: Sequence[str], units: Mapping[str, str]
+    table: Mapping[str, Any], rig: str, first: Rig, units: Mapping[str, str]
 ) -> SimulateStep:
     """The job as a study states it.
 
     Args:
         table: its table ``experiment``.
-        rig: name or folder of the rig.
-        rigs: those that a factor chooses from; empty where none does.
+        rig: name or folder of the rig, where no factor chooses it.
+        first: the rig, or the first of those that a factor chooses from.
         units: factor -> unit as stated, without ``rig``.
 
     Raises:
@@ -150,7 +150,6 @@ def simulate_step(
     unknown = sorted(set(table) - _KEYS)
     if unknown:
         raise InputError(f"experiment.{unknown[0]} is not known; it has {', '.join(sorted(_KEYS))}")
-    first = next(iter(loaded(rigs or [rig]).values()))
     drive = table.get("drive", "pressure_set")
     if drive not in list(_UNITS):
         raise InputError(f"experiment.drive is {drive!r}; it may be {' or '.join(_UNITS)}")

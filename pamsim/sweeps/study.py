@@ -93,12 +93,13 @@ def _study(table: Mapping[str, Any]) -> Study:
     runs = runs_of(Design(design), factors, base, seed)
     rigs = [str(name) for f in factors if f.name == RIG for name in f.values]
     units = {f.name: f.unit for f in factors if f.name != RIG}
+    known = list(loaded(rigs or [rig]).values())
     job = (
-        simulate_step(experiment, rig, rigs, units)
+        simulate_step(experiment, rig, known[0], units)
         if what == "simulate"
-        else examine(what, experiment, rig, rigs, units)
+        else examine(what, experiment, rig, known[0], units)
     )
-    content = [rig_digest(one) for one in loaded(rigs or [rig]).values()]
+    content = [rig_digest(one) for one in known]
     stated = json.loads(json.dumps({"design": design, "rig": rig, **table}))
     text = json.dumps([stated, content, versions("scipy")], sort_keys=True)
     return Study(

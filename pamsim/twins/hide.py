@@ -65,7 +65,7 @@ def hide(
     """
     settings = HideSettings(**options)
     base = rig if isinstance(rig, Rig) else load_rig(rig)
-    hidden = tuple(hidden_effect(base, name, size) for name, size in effects.items())
+    hidden = [hidden_effect(base, name, size) for name, size in effects.items()]
     values = library_parameters(base, effects)
     able = [name for name, one in PROTOCOLS.items() if base.takes_load or not one.load]
     return recorded(

@@ -24,8 +24,8 @@ def protocol_cards(name: str | None = None) -> dict[str, Any]:
     load [kg], length [s] and sampling rate [Hz] of a trial.
     """
     cards = [
-        *(_card("menu", one, one.command, one.load) for one in PROTOCOLS.values()),
-        *(_card("machine", one, "pressure_set", 0.0) for one in IMPOSED_MOTIONS.values()),
+        *(_card("menu", one) for one in PROTOCOLS.values()),
+        *(_card("machine", one) for one in IMPOSED_MOTIONS.values()),
     ]
     known = [card["name"] for card in cards]
     if name is not None and name not in known:
@@ -34,13 +34,13 @@ def protocol_cards(name: str | None = None) -> dict[str, Any]:
     return to_dict({"schema": "pamsim-protocols/1", "protocols": chosen})
 
 
-def _card(kind: str, one: Protocol | ImposedMotion, command: str, load: float) -> dict[str, Any]:
+def _card(kind: str, one: Protocol | ImposedMotion) -> dict[str, Any]:
     return {
         "name": one.name,
         "kind": kind,
         "shows": one.shows,
-        "commands": MUSCLE_DRIVES[command].meaning,
-        "load": load,
+        "commands": MUSCLE_DRIVES[one.command].meaning,
+        "load": one.load,
         "duration": DURATION,
         "rate": RATE,
     }

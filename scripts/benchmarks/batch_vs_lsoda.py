@@ -12,7 +12,6 @@ fails where no tolerance is as good.
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -25,10 +24,9 @@ import numba
 import numpy as np
 from numba.extending import register_jitable
 from scipy.integrate import solve_ivp
-from timing import in_turn, parser, print_and_write, seconds
+from timing import finish, in_turn, parser, seconds
 
 import pamsim
-from pamsim.core.computation import versions
 from pamsim.core.units import FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.jit import reached_functions
@@ -160,7 +158,6 @@ def main() -> None:
             "lsoda_error_deg": float(np.degrees(errors[max(good)])),
         }
     result = {
-        "command": "python scripts/benchmarks/batch_vs_lsoda.py",
         "simulations": COUNT,
         "simulated_seconds_each": SETTLE + DURATION,
         "largest_difference_of_the_references_deg": float(
@@ -168,10 +165,8 @@ def main() -> None:
         ),
         "rows": rows,
         "rounds": args.rounds,
-        "load_of_the_machine": os.getloadavg()[0],
-        "versions": versions("scipy"),
     }
-    print_and_write(result, args.json)
+    finish("batch_vs_lsoda.py", result, args.json, "scipy")
 
 
 if __name__ == "__main__":

@@ -19,9 +19,7 @@ Seconds are of the whole call, reading the recordings and judging the result inc
 from __future__ import annotations
 
 import io
-import json
 import logging
-import os
 import statistics
 import sys
 import tempfile
@@ -32,14 +30,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.signal
-from timing import parser, write
+from timing import finish, noise, parser
 
 import pamsim
 from pamsim.calibration.calibrate import calibrate
 from pamsim.comparison.experiments import at_times, experiment_of
 from pamsim.comparison.measurements import read_calibration_data
-from pamsim.core.computation import versions
 from pamsim.core.units import DEG_PER_RAD, FloatArray
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.parameters import rig_parameter
@@ -112,15 +108,13 @@ EXPERIMENTS = {
 }
 
 
-def noisy(run: Recording, rng: np.random.Generator, colour: float) -> Recording:
-    """A recording with stationary AR(1) noise of `NOISE`; a colour of 0 is white."""
-    e = rng.standard_normal((run.angle.size + 200, 3)) * np.sqrt(1.0 - colour**2)
-    e = np.asarray(scipy.signal.lfilter([1.0], [1.0, -colour], e, axis=0))[200:]
-    e *= list(NOISE.values())
+def noisy(run: Recording, rng: np.random.Generator, correlation: float) -> Recording:
+    """A recording with noise of `NOISE`, whose correlation time is in samples."""
+    e = noise(rng, (run.angle.size, 3), correlation, 200) * list(NOISE.values())
     return replace(run.with_angle(run.angle + e[:, 0]), pressure=run.pressure + e[:, 1:])
 
 
-def case(folder: Path, seed: int, colour: float = 0.0, filling: bool = False) -> Case:
+def case(folder: Path, seed: int, correlation: float = 0.0, filling: bool = False) -> Case:
     """Simulate the planted rig and write noisy recordings."""
     rig = pamsim.load_rig("mas20_arm")
     start = {name: rig_parameter(rig, name).value for name in PLANTED}
@@ -128,7 +122,7 @@ def case(folder: Path, seed: int, colour: float = 0.0, filling: bool = False) ->
     rng = np.random.default_rng(seed)
     wanted = {n: e for n, e in EXPERIMENTS.items() if n.startswith("fill") or not filling}
     runs = simulate_batch([(planted, e) for e in wanted.values()], threads=1)
-    trials = {n: noisy(r.completed(), rng, colour) for n, r in zip(wanted, runs, strict=True)}
+    trials = {n: noisy(r.completed(), rng, correlation) for n, r in zip(wanted, runs, strict=True)}
     write_recording(folder, "mas20_arm", trials, {name: name for name in trials})
     names = FILLING if filling else tuple(PLANTED)
     if filling:  # what is not asked for is known
@@ -154,12 +148,6 @@ def judged(given: Case, values: FloatArray, low: FloatArray, high: FloatArray) -
     return rows
 
 
-def largest(correlation: FloatArray) -> float | None:
-    """Largest correlation between two parameters, or None where none is given."""
-    pairs = np.abs(correlation[np.triu_indices(len(correlation), 1)])
-    return float(np.max(pairs[np.isfinite(pairs)])) if np.isfinite(pairs).any() else None
-
-
 def by_pamsim(given: Case) -> dict[str, Any]:
     """Calibrate with pamsim."""
     bounds = {}
@@ -178,11 +166,6 @@ def by_pamsim(given: Case) -> dict[str, Any]:
         "status": found.sentence,
         "said": [p.sentence for p in found.parameters if p.sentence],
         "determined": list(found.determined),
-        "largest_correlation": largest(found.correlation),
-        "noise_sd_found_over_true": {
-            name: found.noise[name].standard_deviation / sd for name, sd in NOISE.items()
-        },
-        "intervals": found.interval_method,
     }
 
 
@@ -247,11 +230,9 @@ def by_sysid(given: Case) -> dict[str, Any]:
     _, result = optimize(
         params, residual, verbose=False, check_conditioning=check, output=log, **OPTIONS
     )
-    covariance, half = calculate_intervals(residual(result.x, params)[0], result.jac)
+    _, half = calculate_intervals(residual(result.x, params)[0], result.jac)
     seconds = time.perf_counter() - began
     count = len(given.names)
-    size = np.sqrt(np.abs(np.diag(covariance))[:count])
-    correlation = covariance[:count, :count] / np.outer(size, size)
     value, half = result.x[:count] * given.start, half[:count] * given.start
     lines = log.getvalue().splitlines()
     return {
@@ -262,23 +243,7 @@ def by_sysid(given: Case) -> dict[str, Any]:
         "status": next(line for line in lines if line.startswith("Terminated")),
         "said": heard.getvalue().splitlines(),
         "infinite_intervals": [n for n, h in zip(given.names, half, strict=True) if np.isinf(h)],
-        "largest_correlation": largest(correlation),
-        "intervals": "calculate_intervals: white noise of one size, linearised",
     }
-
-
-def printed(what: str, found: dict[str, Any]) -> dict[str, Any]:
-    """Print one run in short."""
-    print(
-        f"{what:28s} {found['seconds']:6.1f} s {found['simulations']:5d} simulations"
-        f" {found['iterations']:3d} iterations  {found['status']}; {'; '.join(found['said'])}"
-    )
-    for name, row in found["parameters"].items():
-        ends = row["interval95_percent_of_planted"]
-        shown = "none" if ends is None else f"{ends[0]:+.3f} to {ends[1]:+.3f} %"
-        print(f"    {name:28s} {row['error_percent']:+8.3f} %   {shown}   {row['truth_inside']}")
-    sys.stdout.flush()
-    return found
 
 
 def medians(runs: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
@@ -307,28 +272,22 @@ def main() -> None:
         for seed in range(options.seeds):
             given = case(place / str(seed), seed)
             for tool, run in tools.items():
-                white[tool].append(printed(f"{tool}, seed {seed}", run(given)))
-        others = {
-            "AR(1) 0.1 s": case(place / "coloured", 0, colour=float(np.exp(-0.1))),
-            "filling": case(place / "filling", 0, filling=True),
-        }
+                white[tool].append(run(given))
+        others = (
+            case(place / "coloured", 0, correlation=10.0),
+            case(place / "filling", 0, filling=True),
+        )
         coloured, deficient = (
-            {tool: printed(f"{tool}, {what}", run(given)) for tool, run in tools.items()}
-            for what, given in others.items()
+            {tool: run(given) for tool, run in tools.items()} for given in others
         )
     result = {
         "summary": medians(white),
         "white_noise": white,
         "coloured_noise_ar1_0.1_s": coloured,
         "only_filling": deficient,
-        "threads": 1,
         "sysid_options": OPTIONS,
-        "machine": {"cores": os.cpu_count(), "load_average_1_5_15_min": os.getloadavg()},
-        "versions": versions("scipy"),
-        "command": "python scripts/benchmarks/calibrate_vs_mujoco_sysid.py",
     }
-    print(json.dumps(result["summary"], indent=1))
-    write(result, options.json)
+    finish("calibrate_vs_mujoco_sysid.py", result, options.json, "scipy")
 
 
 if __name__ == "__main__":

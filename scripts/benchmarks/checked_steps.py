@@ -16,10 +16,9 @@ from contextlib import contextmanager
 
 import mujoco
 import numpy as np
-from timing import in_turn, parser, print_and_write
+from timing import finish, in_turn, parser
 
 import pamsim
-from pamsim.core.computation import versions
 from pamsim.engine import plugin
 
 ROUNDS, STEPS = 101, 2000
@@ -63,10 +62,8 @@ def main() -> None:
         "on_over_off": round(float(np.median(times["on"] / times["off"])), 2),
         "off_over_bare": round(float(np.median(times["off"] / times["bare"])), 2),
         "rounds": ROUNDS,
-        "versions": versions(),
-        "command": "python scripts/benchmarks/checked_steps.py",
     }
-    print_and_write(result, target)
+    finish("checked_steps.py", result, target)
 
 
 if __name__ == "__main__":

@@ -3,16 +3,15 @@
     python scripts/benchmarks/compile_times.py [--json FILE]
 
 Each part is a process of its own. The cold ones begin with an empty cache of numba in a temporary
-folder. ``command`` simulates the arm for 0.1 s from the command line; ``everything`` compiles what
-any shipped rig or bench of a paper can ask for: the kernel, its checks, the gauges, and every force
-law and hysteresis operator.
+folder. ``first_command`` simulates the arm for 0.1 s from the command line; ``everything`` compiles
+what any shipped rig or bench of a paper can ask for: the kernel, its checks, the gauges, and every
+force law and hysteresis operator.
 """
 
 from __future__ import annotations
 
 import functools
 import os
-import platform
 import statistics
 import subprocess
 import sys
@@ -20,7 +19,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from timing import parser, print_and_write
+from timing import finish, parser
 from timing import seconds as seconds_of
 
 COMMAND = ("-m", "pamsim", "step", "--pressure", "100,0", "--duration", "100ms")
@@ -65,16 +64,14 @@ def main() -> None:
     """Time them and print."""
     target = parser(__doc__).parse_args().json
     result = {
-        "command": measured(*COMMAND),
+        "first_command": measured(*COMMAND),
         "everything": measured("-c", EVERYTHING),
         "import_s": statistics.median(
             seconds("-c", "import pamsim.cli.main", cache=Path(tempfile.gettempdir()))
             for _ in range(5)
         ),
-        "machine": platform.platform(),
-        "python": platform.python_version(),
     }
-    print_and_write(result, target)
+    finish("compile_times.py", result, target)
 
 
 if __name__ == "__main__":

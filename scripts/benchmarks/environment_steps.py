@@ -16,10 +16,9 @@ from collections.abc import Callable
 
 import gymnasium
 import numpy as np
-from timing import in_turn, parser, write
+from timing import finish, in_turn, parser
 from timing import seconds as seconds_of
 
-from pamsim.core.computation import versions
 from pamsim.envs import MAS20
 
 VECTOR = "pamsim/PamArmPressure-v0"
@@ -78,48 +77,35 @@ def _calibrated(run: Callable[[int], None]) -> int:
 
 
 def main() -> None:
-    """Time the peers, print a table, write it if asked."""
+    """Time the peers, print, write."""
     target = parser(__doc__).parse_args().json
-    rows = []
+    rows: list[dict[str, object]] = []
     for frame_skip in FRAME_SKIPS:
-        for name in MAS20:
-            own, ratio = compare(single(name, frame_skip), single(PEER, frame_skip))
-            rows.append(_row(name, frame_skip, 1, own, ratio))
+        alone = functools.partial(gymnasium.make, PEER, frame_skip=frame_skip)
+        works = [(name, 1, single(name, frame_skip), single(PEER, frame_skip)) for name in MAS20]
         for count in COUNTS:
-            peers = [functools.partial(gymnasium.make, PEER, frame_skip=frame_skip)] * count
-            own, ratio = compare(
-                many(
-                    gymnasium.make_vec(
-                        VECTOR,
-                        num_envs=count,
-                        vectorization_mode="vector_entry_point",
-                        frame_skip=frame_skip,
-                        threads=1,
-                    )
-                ),
-                many(gymnasium.vector.SyncVectorEnv(peers)),
+            arms = gymnasium.make_vec(
+                VECTOR,
+                num_envs=count,
+                vectorization_mode="vector_entry_point",
+                frame_skip=frame_skip,
+                threads=1,
             )
-            rows.append(_row(VECTOR, frame_skip, count, own, ratio))
-    page = {
-        "command": "python scripts/benchmarks/environment_steps.py",
-        "peer": PEER,
-        "rounds": ROUNDS,
-        "rows": rows,
-        "versions": versions("gymnasium"),
-    }
-    write(page, target)
-
-
-def _row(name: str, frame_skip: int, count: int, seconds: float, ratio: float) -> dict[str, object]:
-    rate = count / seconds
-    print(f"{name:26} x {count:3}  frame skip {frame_skip:2}: {rate:9.0f} steps/s, {ratio:5.2f} x")
-    return {
-        "environment": name,
-        "arms": count,
-        "frame_skip": frame_skip,
-        "steps_per_second": round(rate),
-        "ratio": round(ratio, 3),
-    }
+            peers = gymnasium.vector.SyncVectorEnv([alone] * count)
+            works.append((VECTOR, count, many(arms), many(peers)))
+        for name, count, ours, theirs in works:
+            own, ratio = compare(ours, theirs)
+            rows.append(
+                {
+                    "environment": name,
+                    "arms": count,
+                    "frame_skip": frame_skip,
+                    "steps_per_second": round(count / own),
+                    "ratio": round(ratio, 3),
+                }
+            )
+    page = {"peer": PEER, "rounds": ROUNDS, "rows": rows}
+    finish("environment_steps.py", page, target, "gymnasium")
 
 
 if __name__ == "__main__":

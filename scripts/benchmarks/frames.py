@@ -19,9 +19,8 @@ from multiprocessing import get_context
 
 import gymnasium
 import numpy as np
-from timing import in_turn, parser, write
+from timing import finish, in_turn, parser
 
-from pamsim.core.computation import versions
 from pamsim.envs import MAS20
 
 PEER = "InvertedPendulum-v5"
@@ -78,9 +77,6 @@ def main() -> None:
     for name, own in zip(names[1:], times, strict=True):
         seconds, ratios = float(np.median(own)), np.sort(own / peer).tolist()
         ratio, spread = statistics.median(ratios), [ratios[ROUNDS // 6], ratios[-1 - ROUNDS // 6]]
-        print(
-            f"{name:26} {1e3 * seconds:6.1f} ms, {ratio:.2f} x ({spread[0]:.2f} to {spread[1]:.2f})"
-        )
         rows.append(
             {
                 "environment": name,
@@ -91,14 +87,8 @@ def main() -> None:
         )
     for pool in pools.values():
         pool.shutdown()
-    page = {
-        "command": "python scripts/benchmarks/frames.py",
-        "peer": PEER,
-        "rounds": ROUNDS,
-        "rows": rows,
-        "versions": versions("gymnasium"),
-    }
-    write(page, target)
+    page = {"peer": PEER, "rounds": ROUNDS, "rows": rows}
+    finish("frames.py", page, target, "gymnasium")
 
 
 if __name__ == "__main__":

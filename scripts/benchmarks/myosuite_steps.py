@@ -11,13 +11,10 @@ two pneumatic muscles on fixed ones. Both as `gymnasium.make` gives them, timed 
 from __future__ import annotations
 
 import importlib
-import os
 
 import gymnasium
 from environment_steps import ROUNDS, compare, single
-from timing import parser, print_and_write
-
-from pamsim.core.computation import versions
+from timing import finish, parser
 
 OURS, PEER = "pamsim/PamArmPressure-v0", "myoElbowPose1D6MRandom-v0"
 FRAME_SKIP = 10
@@ -37,17 +34,14 @@ def main() -> None:
     ours, theirs = single(OURS, FRAME_SKIP), single(PEER, FRAME_SKIP)
     runs = [compare(ours, theirs) for _ in range(3)]
     result = {
-        "command": "python scripts/benchmarks/myosuite_steps.py",
         "environment": OURS,
         "peer": PEER,
         "frame_skip": FRAME_SKIP,
         "rounds": ROUNDS,
         "ratios": [round(ratio, 3) for _, ratio in runs],
         "steps_per_second": [round(1.0 / seconds) for seconds, _ in runs],
-        "load_average": os.getloadavg()[0],
-        "versions": versions("myosuite"),
     }
-    print_and_write(result, target)
+    finish("myosuite_steps.py", result, target, "myosuite")
 
 
 if __name__ == "__main__":

@@ -19,11 +19,10 @@ from types import FunctionType
 
 import numba
 import numpy as np
-from timing import in_turn, parser, seconds, write
+from timing import finish, in_turn, parser, seconds
 
-from pamsim.core.computation import versions
-from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
-from pamsim.papers.vandamme2008.relays import levels_of, printed_weight, relay_weights
+from pamsim.papers.nguyen2024.loop import complex_stiffness
+from pamsim.papers.vandamme2008.loop import levels_of, printed_weight, relay_weights
 from pamsim.physics.hysteresis import fractional_maxwell, preisach
 
 ROUNDS = 9
@@ -131,6 +130,19 @@ def seconds_per_step(peers, inputs) -> tuple[list[float], list[np.ndarray]]:
     return np.median(in_turn(timers, ROUNDS), axis=1).tolist(), outputs
 
 
+def timed_row(operator: str, size: str, peer: str, seconds: list[float]) -> dict[str, object]:
+    """Of the table: an operator against its peer, from the times of a step of peer and engine."""
+    plain, ours = (1e6 * each for each in seconds)
+    return {
+        "operator": operator,
+        "size": size,
+        "peer": peer,
+        "peer_us": plain,
+        "engine_us": ours,
+        "ratio": plain / ours,
+    }
+
+
 def preisach_row(n: int) -> dict[str, object]:
     """Both ways with ``n`` levels."""
     # A path as a simulation gives it: small steps, with reversals of every size.
@@ -142,15 +154,8 @@ def preisach_row(n: int) -> dict[str, object]:
     par = record_of(levels=n, low_contraction=-1.0, high_contraction=1.0, c=-0.1, d=-1.0)
     engine = engine_run(preisach.preisach_output, preisach.preisach_rates)
     peers = [(repeated(relay_step), table, relays), (engine, par, np.zeros(n))]
-    (plain, ours), _ = seconds_per_step(peers, path)
-    return {
-        "operator": "preisach",
-        "size": f"{n} levels",
-        "peer": "relays one by one",
-        "peer_us": 1e6 * plain,
-        "engine_us": 1e6 * ours,
-        "ratio": plain / ours,
-    }
+    times, _ = seconds_per_step(peers, path)
+    return timed_row("preisach", f"{n} levels", "relays one by one", times)
 
 
 def fractional_row() -> dict[str, object]:
@@ -173,41 +178,23 @@ def fractional_row() -> dict[str, object]:
         (grunwald_letnikov(), np.array([ORDER, TIME_CONSTANT]), np.zeros(len(t))),
         (engine, par, np.zeros(BRANCHES)),
     ]
-    (plain, ours), outputs = seconds_per_step(peers, path)
+    times, outputs = seconds_per_step(peers, path)
     exact = complex_stiffness(omega, ORDER, TIME_CONSTANT, 1.0)
     last = slice(-round(1.0 / FREQUENCY / STEP), None)
     errors = [
         abs(2.0 * np.mean(w[last] * 1j * np.exp(-1j * omega * t[last])) / exact - 1.0)
         for w in outputs
     ]
-    return {
-        "operator": "fractional_maxwell",
-        "size": f"{BRANCHES} branches, {SECONDS:g} s",
-        "peer": "Gruenwald-Letnikov sum",
-        "peer_us": 1e6 * plain,
-        "engine_us": 1e6 * ours,
-        "ratio": plain / ours,
-        "peer_error": float(errors[0]),
-        "engine_error": float(errors[1]),
-    }
+    size = f"{BRANCHES} branches, {SECONDS:g} s"
+    row = timed_row("fractional_maxwell", size, "Gruenwald-Letnikov sum", times)
+    return row | {"peer_error": float(errors[0]), "engine_error": float(errors[1])}
 
 
 def main() -> None:
     """Time the peers, print microseconds per step and ratios, write."""
     target = parser(__doc__).parse_args().json
     rows = [*map(preisach_row, LEVELS), fractional_row()]
-    for row in rows:
-        print(
-            f"{row['operator']}, {row['size']}: {row['peer']} {row['peer_us']:.3g} us,"
-            f" engine {row['engine_us']:.3g} us, ratio {row['ratio']:.3g}"
-        )
-    result = {
-        "command": "python scripts/benchmarks/operator_steps.py",
-        "rounds": ROUNDS,
-        "rows": rows,
-        "versions": versions("numba"),
-    }
-    write(result, target)
+    finish("operator_steps.py", {"rounds": ROUNDS, "rows": rows}, target, "numba")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ Two threads of `simulate_batch` are timed against one by the clock on the wall, 
 from __future__ import annotations
 
 import functools
-import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,12 +21,12 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from timing import in_turn, parser, seconds, write
+from scipy.stats import linregress
+from timing import finish, in_turn, parser, seconds
 
 import pamsim
 from pamsim.comparison.measurements import CalibrationData
 from pamsim.comparison.trial_prediction import TrialPredictor
-from pamsim.core.computation import versions
 from pamsim.engine.attach import attach, compile_model
 from pamsim.engine.batch import simulate_batch
 from pamsim.physics.hysteresis.fractional_maxwell import FractionalMaxwell
@@ -124,14 +123,12 @@ def kinds() -> dict[str, tuple[tuple[int, ...], Callable[[int], Work]]]:
     loop = {"force_per_pressure": one.hysteresis.force_per_pressure}
     trials = tuple(trial(rig, number) for number in range(32))
 
-    def with_levels(levels: int) -> Work:
-        operator = Preisach(levels=levels, low_contraction=-0.05, high_contraction=0.3, **loop)
-        return steps_of(arm(1, [replace(one, hysteresis=operator)] * 2))
+    preisach = functools.partial(Preisach, low_contraction=-0.05, high_contraction=0.3, **loop)
+    fractional = functools.partial(
+        FractionalMaxwell, order=0.3, time_constant=1.0, span=0.05, **loop
+    )
 
-    def with_branches(branches: int) -> Work:
-        operator = FractionalMaxwell(
-            branches=branches, order=0.3, time_constant=1.0, span=0.05, **loop
-        )
+    def with_operator(operator: Preisach | FractionalMaxwell) -> Work:
         return steps_of(arm(1, [replace(one, hysteresis=operator)] * 2))
 
     doubling = (1, 2, 4, 8, 16, 32)
@@ -140,8 +137,11 @@ def kinds() -> dict[str, tuple[tuple[int, ...], Callable[[int], Work]]]:
         "joints": (doubling, lambda size: steps_of(arm(size, [one, two]))),
         "simulations": (doubling, lambda size: batch(rig, size, 1)),
         "trials": (doubling, lambda size: prediction(rig, trials[:size])),
-        "preisach_levels": ((12, 25, 50, 100, 200), with_levels),
-        "fractional_branches": ((4, 8, 16, 32, 64), with_branches),
+        "preisach_levels": ((12, 25, 50, 100, 200), lambda n: with_operator(preisach(levels=n))),
+        "fractional_branches": (
+            (4, 8, 16, 32, 64),
+            lambda n: with_operator(fractional(branches=n)),
+        ),
     }
 
 
@@ -150,15 +150,6 @@ def best_of(works: Sequence[Work], rounds: int) -> list[float]:
     timers = [functools.partial(seconds, work, time.process_time) for work in works]
     in_turn(timers, 1)
     return np.min(in_turn(timers, rounds), axis=1).tolist()
-
-
-def exponent(sizes: Sequence[int], times: Sequence[float]) -> tuple[float, float]:
-    """Slope of log time by log size, and its standard error."""
-    x, y = np.log(sizes), np.log(times)
-    x = x - x.mean()
-    slope = float(x @ y / (x @ x))
-    left = y - y.mean() - slope * x
-    return slope, float(np.sqrt(left @ left / (len(sizes) - 2) / (x @ x)))
 
 
 def threads_gains(rounds: int) -> list[float]:
@@ -181,32 +172,24 @@ def main() -> None:
     rows: list[dict[str, Any]] = []
     for name, (sizes, of_size) in kinds().items():
         times = best_of([of_size(size) for size in sizes], options.rounds)
-        slope, error = exponent(sizes, times)
+        line = linregress(np.log(sizes), np.log(times))
         rows.append(
             {
                 "work": name,
                 "sizes": sizes,
                 "seconds": times,
-                "exponent": slope,
-                "standard_error": error,
+                "exponent": float(line.slope),
+                "standard_error": float(line.stderr),
             }
         )
-        print(f"{name:20s} {sizes[0]:3d} to {sizes[-1]:3d}  {slope:5.2f} +- {error:.2f}")
-    load = os.getloadavg()[0]
     gains = threads_gains(options.rounds)
-    gain = float(np.median(gains))
-    print(f"simulate_batch, two threads over one: {gain:.2f} at a load of {load:.1f}")
     result = {
         "rows": rows,
-        "two_threads_over_one": gain,
+        "two_threads_over_one": float(np.median(gains)),
         "range": [gains[len(gains) // 4], gains[-1 - len(gains) // 4]],
-        "load_average": load,
-        "processors": os.cpu_count(),
         "rounds": options.rounds,
-        "versions": versions(),
-        "command": "python scripts/benchmarks/scaling.py",
     }
-    write(result, options.json)
+    finish("scaling.py", result, options.json)
 
 
 if __name__ == "__main__":

@@ -25,10 +25,9 @@ import mujoco
 import numba
 import numpy as np
 from numba import types
-from timing import in_turn, parser, seconds, write
+from timing import finish, in_turn, parser, seconds
 
 import pamsim
-from pamsim.core.computation import versions
 from pamsim.engine import plugin
 from pamsim.engine.mjcf import leave_out_visual_geoms
 from pamsim.engine.rig import Rig
@@ -164,20 +163,8 @@ def main() -> None:
         for name in runs[0]
         if name.endswith(("_muscle", "_callback"))
     }
-    result |= {
-        "runs": runs,
-        "rounds": ROUNDS,
-        "versions": versions(),
-        "command": "python scripts/benchmarks/steps_per_second.py",
-    }
-    for run in runs:
-        for name, value in run["steps_per_second"].items():
-            print(f"{name:20s} {value:12,.0f} steps/s")
-    print(f"full law / built-in <muscle>   {result['full_law_over_builtin_muscle']:.2f}")
-    print(f"full law / Python callback     {result['full_law_over_python_callback']:.1f}")
-    print(f"empty law / built-in <muscle>  {result['empty_law_over_builtin_muscle']:.2f}")
-    print(f"C library / built-in <muscle>  {result['c_library_alone_over_builtin_muscle']:.2f}")
-    write(result, target)
+    result |= {"runs": runs, "rounds": ROUNDS}
+    finish("steps_per_second.py", result, target)
 
 
 if __name__ == "__main__":

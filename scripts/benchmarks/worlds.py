@@ -1,6 +1,6 @@
 """Steps per second of worlds in Warp against the engine's batch, and what rounding costs.
 
-    python scripts/benchmarks/worlds.py [--device NAME] [--counts 1,64,1024] [--json FILE]
+    python scripts/benchmarks/worlds.py [--device NAME] [--counts 1,16,128,1024] [--json FILE]
 
 Speed: the MAS-20 arm under one command, on a device of Warp's in both precisions of the muscles and
 on the engine's own thread pool, one thread per processor. Rounds alternate between the peers in one
@@ -14,15 +14,13 @@ precision; the largest difference at any sample.
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable
 
 import mujoco
 import numpy as np
-from timing import in_turn, parser, seconds, write
+from timing import finish, in_turn, parser, seconds
 
 import pamsim
-from pamsim.core.computation import versions
 from pamsim.engine.batch import simulate_batch
 from pamsim.engine.simulate import prepare
 from pamsim.envs.plant import ManyRigs
@@ -82,7 +80,6 @@ def speed(counts: list[int], device: str | None) -> list[dict[str, object]]:
                 "ratio": float(f"{np.median(ratios):.3g}"),
                 "ratio_range": [float(f"{one:.3g}") for one in (ratios.min(), ratios.max())],
             }
-            print(row)
             rows.append(row)
     return rows
 
@@ -131,7 +128,6 @@ def rounding(device: str | None) -> list[dict[str, object]]:
                     "angle_at_the_end_deg": float(f"{differences['angle_deg'][-1]:.2g}"),
                     "swing_deg": round(float(np.degrees(np.ptp(own.angle))), 2),
                 }
-                print(row)
                 rows.append(row)
     return rows
 
@@ -144,22 +140,16 @@ def main() -> None:
     counts = [int(one) for one in arguments.counts.split(",")]
     device = warp().get_device(arguments.device)
     page = {
-        "command": f"python scripts/benchmarks/worlds.py --counts {arguments.counts}",
         "device": device.name,
         "gpu": device.is_cuda,
-        "threads_of_the_batch": os.cpu_count(),
-        "load_of_the_machine": round(os.getloadavg()[0], 1),
         "rounds": ROUNDS,
         "steps_per_round": STEPS,
         "speed": speed(counts, arguments.device),
         "rounding_over_10_s": rounding(arguments.device),
-        "versions": {
-            **versions(),
-            "mujoco_warp": mujoco_warp().__version__,
-            "warp": warp().__version__,
-        },
+        "mujoco_warp": mujoco_warp().__version__,
+        "warp": warp().__version__,
     }
-    write(page, arguments.json)
+    finish(f"worlds.py --counts {arguments.counts}", page, arguments.json)
 
 
 if __name__ == "__main__":

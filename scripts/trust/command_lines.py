@@ -12,30 +12,26 @@ code 2, or if it does not end in 10 s more. Exits 1 if a run fails.
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 import shutil
 import signal
 import sys
 import tempfile
-import time
 import warnings
-from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 import click
+import grammars
 import matplotlib as mpl
 import numpy as np
 from tqdm import tqdm
+from writing_commands import Process, emptied
 
 import pamsim
-from pamsim.__main__ import program
 from pamsim.cli.main import BAD_INPUT, INTERRUPTED, cli
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-import grammars
 from records import head, parser, write
 
 ENDS = 10.0
@@ -114,33 +110,17 @@ def line(rng: np.random.Generator, files: list[str]) -> list[str]:
     return [*words, *(["--no-open"] if path[-1] == "demo" else [])]
 
 
-def one_run(seed: int, number: int, kept: Path) -> None:
-    """Run a command line as a shell does, in a process of its own: words and stderr are kept."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        words = line(np.random.default_rng([seed, number]), prepared(Path(folder)))
-        (kept / "words").write_text(" ".join(words), encoding="utf-8")
-        sys.argv = ["pamsim", *words]
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(os.open(kept / "errors", os.O_WRONLY | os.O_CREAT), 2)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        (kept / "began").touch()
-        program()
-
-
-def ended(process: BaseProcess, kept: Path, seconds: float) -> int | None:
-    """Exit code of a process, interrupted after its time; None if it does not end then."""
-    while process.is_alive() and not (kept / "began").exists():
-        time.sleep(0.01)
-    process.join(seconds)
-    if process.is_alive() and process.pid:
-        os.kill(process.pid, signal.SIGINT)
-        process.join(ENDS)
-    if process.is_alive():
-        process.kill()
-        process.join()
-        return None
-    return process.exitcode
+def ended(words: list[str], folder: Path, seconds: float) -> tuple[int | None, str]:
+    """Exit code and stderr of a command, interrupted after its time; None if it goes on then."""
+    process = Process(tuple(words), folder)
+    late = False
+    if not process.ends_in(seconds):
+        process.send(signal.SIGINT)
+        late = not process.ends_in(ENDS)
+    if late:
+        process.send(signal.SIGKILL)
+    end = process.wait()
+    return None if late else end.code, end.errors
 
 
 def fault(code: int | None, text: str) -> str:
@@ -165,24 +145,19 @@ def run() -> None:
     options = asked.parse_args()
     mpl.use("agg")
     warnings.simplefilter("ignore")
-    with tempfile.TemporaryDirectory() as folder:  # compiles, and imports what all runs need
-        prepared(Path(folder))
-    leaves(cli)
-    fork = multiprocessing.get_context("fork")
+    tqdm.monitor_interval = 0  # no thread beside: the process forks
     faults: list[tuple[int, str, str]] = []
-    for number in tqdm(range(options.runs), unit="run"):
-        with tempfile.TemporaryDirectory() as folder:
-            kept = Path(folder)
-            process = fork.Process(target=one_run, args=(options.seed, number, kept))
-            process.start()
-            code = ended(process, kept, options.seconds)
-            words, errors = (
-                path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
-                for path in (kept / "words", kept / "errors")
-            )
-        if what := fault(code, errors):
-            faults.append((number, what, words))
-            print(json.dumps(faults[-1]), flush=True)
+    with tempfile.TemporaryDirectory() as place:
+        good, folder = Path(place) / "good", Path(place) / "folder"
+        good.mkdir()
+        files = prepared(good)  # compiles, and imports what all runs need
+        leaves(cli)
+        for number in tqdm(range(options.runs), unit="run"):
+            words = line(np.random.default_rng([options.seed, number]), files)
+            code, errors = ended(words, emptied(folder, like=good), options.seconds)
+            if what := fault(code, errors):
+                faults.append((number, what, " ".join(words)))
+                print(json.dumps(faults[-1]), flush=True)
     result = head("python scripts/trust/command_lines.py --runs N --seed S")
     result |= {"seed": options.seed, "runs": options.runs, "failed": faults}
     write(result, options.json)

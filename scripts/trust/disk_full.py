@@ -28,15 +28,8 @@ from pathlib import Path
 
 import numpy as np
 import tqdm
-from writing_commands import (
-    COMMANDS,
-    Command,
-    Process,
-    again,
-    emptied,
-    faults,
-    study,
-)
+import writing_commands as commands
+from writing_commands import COMMANDS, Command, Faults, Process
 
 PAGE = 4096
 """Of a file system in memory, which counts whole pages [bytes]."""
@@ -79,7 +72,7 @@ def tried(
     command: Command, room: int, folder: Path, reference: Path, code: int
 ) -> tuple[bool, list[str]]:
     """Whether a run found the disk full, and what is wrong after it."""
-    resize(emptied(folder), room)
+    resize(commands.emptied(folder), room)
     end = Process(command.args, folder).wait()
     full = end.code != code
     found: list[str] = []
@@ -88,9 +81,11 @@ def tried(
         clear = len(lines) == 1 and _SAYS.search(lines[0])
         if end.code != BAD_INPUT or not clear:
             found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
-    found += [f"full: {what}" for what in faults(command, folder, reference, whole=not full)]
+    found += [
+        f"full: {what}" for what in commands.faults(command, folder, reference, whole=not full)
+    ]
     resize(folder, PLENTY)
-    return full, found + again(command, folder, reference, code)[1]
+    return full, found + commands.again(command, folder, reference, code)[1]
 
 
 def points_of(name: str, points: int, seed: int, root: Path) -> dict[str, object]:
@@ -98,33 +93,28 @@ def points_of(name: str, points: int, seed: int, root: Path) -> dict[str, object
     command = COMMANDS[name]
     folder, reference = root / "disk", root / "reference"
     rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
-    failed, wrong, rooms, fulls = 0, {}, [], 0
+    wrong, rooms, fulls = Faults(name), [], 0
     with small_disk(folder):
         resize(folder, PLENTY)
         Process(command.args, folder).wait().check()  # loads what is compiled
-        code, largest = most(command, emptied(folder))
-        shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+        code, largest = most(command, commands.emptied(folder))
+        shutil.copytree(folder, commands.emptied(reference), dirs_exist_ok=True)
         # One in each of as many equal parts: spread, and nowhere the same.
         parts = (np.arange(points) + rng.uniform(size=points)) / points
         for part in tqdm.tqdm(parts, desc=name, unit="point"):
             rooms.append(PAGE * max(1, int(part * largest / PAGE)))
             full, found = tried(command, rooms[-1], folder, reference, code)
             fulls += full
-            failed += bool(found)
-            for what in found:
-                wrong.setdefault(what, []).append(rooms[-1])
-    for what, where in wrong.items():
-        print(f"{name}: {len(where)} x {what} (such as with {where[0]} bytes)", flush=True)
+            wrong.add(found, f"with {rooms[-1]} bytes")
     return {
-        "args": " ".join(command.args),
+        "args": command.line,
         "bytes": largest,
         "points": points,
         "rooms": rooms,
         "full": fulls,
-        "failed": failed,
-        "faults": wrong,
+        **wrong.row(),
     }
 
 
 if __name__ == "__main__":
-    sys.exit(study("disk_full.py", __doc__, "points", 20, points_of, "full"))
+    sys.exit(commands.study("disk_full.py", __doc__, "points", 20, points_of, "full"))

@@ -140,14 +140,9 @@ def recording(rng: Draw) -> bytes:
 
     own = rng.random() < 0.5
     names = (
-        "time",
-        "angle",
-        "pressure_1",
-        "pressure_set_1",
-        "muscle_2.pressure",
-        "shaft.angle",
+        "time", "angle", "pressure_1", "pressure_set_1", "muscle_2.pressure", "shaft.angle",
         "valve_2",
-    )
+    )  # fmt: skip
     top: dict[str, Any] = {
         "schema": f"pamsim-recording/{2 if own else 1}",
         "rig": _pick(rng, (*["mas20_arm"] * 9, "two_joint_arm", ".", "")),

@@ -15,9 +15,7 @@ not run stay. Exits 1 if a run fails.
 from __future__ import annotations
 
 import itertools
-import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -27,10 +25,7 @@ from collections import Counter
 from pathlib import Path
 
 import tqdm
-from writing_commands import COMMANDS, Command, Process, emptied, faults, left_out, prepare
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from records import head, parser, write
+from writing_commands import COMMANDS, Command, Faults, emptied, faults, study, whole_run
 
 INTERRUPTED, INTERPRETER = 130, 1
 """Exit codes: of an interrupted command, of an interpreter interrupted in its own start."""
@@ -108,53 +103,21 @@ def _milliseconds(moment: int) -> int:
     return round(1e3 * EVERY * moment)
 
 
-def row_of(name: str, moments: int, root: Path) -> dict[str, object]:
+def row_of(name: str, moments: int, _seed: int, root: Path) -> dict[str, object]:
     """Run a command whole, then interrupt it at every moment."""
     command = COMMANDS[name]
     folder, reference = root / "interrupted", root / "reference"
-    own = Process(command.args, emptied(folder)).wait().check().code
-    shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
-    count, wrong = Counter(interpreter=0, interrupted=0, through=0, interpreter_until_ms=0), {}
-    every = list(itertools.product(SIGNALS, range(moments)))
+    own = whole_run(command, folder, reference).code
+    count = Counter(interpreter=0, interrupted=0, through=0, interpreter_until_ms=0)
+    wrong, every = Faults(name), list(itertools.product(SIGNALS, range(moments)))
     for sent, moment in tqdm.tqdm(every, desc=name, unit="signal"):
-        for what in faults_of(command, folder, reference, own, sent, moment, count):
-            wrong.setdefault(what, []).append(f"{sent.name} after {_milliseconds(moment)} ms")
-    for what, when in wrong.items():
-        print(f"{name}: {len(when)} x {what} (such as {when[0]})", flush=True)
-    failed = {one for when in wrong.values() for one in when}
-    return {
-        "args": " ".join(command.args),
-        "signals": len(every),
-        **count,
-        "failed": len(failed),
-        "faults": {what: when[:3] for what, when in wrong.items()},
-    }
-
-
-def main() -> None:
-    """Run, print, write."""
-    asked = parser(__doc__, moments=100)
-    asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
-    options = asked.parse_args()
-    os.environ["MPLBACKEND"] = "agg"
-    # A study in the background ignores SIGINT, and so would what it starts.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
-    out = left_out()
-    called = f"python scripts/trust/interrupts.py --moments {options.moments}"
-    result = {**head(called), "commands": {}, "left_out": out}
-    if options.json is not None and options.json.exists():
-        result["commands"] = json.loads(options.json.read_text(encoding="utf-8"))["commands"]
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder).resolve()
-        prepare(root)
-        for name in (name for name in options.command if name not in out):
-            result["commands"][name] = row_of(name, options.moments, root)
-            write(result, options.json)
-    failed = sum(row["failed"] for row in result["commands"].values())
-    print(f"{failed} failed")
-    sys.exit(int(failed > 0))
+        found = faults_of(command, folder, reference, own, sent, moment, count)
+        wrong.add(found, f"{sent.name} after {_milliseconds(moment)} ms")
+    return {"args": command.line, "signals": len(every), **count, **wrong.row()}
 
 
 if __name__ == "__main__":
-    main()
+    os.environ["MPLBACKEND"] = "agg"
+    # A study in the background ignores SIGINT, and so would what it starts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.exit(study("interrupts.py", __doc__, "moments", 100, row_of, "signals", drawn=False))

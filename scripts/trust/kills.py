@@ -20,7 +20,6 @@ command; those in it that this call does not run stay. Exits 1 if a kill fails.
 
 from __future__ import annotations
 
-import shutil
 import signal
 import sys
 import time
@@ -30,16 +29,8 @@ from pathlib import Path
 
 import numpy as np
 import tqdm
-from writing_commands import (
-    COMMANDS,
-    Command,
-    Process,
-    again,
-    emptied,
-    ended,
-    faults,
-    study,
-)
+import writing_commands as commands
+from writing_commands import COMMANDS, Command, Faults, Process
 
 INTERRUPTED = 130
 
@@ -82,10 +73,7 @@ def hit(process: Process, kill: Kill) -> bool:
     """Kill a process at its moment; False if it ended before."""
     while kill.write and process.writes() < kill.write and process.runs():
         time.sleep(0.0005)
-    due = time.monotonic() + kill.seconds
-    while process.runs() and time.monotonic() < due:
-        time.sleep(min(0.002, max(0.0, due - time.monotonic())))
-    if not process.runs():
+    if process.ends_in(kill.seconds):
         return False
     process.send(kill.signal)
     return True
@@ -95,12 +83,12 @@ def tried(
     command: Command, kill: Kill, folder: Path, reference: Path, code: int, count: Counter[str]
 ) -> list[str]:
     """What is wrong after a kill; counts ``kills``, ``missed`` and ``resumed``."""
-    emptied(folder, reference if kill.over else None)
+    commands.emptied(folder, reference if kill.over else None)
     args = (*command.args, "--force") if kill.over else command.args
     at_once = kill.write if kill.seconds == 0.0 else 0
     process = Process(args, folder, at=at_once, sent=kill.signal)
     reached = hit(process, kill) if not at_once else True
-    found = list(ended(process))
+    found = list(commands.ended(process))
     end = process.wait()
     if not reached or (at_once and end.writes < at_once):
         count["missed"] += 1
@@ -111,10 +99,10 @@ def tried(
     if end.code not in allowed or "Traceback" in end.errors:
         found.append(f"exit code {end.code}: {end.errors.strip()[-200:]!r}")
     done = end.code == code and not kill.over
-    found += [f"after the kill: {what}" for what in faults(
+    found += [f"after the kill: {what}" for what in commands.faults(
         command, folder, reference, whole=done, killed=killed
     )]  # fmt: skip
-    resumed, wrong = again(command, folder, reference, code, parts=killed)
+    resumed, wrong = commands.again(command, folder, reference, code, parts=killed)
     count["resumed"] += resumed
     return found + wrong
 
@@ -123,11 +111,9 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
     """Run a command whole, kill it, and count."""
     command = COMMANDS[name]
     folder, reference = root / name.replace(" ", "_"), root / "reference"
-    Process(command.args, emptied(folder)).wait().check()  # loads what is compiled
-    whole = Process(command.args, emptied(folder)).wait().check()
-    shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+    whole = commands.whole_run(command, folder, reference)
     rng = np.random.default_rng([seed, list(COMMANDS).index(name)])
-    failed, wrong = 0, {}
+    wrong = Faults(name)
     count, kinds = Counter[str](), Counter[str]()
     with tqdm.tqdm(total=kills, desc=name, unit="kill") as bar:
         while count["kills"] < kills:
@@ -139,23 +125,18 @@ def kills_of(name: str, kills: int, seed: int, root: Path) -> dict[str, object]:
             kinds[kill.signal.name] += 1
             kinds["while writing"] += kill.write > 0
             kinds["over an earlier run"] += kill.over
-            failed += bool(found)
-            for what in found:
-                wrong.setdefault(what, []).append(str(kill))
-    for what, when in wrong.items():
-        print(f"{name}: {len(when)} x {what} (such as {when[0]})", flush=True)
+            wrong.add(found, str(kill))
     return {
-        "args": " ".join(command.args),
+        "args": command.line,
         "seconds": round(whole.seconds, 1),
         "writes": whole.writes,
         "kills": count["kills"],
         **kinds,
         "resumed": count["resumed"],
         "missed": count["missed"],
-        "failed": failed,
-        "faults": {what: when[:3] for what, when in wrong.items()},
+        **wrong.row(),
     }
 
 
 if __name__ == "__main__":
-    sys.exit(study("kills.py", __doc__, "kills", 200, kills_of, "kills"))
+    sys.exit(commands.study("kills.py", __doc__, "kills", 200, kills_of, "kills"))

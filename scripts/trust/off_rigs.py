@@ -13,7 +13,6 @@ must name.
 
 from __future__ import annotations
 
-import json
 import re
 import sys
 import tempfile
@@ -31,16 +30,14 @@ from pamsim.papers.bench_experiments import bench
 from pamsim.recordings.recording import write_recording
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from kept_rows import as_text, fingerprint, kept_rows
-from records import parser, write
+from first_calibration import INPUTS, TEMPLATES, rig_of
+from records import fingerprint, kept_rows, print_and_write, study_parser
 from unit_slips import ATMOSPHERE, MBAR, PSI, Table, altered, checked, plus, times
 
 KEPT = Path("out/off_rigs")
-TEMPLATES = ("joint", "leg", "bench", "bellows")
 SHIPPED = ("mas20_arm", "two_joint_arm", "muscle_bench", "equimus_leg")
 BENCHES = ("sarosi", "alraouf2025")
 RIGS = (*TEMPLATES, *SHIPPED, *BENCHES)
-INPUTS = ("triangle", "staircase", "multisine", "cocontraction", "bursts")
 OF_MUSCLES = {
     "valve.conductance_fill": 4.0,
     "valve.conductance_exhaust": 4.0,
@@ -67,15 +64,6 @@ MISTAKES = {
     "time in minutes": (times("time_s", 1.0 / 60.0), r"minutes|min\b"),
     "time in ms": (times("time_s", 1e3), r"milliseconds|ms\b"),
 }
-
-
-def rig_of(name: str, folder: Path) -> Rig:
-    """A rig as its file describes it; templates are written into a folder."""
-    if name in TEMPLATES:
-        return pamsim.load_rig(pamsim.new_rig(f"my_{name}", name, out=folder / "rig"))
-    if name in BENCHES:
-        return bench(name)
-    return pamsim.load_rig(name)
 
 
 def off(rig: Rig, rng: np.random.Generator) -> Rig:
@@ -147,19 +135,20 @@ def add_noise(table: Table, rng: np.random.Generator) -> None:
                 table[name] = table[name] + noise * rng.standard_normal(table[name].size)
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """One recording, read as it is (``valid``) or with a mistake (``mistake``)."""
     rng = np.random.default_rng((seed, RIGS.index(name)))
     with tempfile.TemporaryDirectory() as place:
-        rig, folder = rig_of(name, Path(place)), Path(place) / "data"
+        rig = bench(name) if name in BENCHES else rig_of(name, Path(place))
+        folder = Path(place) / "data"
         try:
             what = record(rig, off(rig, rng), folder, rng)
         except PamsimError as error:  # such as a muscle longer than its fibres
-            return as_text({"not_made": str(error)})
+            return {"not_made": str(error)}
         row: dict[str, Any] = {"rig": name, "seed": seed, "what": what}
         if kind == "valid":
             how, reported = checked(folder)
-            return as_text({**row, "how": how, "reported": reported})
+            return {**row, "how": how, "reported": reported}
         columns = next(folder.glob("*.csv")).read_text(encoding="utf-8").split("\n")[0].split(",")
         possible = [m for m, (change, _) in MISTAKES.items() if _changes(change, columns)]
         mistake = str(rng.choice(possible))
@@ -167,9 +156,7 @@ def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
         altered(folder, Path(place) / "mistaken", change)
         how, reported = checked(Path(place) / "mistaken")
         named = bool(re.search(correction, " ".join(reported)))
-        return as_text(
-            {**row, "mistake": mistake, "how": how, "named": named, "reported": reported}
-        )
+        return {**row, "mistake": mistake, "how": how, "named": named, "reported": reported}
 
 
 def _changes(change: Any, columns: list[str]) -> bool:
@@ -198,9 +185,7 @@ def counted(rows: Mapping[Any, Mapping[str, Any]]) -> dict[str, Any]:
 
 def main() -> None:
     """Run what is left, count, write."""
-    asked = parser(__doc__, count=200, seed=0, workers=2)
-    asked.add_argument("--stopped", action="store_true", help="score the finished rows only")
-    options = asked.parse_args()
+    options = study_parser(__doc__, count=200, seed=0).parse_args()
     cases = [(RIGS[k % len(RIGS)], options.seed + k) for k in range(options.count)]
     tasks = [(kind, *case) for case in cases for kind in ("valid", "mistake")]
     mark = fingerprint("pamsim", __file__)
@@ -208,10 +193,7 @@ def main() -> None:
     rows = kept_rows(run_one, tasks, folder, mark, options.workers, stopped=options.stopped)
     command = f"python scripts/trust/off_rigs.py --count {options.count} --seed {options.seed}"
     result = {"command": command, **counted(rows)}
-    for row in (*result["each_false_alarm"], *result["each_missed"]):
-        print(json.dumps(row))
-    print(", ".join(f"{key} {value}" for key, value in result.items() if isinstance(value, int)))
-    write(result, options.json)
+    print_and_write(result, options.json)
 
 
 if __name__ == "__main__":

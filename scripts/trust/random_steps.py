@@ -34,9 +34,8 @@ from pamsim.engine.rig import Rig
 from pamsim.recordings.recording import Outcome
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from kept_rows import Task, as_text, fingerprint, kept_rows
-from random_episodes import random_steps
-from records import head, parser, print_and_write
+from random_episodes import Seen
+from records import Task, fingerprint, head, kept_rows, parser, print_and_write
 
 BATCH = 96_000
 """Steps of a batch."""
@@ -129,33 +128,30 @@ def played(name: str, rng: np.random.Generator, kind: str) -> dict[str, Any]:
         load=(0.0, LOAD) if wild and takes_load else 0.0,
         randomize=wild,
     )
-    top, lowest, highest, reported = env.rigs.top_pressure, np.inf, -np.inf, False
+    top, seen = env.rigs.top_pressure, Seen()
     seed = int(rng.integers(2**31))
     env.action_space.seed(seed)
     for number in range(rounds):
         env.reset(seed=seed + number)
-        for _, _, broken, _, info in random_steps(env, rng, per_episode):
-            reported |= bool(broken.any())
-            lowest = min(lowest, float(info["pressure"].min()))
-            highest = max(highest, float(info["pressure"].max()))
+        seen.play(env, rng, per_episode)
     env.close()
     return {
         "steps": rounds * per_episode * FRAME_SKIP * RIGS,
         "refused": 0,
-        "reported": reported,
-        "lowest": lowest / top,
-        "highest": highest / top,
+        "reported": seen.broken > 0,
+        "lowest": seen.lowest / top,
+        "highest": seen.highest / top,
     }
 
 
-def run_one(kind: str, name: str, seed: int) -> dict[str, str]:
+def run_one(kind: str, name: str, seed: int) -> dict[str, Any]:
     """One batch with the switch on, and if it failed once more without, for its outcome."""
     task = kind, name, seed
     try:
-        return as_text(one_batch(task, on=True))
+        return one_batch(task, on=True)
     except InvariantError as error:
         row = {"steps": 0, "refused": 0, "failed": str(error)}
-    return as_text({**row, "reported": one_batch(task, on=False)["reported"]})
+    return {**row, "reported": one_batch(task, on=False)["reported"]}
 
 
 def one_batch(task: Task, on: bool) -> dict[str, Any]:

@@ -18,7 +18,6 @@ each reader; those in it that this call does not run stay. Exits 1 if a run fail
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import shutil
@@ -33,6 +32,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
 
+import grammars
 import numpy as np
 import pyarrow
 import scipy.io
@@ -40,18 +40,17 @@ from pyarrow import parquet
 from tqdm import tqdm
 
 import pamsim
+from pamsim.controllers.neural_policy import read_policy
 from pamsim.core.encoding import CheckpointFile
 from pamsim.core.errors import PamsimError
 from pamsim.core.units import parse_quantity
 from pamsim.recordings.measured_table import read_measured
-from pamsim.recordings.policy_file import read_policy
 from pamsim.recordings.recording import write_recording
 from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.table_reader import read_columns
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-import grammars
-from records import head, parser, write
+from records import head, parser, read, write
 
 SECONDS, BYTES = 1.0, 1 << 30
 BATCH = 50
@@ -355,9 +354,7 @@ def main() -> None:
     asked.add_argument("--grammar", action="store_true", help="draw files from their grammar")
     options = asked.parse_args()
     result = head("python scripts/trust/readers.py [--grammar] --runs N --subprocesses M --seed S")
-    result["readers"] = {}
-    if options.json is not None and options.json.exists():
-        result["readers"] = json.loads(options.json.read_text(encoding="utf-8"))["readers"]
+    result["readers"] = read(options.json).get("readers", {})
     failed = 0
     for name in READERS if options.reader is None else (options.reader,):
         faults: dict[str, list[int]] = {}

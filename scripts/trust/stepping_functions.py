@@ -23,7 +23,7 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -204,19 +204,13 @@ def runge_kutta(model: Model, data: Data) -> None:
     mujoco.mj_RungeKutta(model, data, 4)
 
 
-def resting(*calls: Callable[[Model, Data], None]) -> Callable[[Model, Data], None]:
-    """Calls one after the other."""
-
-    def call(model: Model, data: Data) -> None:
-        for one in calls:
-            one(model, data)
-
-    return call
-
-
-_stages = resting(mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity)
-_dynamics = resting(mujoco.mj_fwdAcceleration, mujoco.mj_fwdConstraint)
-
+STAGES = (
+    mujoco.mj_fwdPosition,
+    mujoco.mj_fwdVelocity,
+    mujoco.mj_fwdActuation,
+    mujoco.mj_fwdAcceleration,
+    mujoco.mj_fwdConstraint,
+)
 STEP = stepping(mujoco.mj_step)
 FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "mj_step": (STEP, STEP),
@@ -232,10 +226,7 @@ FUNCTIONS: dict[str, tuple[Function, ...]] = {
     "mj_step, integrator RK4": (stepping(mujoco.mj_step, integrator=RK4), STEP),
     "mj_forward": (instant(mujoco.mj_forward),) * 2,
     "mj_forwardSkip": (instant(skip(mujoco.mj_forwardSkip)), instant(mujoco.mj_forward)),
-    "mj_fwdActuation": (
-        instant(_stages, mujoco.mj_fwdActuation, _dynamics),
-        instant(mujoco.mj_forward),
-    ),
+    "mj_fwdActuation": (instant(*STAGES), instant(mujoco.mj_forward)),
     "mj_inverse": (inverse(mujoco.mj_inverse),) * 2,
     "mj_inverseSkip": (inverse(skip(mujoco.mj_inverseSkip)), inverse(mujoco.mj_inverse)),
     "mj_compareFwdInv": (inverse(mujoco.mj_compareFwdInv),) * 2,
@@ -285,17 +276,17 @@ CALLBACKS = ("act_dyn", "act_gain", "act_bias", "control", "passive", "sensor")
 
 
 @contextmanager
-def another_library() -> Iterator[Between]:
+def another_library(names: Sequence[str] = CALLBACKS) -> Iterator[Between]:
     """Callbacks that are set before and, but for a moment, during."""
 
     def put() -> None:
-        for name in CALLBACKS:
+        for name in names:
             forces = name.startswith("act_")
             callback = (lambda *_: 1e3) if forces else (lambda *_: None)
             getattr(mujoco, f"set_mjcb_{name}")(callback)
 
     def remove() -> None:
-        for name in CALLBACKS:
+        for name in names:
             getattr(mujoco, f"set_mjcb_{name}")(None)
 
     def again() -> None:

@@ -18,7 +18,6 @@ Coulomb friction) is run in these ways, each in processes of its own:
 from __future__ import annotations
 
 import importlib.util
-import json
 import os
 import resource
 import signal
@@ -36,7 +35,7 @@ from pamsim.sweeps.run_table import CHUNKS, FILE
 from pamsim.sweeps.simulated import BLOCK
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from records import parser, print_and_write
+from records import parser, print_and_write, read
 
 COST_RUNS = 1500
 
@@ -64,7 +63,7 @@ low = 0
 high = 1
 """
 
-COST = """
+SWEEP = """
 import sys, time
 from pamsim.sweeps import simulated
 from pamsim.sweeps.study import read_study
@@ -84,15 +83,7 @@ began = time.process_time()
 sweep(plan, out=sys.argv[2])
 print((time.process_time() - began) / inside[0])
 """
-
-SWEEP = """
-import sys
-from pamsim.sweeps.study import read_study
-from pamsim.sweeps.sweep import sweep
-plan = read_study(sys.argv[1])
-plan.job.rows(plan.runs[:2], None)
-sweep(plan, out=sys.argv[2])
-"""
+"""Run a study and print its processor time over that of the bare batch in it."""
 
 CLUSTER = """
 import sys, threading, time
@@ -153,7 +144,7 @@ def cost_over_batch(duration: float) -> dict[str, Any]:
         study = Path(temporary) / "study.toml"
         study.write_text(STUDY.format(runs=COST_RUNS, duration=duration), encoding="utf-8")
         ratios = [
-            round(float(child(COST, study, Path(temporary) / f"out_{number}")[0].split()[-1]), 3)
+            round(float(child(SWEEP, study, Path(temporary) / f"out_{number}")[0].split()[-1]), 3)
             for number in range(2)
         ]
     return {"runs": COST_RUNS, "sweep_over_batch": ratios}
@@ -164,11 +155,9 @@ def main() -> None:
     asked = parser(__doc__, runs=10_000, duration=2.0)
     asked.add_argument("--cost", action="store_true")
     options = asked.parse_args()
-    result: dict[str, Any] = {}
     if options.cost:
-        if options.json is not None:
-            result = json.loads(options.json.read_text(encoding="utf-8"))
-        print_and_write(result | {"cost": cost_over_batch(options.duration)}, options.json)
+        cost = {"cost": cost_over_batch(options.duration)}
+        print_and_write(read(options.json) | cost, options.json)
         return
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -181,7 +170,7 @@ def main() -> None:
         _, memory = child(SWEEP, study, folder / "whole")
         whole = parquet.read_table(folder / "whole" / FILE)
         again = killed_and_resumed(study, folder / "killed", blocks)
-        result = {
+        result: dict[str, Any] = {
             "command": f"python scripts/trust/sweeps.py --runs {options.runs}"
             f" --duration {options.duration:g}",
             "versions": versions(),

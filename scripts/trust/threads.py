@@ -24,7 +24,7 @@ from pathlib import Path
 import gymnasium
 import mujoco
 import numpy as np
-from mujoco import rollout
+from stepping_functions import CALLBACKS, FUNCTIONS, Function, another_library, nothing
 from tqdm import tqdm
 
 import pamsim
@@ -35,7 +35,8 @@ from pamsim.engine.rig import Rig
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from records import head, parser, print_and_write
 
-STEPS = 200
+ROUNDS = 10
+"""Calls of a function, of 20 steps each."""
 RIGS = ("mas20_arm", "two_joint_arm")
 
 
@@ -48,53 +49,13 @@ def simulated(rig: Rig, rng: np.random.Generator) -> FloatArray:
     return state
 
 
-def stepped(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """By ``mj_step``."""
-    mujoco.mj_step(model, data, STEPS)
-
-
-def halves(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """By ``mj_step1`` and ``mj_step2``."""
-    for _ in range(STEPS):
-        mujoco.mj_step1(model, data)
-        mujoco.mj_step2(model, data)
-
-
-def forward(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """By ``mj_forward`` and ``mj_Euler``."""
-    for _ in range(STEPS):
-        mujoco.mj_forward(model, data)
-        mujoco.mj_Euler(model, data)
-
-
-def scopes(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """In scopes that open and shut."""
-    for _ in range(10):
-        with pamsim.live(model):
-            mujoco.mj_step(model, data, STEPS // 20)
-        mujoco.mj_step(model, data, STEPS // 20)
-
-
-def rolled_out(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    """By ``mujoco.rollout``."""
-    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    start = np.empty(mujoco.mj_stateSize(model, kind))
-    mujoco.mj_getState(model, data, start, kind)
-    controls = np.tile(data.ctrl, (STEPS, 1))
-    states, _ = rollout.rollout(model, mujoco.MjData(model), start, controls)
-    mujoco.mj_setState(model, data, states.reshape(STEPS, -1)[-1], kind)
-
-
-def driven(
-    rig: Rig, rng: np.random.Generator, advance: Callable[[mujoco.MjModel, mujoco.MjData], None]
-) -> FloatArray:
-    """State after `STEPS` steps under random valve openings."""
+def driven(rig: Rig, rng: np.random.Generator, function: Function) -> FloatArray:
+    """State after many steps under random valve openings."""
     model = rig.model_for(command="valve")
     data = mujoco.MjData(model)
     pamsim.reset(model, data, rng.uniform(1e5, 4e5, len(rig.muscles)).tolist())
     data.ctrl[:] = rng.uniform(-1.0, 1.0, model.nu)
-    advance(model, data)
-    return pamsim.save_state(model, data)
+    return [function(model, data, nothing) for _ in range(ROUNDS)][-1]
 
 
 def episode(rig: Rig, rng: np.random.Generator) -> FloatArray:
@@ -108,12 +69,13 @@ def episode(rig: Rig, rng: np.random.Generator) -> FloatArray:
     return np.asarray(observation, dtype=float)
 
 
+STEPPED = (
+    "mj_step(nstep)", "mj_step1, mj_step2", "mj_forward, mj_Euler", "rollout, one thread",
+    "pamsim.live, mj_step",
+)  # fmt: skip
 WAYS: dict[str, Callable[[Rig, np.random.Generator], FloatArray]] = {
     "simulated": simulated,
-    **{
-        advance.__name__: functools.partial(driven, advance=advance)
-        for advance in (stepped, halves, forward, scopes, rolled_out)
-    },
+    **{name: functools.partial(driven, function=FUNCTIONS[name][0]) for name in STEPPED},
     "episode": episode,
 }
 
@@ -131,15 +93,11 @@ def way(seed: int) -> str:
     return list(WAYS)[seed % len(WAYS)]
 
 
-def another_library(stop: threading.Event) -> None:
+def disturb(stop: threading.Event) -> None:
     """Set and remove callbacks until `stop` is set."""
-    names = ("act_dyn", "act_gain", "act_bias")
     while not stop.wait(0.001):
-        for name in names:
-            getattr(mujoco, f"set_mjcb_{name}")(lambda *_: 1e3)
-        stop.wait(0.001)
-        for name in names:
-            getattr(mujoco, f"set_mjcb_{name}")(None)
+        with another_library(CALLBACKS[:3]):  # under the others the engine compiles no model
+            stop.wait(0.001)
 
 
 def main() -> int:
@@ -148,7 +106,7 @@ def main() -> int:
     seeds = range(given.seed, given.seed + given.runs)
     alone = [run(seed) for seed in tqdm(seeds, desc="alone", file=sys.stderr)]
     stop = threading.Event()
-    disturber = threading.Thread(target=another_library, args=(stop,))
+    disturber = threading.Thread(target=disturb, args=(stop,))
     disturber.start()
     try:
         with ThreadPoolExecutor(given.threads) as pool:

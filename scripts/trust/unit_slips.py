@@ -34,7 +34,7 @@ from pamsim.twins.synthetic_recording import SyntheticRecording
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from records import head, parser, write
+from records import head, parser, print_and_write
 
 import tests.plant.hide
 
@@ -203,11 +203,8 @@ def _mistakes() -> list[Mistake]:
     for name in (one, two, four):
         add(name, "time in minutes", times("time_s", 1.0 / 60.0), "minutes|min\\b")
         add(name, "time in ms", times("time_s", 1e3), "milliseconds|ms\\b")
-    forces, read, wanted = (
-        ("force1_n", "force2_n"),
-        ("p1_kpa", "p2_kpa"),
-        ("p1_set_kpa", "p2_set_kpa"),
-    )
+    forces, read = ("force1_n", "force2_n"), ("p1_kpa", "p2_kpa")
+    wanted = "p1_set_kpa", "p2_set_kpa"
     add(one, "muscles swapped in measured pressures", swapped(read), "swap")
     add(one, "muscles swapped in set points", swapped(wanted), "swap")
     add(one, "muscles swapped in both", swapped(read, wanted), "swap")
@@ -303,18 +300,8 @@ def main() -> None:
     options = parser(__doc__, seed=0).parse_args()
     command = f"python scripts/trust/unit_slips.py --seed {options.seed}"
     result = {**head(command), **run(options.seed)}
-    for one in result["each_mistake"]:
-        mark = "" if one["correction_named"] else "  <- not named"
-        print(f"{one['recording']}: {one['mistake']}: {one['how']}{mark}")
-    for one in result["each_valid"]:
-        if one["how"] != "silent":
-            print(f"false alarm: {one['recording']}, seed {one['seed']}: {one['reported']}")
-    found, count, alarms = result["found"], result["mistakes"], result["false_alarms"]
-    print(
-        f"{found} of {count} mistakes found, {alarms} false alarms in {result['valid']} recordings"
-    )
-    write(result, options.json)
-    sys.exit(int(found < FOUND * count or alarms > 0))
+    print_and_write(result, options.json)
+    sys.exit(int(result["found"] < FOUND * result["mistakes"] or result["false_alarms"] > 0))
 
 
 if __name__ == "__main__":

@@ -1,11 +1,13 @@
 """The commands of pamsim that write, each in a process of its own, and what they leave behind.
 
-Used by ``kills.py`` and ``disk_full.py``. A process is a fork of one that has imported pamsim, so
-that hundreds of runs need not import it again. Inputs are small, so that a run takes seconds.
+Used by ``kills.py``, ``disk_full.py``, ``interrupts.py`` and ``command_lines.py``. A process is a
+fork of one that has imported pamsim, so that hundreds of runs need not import it again. Inputs are
+small, so that a run takes seconds.
 """
 
 from __future__ import annotations
 
+import atexit
 import importlib
 import importlib.util
 import json
@@ -20,7 +22,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,12 +34,12 @@ import tqdm
 from pyarrow import parquet
 
 import pamsim
-from pamsim.cli.main import main as pamsim_command
+from pamsim.__main__ import program
 from pamsim.core.errors import PamsimError
 from pamsim.core.files import LOCK
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from records import head, parser, write
+from records import head, parser, read, write
 
 LONGEST = 600.0
 """Of a run [s]; what takes longer is blocked."""
@@ -48,19 +50,19 @@ SAME_COLOUR, OTHER_PIXELS = 8, 1e-3
 IN = "../inputs"
 """Of the commands, which run in a folder beside it."""
 
-INPUTS: tuple[tuple[str, ...], ...] = (
-    ("hide", "coulomb_friction", "--size", "0.5", "--protocols", "triangle", "--repeats", "6",
-     "--duration", "800ms", "--out", "recording"),
-    ("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out", "step"),
-)  # fmt: skip
+INPUTS = (
+    "hide coulomb_friction --size 0.5 --protocols triangle --repeats 6 --duration 800ms"
+    " --out recording",
+    "step --pressure 400,100 --start 300,300 --duration 1s --out step",
+)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Command:
     """A command that writes.
 
     Attributes:
-        args: of ``pamsim``, in an empty folder beside `IN`.
+        line: arguments of ``pamsim``, in an empty folder beside `IN`.
         share: of the tries, relative to the others; less for those that take long.
         checkpoint: file that ``--resume`` goes on from; none if empty.
         near: relative difference that a resumed run may leave; 0 for none. A search that goes on
@@ -69,88 +71,71 @@ class Command:
         needs: package without which it is left out.
     """
 
-    args: tuple[str, ...]
+    line: str
     share: float = 1.0
     checkpoint: str = ""
     kept: str = ""
     near: float = 0.0
     needs: str = ""
 
+    @property
+    def args(self) -> tuple[str, ...]:
+        """The words of the line."""
+        return tuple(self.line.split())
+
 
 COMMANDS = {
     "step": Command(
+        "step --pressure 400,100 --start 300,300 --duration 1s --out out --json step.json",
         share=1.4,
-        args=("step", "--pressure", "400,100", "--start", "300,300", "--duration", "1s", "--out",
-              "out", "--json", "step.json"),
     ),
-    "identify": Command(
-        share=1.4,
-        args=("identify", f"{IN}/step", "--order", "1", "--out", "out", "--json", "one.json"),
-    ),
+    "identify": Command(f"identify {IN}/step --order 1 --out out --json one.json", share=1.4),
     "fit": Command(
+        f"fit {IN}/map.csv --model six_parameter --nominal-length 300 --out out --json fit.json",
         share=1.4,
-        args=("fit", f"{IN}/map.csv", "--model", "six_parameter", "--nominal-length", "300",
-              "--out", "out", "--json", "fit.json"),
     ),
-    "new-rig": Command(args=("new-rig", "arm", "--kind", "joint", "--out", "out"), share=3.5),
+    "new-rig": Command("new-rig arm --kind joint --out out", share=3.5),
     "import": Command(
+        f"import {IN}/log.csv --rig mas20_arm --column shaft.angle=phi:deg --column"
+        " muscle_1.pressure=p1:kPa --column muscle_2.pressure=p2:kPa --out out --json import.json",
         share=3.7,
-        args=("import", f"{IN}/log.csv", "--rig", "mas20_arm", "--column", "shaft.angle=phi:deg",
-              "--column", "muscle_1.pressure=p1:kPa", "--column", "muscle_2.pressure=p2:kPa",
-              "--out", "out", "--json", "import.json"),
     ),
     "check": Command(
-        share=1.4,
-        args=("check", f"{IN}/recording", "--effects", "coulomb_friction", "--out", "out",
-              "--json", "check.json"),
+        f"check {IN}/recording --effects coulomb_friction --out out --json check.json", share=1.4
     ),
     "calibrate": Command(
+        f"calibrate {IN}/recording --free joint.shaft.damping --hold-out triangle_check --starts 2"
+        " --out out --json fit.json",
         share=1.4,
-        args=("calibrate", f"{IN}/recording", "--free", "joint.shaft.damping",
-              "--hold-out", "triangle_check", "--starts", "2", "--out", "out",
-              "--json", "fit.json"),
         checkpoint="out/checkpoint.json",
         near=1e-6,
     ),
     "diagnose": Command(
-        share=0.8,
-        args=("diagnose", f"{IN}/recording", "--effects", "coulomb_friction", "--out",
-              "out", "--json", "found.json"),
+        f"diagnose {IN}/recording --effects coulomb_friction --out out --json found.json", share=0.8
     ),
     "hide": Command(
+        "hide coulomb_friction --protocols triangle --repeats 3 --duration 1s --out out"
+        " --json hidden.json",
         share=2.0,
-        args=("hide", "coulomb_friction", "--protocols", "triangle", "--repeats", "3",
-              "--duration", "1s", "--out", "out", "--json", "hidden.json"),
     ),
-    "replicate": Command(
-        share=0.6,
-        args=("replicate", "--paper", "alraouf2025", "--out", "out", "--json", "all.json"),
-    ),
-    "reproduce": Command(args=("reproduce", "--out", "out", "--json", "all.json"), share=0.5),
+    "replicate": Command("replicate --paper alraouf2025 --out out --json all.json", share=0.6),
+    "reproduce": Command("reproduce --out out --json all.json", share=0.5),
     "render": Command(
-        share=0.6,
-        args=("render", "film.gif", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
-              "--height", "320"),
+        f"render film.gif --recording {IN}/step --fps 5 --width 400 --height 320", share=0.6
     ),
     "render mp4": Command(
+        f"render film.mp4 --recording {IN}/step --fps 5 --width 400 --height 320",
         share=0.5,
-        args=("render", "film.mp4", "--recording", f"{IN}/step", "--fps", "5", "--width", "400",
-              "--height", "320"),
         needs="imageio_ffmpeg",
     ),
-    "render png": Command(
-        share=0.8,
-        args=("render", "rest.png", "--width", "320", "--height", "256"),
-    ),
-    "train": Command(
-        args=("train", "--steps", "6400", "--out", "policy.npz"), share=0.3, needs="torch"
-    ),
+    "render png": Command("render rest.png --width 320 --height 256", share=0.8),
+    "train": Command("train --steps 6400 --out policy.npz", share=0.3, needs="torch"),
     "sweep": Command(
-        args=("sweep", f"{IN}/study.toml", "--out", "out", "--json", "all.json"),
+        f"sweep {IN}/study.toml --out out --json all.json",
         checkpoint="out/study.json",
         kept="out/chunks/",
     ),
-}  # fmt: skip
+}
 
 _LEFT_OUT = {"demo": "half a minute; it is hide and diagnose, which are tried"}
 """Commands that are left out everywhere -> why."""
@@ -208,8 +193,8 @@ def prepare(root: Path) -> None:
     shipped = Path(pamsim.__file__).parent / "data" / "dmsp20_300_force_map.csv"
     shutil.copyfile(shipped, inputs / "map.csv")
     (inputs / "study.toml").write_text(_STUDY, encoding="utf-8")
-    for args in INPUTS:
-        Process(args, inputs).wait().check()
+    for line in INPUTS:
+        Process(tuple(line.split()), inputs).wait().check()
 
 
 @dataclass(frozen=True)
@@ -241,12 +226,13 @@ class Process:
     def __init__(
         self, args: tuple[str, ...], folder: Path, at: int = 0, sent: int = signal.SIGKILL
     ) -> None:
+        self._args, self._folder, self._at, self._sent = args, folder.resolve(), at, sent
         self._count = mmap.mmap(-1, 4)
         self._errors = folder.parent / f"{folder.name}.stderr"
         self._begun = time.monotonic()
         self.pid = os.fork()
         if self.pid == 0:
-            _be(args, folder, self._errors, self._count, at, sent)
+            self._be()
 
     def writes(self) -> int:
         """Events of writing so far."""
@@ -255,6 +241,13 @@ class Process:
     def runs(self) -> bool:
         """Whether it has not ended; an ended one stays until `wait`, its number in use."""
         return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+
+    def ends_in(self, seconds: float) -> bool:
+        """Wait for its end, so long at most; whether it has ended."""
+        due = time.monotonic() + seconds
+        while self.runs() and time.monotonic() < due:
+            time.sleep(min(0.002, max(0.0, due - time.monotonic())))
+        return not self.runs()
 
     def send(self, what: int) -> None:
         """Send it a signal."""
@@ -270,53 +263,47 @@ class Process:
             self.writes(),
         )
 
+    def _be(self) -> None:
+        """Be the process: run, and end."""
+        code = 70
+        # An interrupted command does what is registered for the exit, such as to remove the
+        # temporary folders of the process that it is a fork of.
+        atexit._clear()  # pyright: ignore[reportAttributeAccessIssue, reportPrivateUsage]
+        try:
+            out = os.open(self._errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+            os.dup2(os.open(os.devnull, os.O_RDWR), 0)
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            os.dup2(out, 2)
+            os.chdir(self._folder)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            sys.argv = ["pamsim", *self._args]
+            sys.addaudithook(self._counted)
+            program()
+        except SystemExit as end:
+            code = end.code if isinstance(end.code, int) else 1
+        except KeyboardInterrupt:  # before the command began
+            code = 130
+        except BaseException:
+            traceback.print_exc()
+        finally:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(code)
 
-def _be(
-    args: tuple[str, ...], folder: Path, errors: Path, count: mmap.mmap, at: int, sent: int
-) -> None:
-    """Be the process: run, and end."""
-    code = 70
-    try:
-        out = os.open(errors, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-        os.dup2(os.open(os.devnull, os.O_RDWR), 0)
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(out, 2)
-        os.chdir(folder)
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        sys.argv = ["pamsim", *args]
-        sys.addaudithook(_counter(str(folder.resolve()), count, at, sent))
-        pamsim_command()
-    except SystemExit as end:
-        code = end.code if isinstance(end.code, int) else 1
-    except KeyboardInterrupt:  # before the command began
-        code = 130
-    except BaseException:
-        traceback.print_exc()
-    finally:
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
-
-
-def _counter(folder: str, count: mmap.mmap, at: int, sent: int) -> Any:
-    """A hook that counts what is opened for writing, moved, made or removed in a folder."""
-    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT
-
-    def hook(event: str, given: tuple[Any, ...]) -> None:
+    def _counted(self, event: str, given: tuple[Any, ...]) -> None:
+        """Count what is opened for writing, moved, made or removed in the folder."""
         if event == "open":
-            if not given[2] & writing:
+            if not given[2] & (os.O_WRONLY | os.O_RDWR | os.O_CREAT):
                 return
         elif event not in ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.chmod"):
             return
         if not isinstance(given[0], (str, os.PathLike)):
             return
-        if os.path.abspath(os.fspath(given[0])).startswith(folder):
-            number = struct.unpack("i", count[:4])[0] + 1
-            count[:4] = struct.pack("i", number)
-            if number == at:
-                os.kill(os.getpid(), sent)
-
-    return hook
+        if os.path.abspath(os.fspath(given[0])).startswith(str(self._folder)):
+            number = self.writes() + 1
+            self._count[:4] = struct.pack("i", number)
+            if number == self._at:
+                os.kill(os.getpid(), self._sent)
 
 
 def emptied(folder: Path, like: Path | None = None) -> Path:
@@ -332,12 +319,44 @@ def emptied(folder: Path, like: Path | None = None) -> Path:
 
 def ended(process: Process) -> Iterator[str]:
     """Wait for the end of a process that may be blocked."""
-    due = time.monotonic() + LONGEST
-    while process.runs():
-        if time.monotonic() > due:
-            process.send(signal.SIGKILL)
-            yield "did not end"
-        time.sleep(0.005)
+    if not process.ends_in(LONGEST):
+        process.send(signal.SIGKILL)
+        yield "did not end"
+
+
+def whole_run(command: Command, folder: Path, reference: Path) -> Ended:
+    """Run a command whole, and copy what it wrote to another folder."""
+    Process(command.args, emptied(folder)).wait().check()  # loads what is compiled
+    whole = Process(command.args, emptied(folder)).wait().check()
+    shutil.copytree(folder, emptied(reference), dirs_exist_ok=True)
+    return whole
+
+
+class Faults:
+    """What was wrong, and in which tries of a command.
+
+    Args:
+        name: of the command.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.failed = 0
+        self.found: dict[str, list[Any]] = {}
+
+    def add(self, found: Iterable[str], when: Any) -> None:
+        """What was wrong in a try, if anything."""
+        wrong = list(found)
+        self.failed += bool(wrong)
+        for what in wrong:
+            self.found.setdefault(what, []).append(when)
+
+    def row(self) -> dict[str, Any]:
+        """Print them; how many tries failed, and some of each fault."""
+        for what, when in self.found.items():
+            print(f"{self.name}: {len(when)} x {what} (such as {when[0]})", flush=True)
+        some = {what: when[:3] for what, when in self.found.items()}
+        return {"failed": self.failed, "faults": some}
 
 
 def again(
@@ -498,8 +517,10 @@ def study(
     most: int,
     row_of: Callable[[str, int, int, Path], dict[str, Any]],
     tried: str,
+    *,
+    drawn: bool = True,
 ) -> int:
-    """Try every command, each by its share of the tries; print, and write after each.
+    """Try every command; print, and write after each.
 
     Args:
         script: its name.
@@ -508,31 +529,30 @@ def study(
         most: tries of all commands together, if the option is left out.
         row_of: command, tries, seed and folder to its row.
         tried: key of a row with the number of tries made.
+        drawn: whether tries are drawn by a seed, and shared out; else each command gets them all.
 
     Returns:
         Exit code: 1 if one failed.
     """
-    asked = parser(description, **{tries: most}, seed=0)
+    asked = parser(description, None, **{tries: most}, **({"seed": 0} if drawn else {}))
     asked.add_argument("--command", nargs="+", choices=COMMANDS, default=list(COMMANDS))
     options = asked.parse_args()
-    count = getattr(options, tries)
+    count, seed = getattr(options, tries), options.seed if drawn else 0
     tqdm.tqdm.monitor_interval = 0  # no thread beside: the process forks
     out = left_out()
-    command = f"python scripts/trust/{script} --{tries} {count} --seed {options.seed}"
-    result = {**head(command), "commands": {}, "left_out": out}
-    if options.json is not None and options.json.exists():
-        before = json.loads(options.json.read_text(encoding="utf-8"))
-        result["commands"] = before["commands"]
-        if options.command != list(COMMANDS):
-            result["command"] = before["command"]
+    command = f"python scripts/trust/{script} --{tries} {count}" + f" --seed {seed}" * drawn
+    before = read(options.json)
+    result = {**head(command), "commands": before.get("commands", {}), "left_out": out}
+    if before and options.command != list(COMMANDS):
+        result["command"] = before["command"]
     here = {name: one.share for name, one in COMMANDS.items() if name not in out}
     failed = 0
     with tempfile.TemporaryDirectory() as folder:
         root = Path(folder).resolve()
         prepare(root)
         for name in [name for name in options.command if name in here]:
-            share = max(1, round(count * here[name] / sum(here.values())))
-            row = row_of(name, share, options.seed, root)
+            share = max(1, round(count * here[name] / sum(here.values()))) if drawn else count
+            row = row_of(name, share, seed, root)
             if options.command != list(COMMANDS):
                 row["command"] = f"{command} --command '{name}'"
             failed += int(row["failed"])

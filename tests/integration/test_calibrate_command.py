@@ -12,6 +12,7 @@ from pamsim.calibration.calibrate import calibrate
 from pamsim.calibration.calibration_problem import CalibrationProblem
 from pamsim.comparison.free_parameters import freed_parameters
 from pamsim.comparison.measurements import read_calibration_data
+from pamsim.comparison.trial_prediction import TrialPredictor
 from pamsim.core.errors import InputError
 from pamsim.core.units import DEG_PER_RAD
 from pamsim.recordings.recording import write_recording
@@ -141,17 +142,18 @@ def test_a_rig_of_coarse_steps_is_calibrated(recording):
 def test_coming_back_to_a_vector_with_other_starts_simulates_nothing_again(recording, rig):
     simulated = []
     data, freed = read_calibration_data([recording]).of_rig(rig), freed_parameters(rig, [*PLANTED])
-    problem = CalibrationProblem(rig, data, freed, simulated=lambda: simulated.append(1))
+    predictor = TrialPredictor(rig, data, simulated=lambda: simulated.append(1))
+    problem = CalibrationProblem(predictor, freed)
     near = np.array(list(PLANTED.values()))
     far = 1.1 * near
     problem(np.array([near, far]))
     before = len(simulated)
     problem.linearise_starts(far)
     moved = len(simulated) - before
-    assert moved == 2 * len(problem.predictor.experiments)  # one for each muscle's start
+    assert moved == 2 * len(predictor.experiments)  # one for each muscle's start
     (again,) = problem(far[np.newaxis])
     assert len(simulated) == before + moved
-    fresh = CalibrationProblem(rig, data, freed)
+    fresh = CalibrationProblem(TrialPredictor(rig, data), freed)
     fresh.linearise_starts(far)
     (same,) = fresh(far[np.newaxis])
     for one, other in zip(again, same, strict=True):

@@ -159,7 +159,12 @@ def test_a_length_pressure_loop_is_diagnosed(run, tmp_path):
         result = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
         assert result["verdict"] == verdict
         assert f"verdict: {verdict}" in text
-        assert unit(result["sentence"]) in (out / "index.html").read_text(encoding="utf-8")
+        page = (out / "index.html").read_text(encoding="utf-8")
+        assert unit(result["sentence"]) in page
+        # The same page as that of recordings, with the parts that a loop has.
+        assert "The loop and the difference of its branches." in page
+        for words in ("Where the gap is.", "Nuisance parameters"):
+            assert words not in page
 
 
 def test_bad_input_is_one_line_and_exit_2(recording, run, tmp_path, monkeypatch):

@@ -10,10 +10,9 @@ import pytest
 import pamsim
 from pamsim.comparison.rest_simulator import RestPredictor
 from pamsim.core.errors import InputError
+from pamsim.diagnosis.fitted_rig import PULLEY, possible_rig
 from pamsim.diagnosis.options import Options
-from pamsim.diagnosis.published_rig import published_rig
-from pamsim.diagnosis.pulley_radius import PULLEY
-from pamsim.diagnosis.table_at_rest import diagnose_table, rig_with
+from pamsim.diagnosis.table_at_rest import diagnose_table, published_rig
 from pamsim.engine.parameters import rig_parameter
 from pamsim.recordings.static_table import read_static_table
 from pamsim.report.link_page import write_link_diagnosis
@@ -92,7 +91,7 @@ def test_the_repaired_rig_simulates_what_was_fitted(published, table, report):
     (effect,), (pulley,) = report.effects, report.nuisance
     values = {name: size.value_si for name, size in effect.sizes.items()}
     radius = pulley.whole * 1e-3
-    repaired = rig_with(published, values | {PULLEY: radius})
+    repaired = possible_rig(published, values | {PULLEY: radius})
     off = RestPredictor(lambda _: repaired, table).simulated(repaired) - table.angle
     # In the fit itself each row is off by less than where a fit to the others leaves it.
     assert np.degrees(np.sqrt(np.mean(off**2))) < report.gap["angle_at_rest"].after

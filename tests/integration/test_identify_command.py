@@ -166,6 +166,16 @@ def test_a_plain_log_of_any_columns_is_identified(run, tmp_path):
     assert best["T2"]["value"] == pytest.approx(SLOW, rel=0.01)
 
 
+def test_a_table_beside_a_recording_need_not_begin_at_rest(recording, tmp_path):
+    drive = telegraph(7, 15)
+    columns = (np.arange(drive.size) / RATE, 300.0 + drive / 2, 300.0 - drive / 2, response(drive))
+    path = table(tmp_path / "log.csv", "time_s,p1_set_kpa,p2_set_kpa,angle_deg", columns)
+    for data, start in ((recording, "rest"), ([recording, path], "free")):
+        asked = {"order": 1, "dead_time": "none", "arx": (1, 1, 1), "oe": (1, 1, 1)}
+        found = pamsim.identify(data, **asked, local=False)
+        assert found.shown.fit.structure.start == start
+
+
 def test_tables_without_a_clock_are_fitted_together(run, tmp_path):
     for name, seed in (("day", 7), ("night", 8)):
         drive = telegraph(seed, 20)
@@ -267,6 +277,7 @@ def test_python_control_gets_gains_per_unit_of_each_column(log):
         (["fan_v", "still_v"], {}, "'still_v' never changes"),
         (["fan_v", "angle_deg"], {}, "share a column"),
         (["fan_v", "supply_kpa"], {"arx": (1, 1, 1)}, "models of one input"),
+        (["fan_v"], {"arx": (1, 1)}, "`arx` = .*: give three whole numbers"),
     ):
         with pytest.raises(InputError, match=mend):
             pamsim.identify(log, input=inputs, output="angle_deg", order=1, **more)

@@ -241,6 +241,31 @@ def test_rows_of_one_time_stamp_are_spread(rig, tmp_path):
     assert any("200 rows repeat a time stamp" in note for note in found.notes)
 
 
+def test_a_clock_that_begins_again_runs_on_where_that_is_stated(imported, tmp_path):
+    """Also in milliseconds, and where a schedule is laid beside it."""
+    again = LOG | {"t_ms": 1e3 * np.mod(TIME, 1.0)}
+    shut = write(tmp_path / "shut.csv", SHUT)
+    with refused("state `wraps` of a clock that begins again"):
+        imported(again)
+    for folder, schedule in (("alone", ()), ("scheduled", shut)):
+        _, (trial,) = imported(again, folder=folder, schedule=schedule, wraps="1 s")
+        np.testing.assert_allclose(trial.time, TIME, atol=1e-12)
+    with refused("`wraps` -1s: it must be above 0 s"):
+        imported(again, folder="other", wraps="-1s")
+
+
+def test_columns_to_ignore_drive_nothing_and_a_stated_unit_holds_for_others_of_its_kind(imported):
+    """5 kPa are too little of the supply's pressure for a guess by their size."""
+    log = {"t_s": TIME, "p1": 0.01 * FLEXOR, "p2": 0.01 * EXTENSOR, "p1_set": FLEXOR, "phi": ANGLE}
+    states = ["elbow.angle=phi:rad", "flexor.pressure=p1:Pa"]
+    found, (trial,) = imported(log, columns=states, ignore=["p1_set"])
+    assert found.unused["p1_set"] == "ignored"
+    assert found.drive == "measured"
+    np.testing.assert_allclose(trial.measured["extensor.pressure"], 0.01 * EXTENSOR, rtol=1e-12)
+    with refused("to ignore"):
+        imported(log, folder="other", ignore=["p9"])
+
+
 def test_parts_of_one_log_are_trials_of_their_own_protocols(imported, tmp_path):
     parts = {"fill": [(0.0, 1.0), (1.0, 2.0)], "vent": [(2.0, 3.5)]}
     found, trials = imported(segments=parts)
@@ -254,9 +279,7 @@ def test_columns_that_stand_still_are_read(imported):
     """A vented muscle and a joint that is held."""
     still = {**LOG, "P flexor [psia]": np.full(TIME.size, 14.7), "phi": np.zeros(TIME.size)}
     found, (trial,) = imported(still)
-    assert {one.quantity for one in found.columns} == {
-        "time", "flexor.pressure", "extensor.pressure", "elbow.angle",
-    }  # fmt: skip
+    assert set(found.unused) == {"battery"}
     assert np.ptp(trial.measured["elbow.angle"]) == 0.0
 
 
@@ -372,6 +395,9 @@ def test_a_scheduled_command_changes_at_its_rows_alone(joined):
     flexor, extensor = (np.flatnonzero(np.diff(column)) + 1 for column in trial.command.T)
     assert (flexor.tolist(), extensor.tolist()) == ([70, 230, 300, 301], [70, 230])
     np.testing.assert_allclose(trial.command[300, 0], 0.5 * (123.4e3 + 210.1e3), rtol=1e-9)
+    late = AIR | {"t_ms": AIR["t_ms"] + 1e6, "phi": LOG["phi"]}  # since the logger was turned on
+    found, _ = joined(late, schedule, "schedule")
+    assert "the log begins after its last row, which holds throughout: check" in found.notes[0]
 
 
 def test_commands_of_a_second_logger_hold_until_its_next_row(joined):
@@ -381,7 +407,9 @@ def test_commands_of_a_second_logger_hold_until_its_next_row(joined):
     np.testing.assert_allclose(trial.command, expected, rtol=1e-12)
 
 
-def test_a_gap_of_a_second_logger_is_not_bridged(joined):
+def test_a_gap_of_a_second_logger_is_not_bridged_and_a_schedule_shares_no_signal(joined):
+    with refused("1 logs and 0 `beside` them; give one for each"):
+        joined(AIR | {"phi": ANGLE}, SHUT, "schedule", shared="phi=lamp")
     with refused("other.txt: line 105: the clock jumps from 0.99 to 1.2 s, 21 times its usual"):
         joined(AIR, {name: np.delete(v, range(100, 120)) for name, v in ARM.items()})
 
@@ -458,6 +486,8 @@ def test_one_schedule_is_of_all_logs_and_a_rate_is_their_clock(rig, tmp_path):
     pamsim.import_log(
         logs, rig=rig, out=tmp_path / "out", schedule=schedule, rate="100Hz", columns=BARE
     )
+    with refused("a `rate` of 0 Hz; it must be above 0"):
+        pamsim.import_log(logs, rig=rig, out=tmp_path, schedule=schedule, rate="0Hz", columns=BARE)
     for trial in read_recordings(tmp_path / "out").trials:
         assert trial.protocol == "pulses_check"
         np.testing.assert_allclose(trial.time, TIME, atol=1e-12)

@@ -10,8 +10,8 @@ from pamsim.papers.alraouf2025 import figures as alraouf
 from pamsim.papers.alraouf2025.loop import branch_data
 from pamsim.papers.bench_experiments import bench, hanging_weight, hung, stretched
 from pamsim.papers.nguyen2024 import figures as nguyen
-from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.geometry import element, muscle, omega
+from pamsim.papers.nguyen2024.loop import complex_stiffness
 from pamsim.papers.numerics import least_squares, rms
 from pamsim.papers.sarosi import figures as sarosi
 from pamsim.papers.vandamme2008 import figures as vandamme

@@ -149,15 +149,6 @@ def test_a_sealed_muscle_keeps_its_air(rig):
     assert np.all(np.diff(by_length) >= -1e-6)
 
 
-def test_backends_agree_on_a_mixed_drive_with_memory_and_friction(rig):
-    changed = rig.with_parameters({"creep.stiffness": 800.0, "friction.coulomb_force": 9.0})
-    commands = np.column_stack([SET_POINTS[:, 0], OPENINGS[:, 0]])
-    short = experiment(both("measured", "valve"), commands, duration=0.05, settle=0.05)
-    compiled, python = (pamsim.simulate(changed, short, backend=b) for b in ("compiled", "python"))
-    for name in ("angle", "pressure", "tension"):
-        np.testing.assert_allclose(getattr(compiled, name), getattr(python, name), rtol=1e-10)
-
-
 def test_what_does_not_fit_the_rig_is_refused(rig):
     for drive, message in (
         ({"muscle_1": "valve", "muscle_3": "valve"}, "no muscle 'muscle_3'; did you mean"),

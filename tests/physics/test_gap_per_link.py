@@ -69,10 +69,9 @@ CREEPING = ARM.with_parameters({"creep.stiffness": 2e3})
 def test_without_noise_every_link_is_met_to_a_quarter_of_usual_noise(tmp_path, rig, settings):
     trials = trials_of(tmp_path, {}, rig, noise=0.0, variation=0.0, repeats=1, **settings)
     usual = {"pressure": 400.0, "force": 1.5, "angle": 9e-4}
-    for link, blocks in link_residuals(rig, trials).items():
-        for block in blocks:
-            noise = usual[block.channel.split(".")[-1].split("_")[0]]
-            assert np.sqrt(np.mean(block.residual**2)) < 0.25 * noise, link.name
+    for (link, _, channel), residual in link_residuals(rig, trials).items():
+        noise = usual[channel.split(".")[-1].split("_")[0]]
+        assert np.sqrt(np.mean(residual**2)) < 0.25 * noise, link.name
 
 
 def test_one_log_is_judged_by_the_noise_within_it_which_is_said(tmp_path):
@@ -107,9 +106,8 @@ def forces(noise=0.0):
         },
         muscle_names=ARM.names.named_muscles,
     )
-    blocks = link_residuals(ARM, [replace(trial, drive="measured")])
-    (found,) = (own for link, own in blocks.items() if link.name == MUSCLE)
-    return np.stack([block.residual for block in found])
+    found = link_residuals(ARM, [replace(trial, drive="measured")])
+    return np.stack([residual for (link, *_), residual in found.items() if link.name == MUSCLE])
 
 
 def test_static_noise_of_an_imposed_motion_does_not_move_hysteresis(monkeypatch):

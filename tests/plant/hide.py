@@ -111,7 +111,7 @@ def hide(
     changed = base.with_parameters(values)
     hidden = [PlantHidden(**vars(hidden_effect(base, *one))) for one in by_library.items()]
     for one, size in by_plant:
-        found, known = _measured_size(base, changed, one, size)
+        found, known = measured_size(base, changed, one, size)
         hidden.append(found)
         values |= known
 
@@ -120,7 +120,7 @@ def hide(
         for number, (there, experiment) in enumerate(jobs):
             steps.begin("simulating trials")
             seed = (settings.seed, number)
-            runs.append(_in_plant(there, experiment, by_plant, seed, settings.step))
+            runs.append(in_plant(there, experiment, by_plant, seed, settings.step))
         return runs
 
     return recorded(
@@ -155,7 +155,7 @@ def _resolved(
     return by_library, sorted(by_plant, key=lambda pair: order.index(pair[0].name))
 
 
-def _measured_size(
+def measured_size(
     base: Rig, changed: Rig, one: PlantEffect, size: float
 ) -> tuple[PlantHidden, dict[str, float]]:
     """What is hidden in physical terms, and the library's parameters that mean the same [SI]."""
@@ -186,7 +186,7 @@ def _experiment(rig: Rig, name: str, seed: int, duration: float | None) -> Exper
     return library_experiment(rig, name, seed, duration)
 
 
-def _in_plant(
+def in_plant(
     rig: Rig, experiment: Experiment, effects: _Sized, seed: tuple[int, ...], step: float
 ) -> Recording:
     """One run of the plant, as its sensors report it, noise aside."""

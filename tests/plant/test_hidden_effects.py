@@ -5,31 +5,21 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pamsim.comparison.effects_on_rig import rig_name
 from pamsim.diagnosis.virtual_test_conditions import PRESSURE
 from pamsim.effects.catalog import EFFECTS, TRIAL_EFFECTS
-from pamsim.engine.parameters import rig_parameter
 from tests.plant.hidden.catalog import PLANT_EFFECTS
 from tests.plant.hidden.virtual_tests import joint_friction, muscle_loop
+from tests.plant.hide import in_plant, measured_size
 from tests.plant.inputs import INPUTS
 from tests.plant.read_rig import read_rig
-from tests.plant.run import Timing, run
 
 NOISE = {"angle": np.radians(0.05), "pressure": 400.0, "tension": 1.5}
 
 
 def recorded(rig, name, effect=None, size=0.0, seed=(1, 0)):
-    numbers = read_rig(rig, 0.0)
-    experiment = INPUTS[name].experiment(numbers, 4, 2.0)
-    experiment = dataclasses.replace(experiment, settle=0.5)
-    timing = Timing()
-    if effect is not None and effect.change is not None:
-        effect.change(numbers, size)
-    if effect is not None and effect.timing is not None:
-        timing = effect.timing(size, seed)
-    muscles = tuple(rig.muscles)
-    found = run(numbers, experiment, rig="x", muscles=muscles, timing=timing, step=5e-4)
-    return found if effect is None or effect.sensed is None else effect.sensed(found, size)
+    experiment = INPUTS[name].experiment(read_rig(rig, 0.0), 4, 2.0)
+    effects = [] if effect is None else [(effect, size / effect.typical)]
+    return in_plant(rig, dataclasses.replace(experiment, settle=0.5), effects, seed, 5e-4)
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +34,9 @@ def far(one, other):
     )
 
 
-def measured(rig, effect, size):
-    without = read_rig(rig, 0.0)
-    there = without.copy()
-    if effect.change is not None:
-        effect.change(there, size)
-    return effect.measured(there, without, size)
+def measured(rig, name, size):
+    effect = PLANT_EFFECTS[name]
+    return measured_size(rig, rig, effect, size / effect.typical)[0].physical
 
 
 @pytest.mark.parametrize("name", PLANT_EFFECTS)
@@ -60,14 +47,9 @@ def test_each_shows_starts_afresh_and_is_not_the_library_s_formula(rig, plain, n
     shift = far(there, plain[protocol])
     assert shift > 0.3
     assert far(there, again) == 0.0
-    found = measured(rig, effect, effect.typical)
-    assert found
-    assert all(np.isfinite(q.value) and q.unit for q in found.values())
-
-    def own(parameter):
-        return rig_parameter(rig, rig_name(rig, parameter)).value
-
-    equal = {rig_name(rig, n): v for n, v in effect.in_library(effect.typical, found, own).items()}
+    found, equal = measured_size(rig, rig, effect, 1.0)
+    assert found.physical
+    assert all(np.isfinite(q.value) and q.unit for q in found.physical.values())
     if equal and not any(n.startswith("sensor.") for n in equal):
         by_library = far(there, recorded(rig.with_parameters(equal), protocol))
         assert 0.02 < by_library < shift, "of another size or sign"
@@ -93,7 +75,7 @@ def test_friction_has_the_breakaway_torque_that_it_states(rig):
     for name, share in (
         ("dahl_friction", 1.0), ("sticking_friction", 0.55), ("lugre_friction", 0.55)
     ):  # fmt: skip
-        found = measured(rig, PLANT_EFFECTS[name], 0.4)
+        found = measured(rig, name, 0.4)
         assert found["breakaway_torque"].value == pytest.approx(0.4, rel=0.01)
         assert found["sliding_torque"].value == pytest.approx(share * 0.4, rel=0.01)
         assert found["energy_per_cycle"].value == pytest.approx(4 * 0.1 * 0.4, rel=0.03)

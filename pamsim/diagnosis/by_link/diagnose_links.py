@@ -12,19 +12,19 @@ from pamsim.comparison.chain_simulator import ChainSimulator
 from pamsim.comparison.links import JOINT, Link, whole_run
 from pamsim.comparison.repeats import repeats
 from pamsim.core.computation import Progress, Steps, one_blas_thread
-from pamsim.diagnosis.by_link.evidence_notes import evidence_notes
 from pamsim.diagnosis.by_link.held_out import HeldOut, refuse_unjudged
 from pamsim.diagnosis.by_link.judge import claimed, judge
-from pamsim.diagnosis.by_link.judged import ALPHA, Judged
+from pamsim.diagnosis.by_link.judged import Judged
 from pamsim.diagnosis.by_link.judged_units import judged_trials, units_of
 from pamsim.diagnosis.by_link.learned_shape import LearnedShape, learned_shape
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.remainder import Remainder
-from pamsim.diagnosis.by_link.search import MATERIAL, search
+from pamsim.diagnosis.by_link.search import search
+from pamsim.diagnosis.by_link.sentence import evidence_notes
 from pamsim.diagnosis.by_link.sizes import Size, sharpened, sizes
 from pamsim.diagnosis.by_link.units import Units
-from pamsim.diagnosis.by_link.whole_fit import (
+from pamsim.diagnosis.by_link.whole_chain import (
     confirmed,
     exact_effects,
     in_whole_chain,
@@ -82,8 +82,6 @@ def diagnose_links(
     *,
     held_out: Collection[str],
     nuisance: Sequence[str],
-    material: float = MATERIAL,
-    alpha: float = ALPHA,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -108,8 +106,6 @@ def diagnose_links(
         candidates: effects to try, in all of their forms.
         held_out: names of the trials to judge by; none where every input was recorded once.
         nuisance: rig parameters that are refitted with every effect, in each link by itself.
-        material: see `pamsim.diagnosis.by_link.search.MATERIAL`.
-        alpha: see `pamsim.diagnosis.by_link.judged.ALPHA`.
         seed: random seed of the sign flips, where they are drawn.
         threads: simulations at a time; None for one per processor.
         progress: called as each fit begins.
@@ -120,28 +116,28 @@ def diagnose_links(
     """
     steps = Steps(progress, FITS)
     steps.begin("the links of the rig as it is")
-    judged = judged_trials(trials, held_out, alpha)
+    judged = judged_trials(trials, held_out)
     groups = (*repeats([t for t in trials if t.name not in judged]), *repeats([*judged.values()]))
     simulator = ChainSimulator(rig, groups, threads=threads)
-    units = units_of(simulator, trials, judged, alpha)
+    units = units_of(simulator, trials, judged)
     fitter = LinkFitter(simulator, nuisance, units)
     refuse_unjudged(fitter)
-    searched = search(fitter, candidates, material=material, steps=steps)
+    searched = search(fitter, candidates, steps=steps)
     unseen = HeldOut(fitter, seed=seed)
-    model, effects = judge(fitter, searched, unseen, alpha=alpha, steps=steps)
-    sure = claimed(fitter, searched, model, effects, alpha=alpha)
+    model, effects = judge(fitter, searched, unseen, steps=steps)
+    sure = claimed(fitter, searched, model, effects)
     before, after = unseen.losses(searched.base), unseen.losses(sure)
     left, unexplained, whole = unseen.remainders(model), unseen.remainders(sure), None
     suspected = () if effects else searched.model.effects
     found = sizes(fitter, sharpened(fitter, searched.model if suspected else model))
-    nothing_left = not any(one.counts(alpha) for one in left.values())
-    if effects and (nothing_left or all(one.certain(alpha)["family"] for one in effects)):
+    nothing_left = not any(one.counts for one in left.values())
+    if effects and (nothing_left or all(one.certain()["family"] for one in effects)):
         steps.begin("the whole chain with what was found")
         chain = ChainSimulator(rig, groups, divided=whole_run, threads=threads)
-        whole = in_whole_chain(chain, nuisance, units_of(chain, trials, judged, alpha), model)
+        whole = in_whole_chain(chain, nuisance, units_of(chain, trials, judged), model)
     if whole is not None and not nothing_left:
         rest = HeldOut(whole[0], seed=seed).remainders(whole[1]).values()
-        if all(one.excluded(alpha) for one in rest):
+        if all(one.excluded for one in rest):
             left = unexplained = left_in_both(left, rest)
             effects = exact_effects(effects)
         else:
@@ -149,14 +145,14 @@ def diagnose_links(
     if whole is not None:
         found = confirmed(found, sizes(*whole))
     shape = None
-    if any(one.counts(alpha) and JOINT in link.parts for link, one in unexplained.items()):
+    if any(one.counts and JOINT in link.parts for link, one in unexplained.items()):
         steps.begin("a shape for what has no name")
 
         def links_of(other: Rig) -> tuple[ChainSimulator, Units]:
             again = ChainSimulator(other, groups, threads=threads)
-            return again, units_of(again, trials, judged, alpha)
+            return again, units_of(again, trials, judged)
 
-        shape = learned_shape(rig, trials, sure, nuisance, links_of, alpha=alpha, seed=seed)
+        shape = learned_shape(rig, trials, sure, nuisance, links_of, seed=seed)
     return LinkDiagnosis(
         links=simulator.links,
         before={link: float(np.mean(loss)) for link, loss in before.items()},
@@ -172,6 +168,6 @@ def diagnose_links(
         shape=shape,
         notes=(
             *(f"not compared: {text}" for text in simulator.not_compared),
-            *evidence_notes(simulator.noise, units, alpha),
+            *evidence_notes(simulator.noise, units),
         ),
     )

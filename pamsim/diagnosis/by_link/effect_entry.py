@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from pamsim.core.digits import significant_digits
 from pamsim.core.encoding import json_property
-from pamsim.diagnosis.by_link.sentence import certain_words, effect_sentence, instead_sentence
+from pamsim.core.units import common_unit, to_si
 from pamsim.diagnosis.physical_size import PhysicalSize
+from pamsim.effects.catalog import FAMILIES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +74,12 @@ class InsteadEntry:
     @json_property
     def sentence(self) -> str:
         """How far it would be off, and what to do about it."""
-        return instead_sentence(self)
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return (
+            f"Or {self.parameter} is {self.value:.3g}{unit} instead of {self.stated:.3g}, which"
+            f" explains {100.0 * self.share:.0f} % of this effect: measure this number, then leave"
+            " it out of --nuisance."
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,21 +129,42 @@ class EffectEntry:
 
     @json_property
     def certain_words(self) -> str:
-        """What is certain of it, in a few words."""
-        return certain_words(self)
-
-    @property
-    def upstream_sentence(self) -> str:
-        """What may be the cause of it and of another sensor's error."""
-        return (
-            f"One cause before the sensors, such as {self.upstream}, may explain it and the other"
-            " sensor's error."
-        )
+        """What is certain of it, in a few words: as deep as its name holds."""
+        match self.level:
+            case "form":
+                return self.missing
+            case "name":
+                return self.name.replace("_", " ")
+            case "family":
+                return FAMILIES.get(self.family, self.family.replace("_", " "))
+            case "place":
+                return f"something at {self.place}"
+            case _:
+                return f"something in {' and '.join(self.links)}"
 
     @json_property
     def sentence(self) -> str:
         """What is certain of it, its size, and the nearest formula."""
-        return effect_sentence(self)
+        parameters = [sized(name, size) for name, size in self.sizes.items()]
+        certain = f"Certain: {self.certain_words}"
+        if self.level == "form":
+            return f"{certain} ({self.effect}), {', '.join(parameters)}."
+        # Where no repeats show it, a formula may be exact that is not known to be.
+        close = self.exact or self.left <= 0.0
+        exact = "" if close else f", not exact: {100.0 * self.left:.2g} % left"
+        nearest = f"Nearest formula: {self.effect}, {parameters[0]}{exact}."
+        if self.level:
+            physical = "" if self.level == "place" else _physical(self.physical)
+            return f"{certain}{physical}. {nearest}"
+        sentences = [f"Not certain in its place: {self.certain_words}. {nearest}"]
+        if self.instead is not None:
+            sentences.append(self.instead.sentence)
+        if self.upstream:
+            sentences.append(
+                f"One cause before the sensors, such as {self.upstream}, may explain it and the"
+                " other sensor's error."
+            )
+        return " ".join(sentences)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,3 +180,37 @@ class SuspectEntry:
     effect: str
     missing: str
     sizes: Mapping[str, SizeEntry]
+
+    @property
+    def sentence(self) -> str:
+        """Its size, as a condition."""
+        name, size = next(iter(self.sizes.items()))
+        return f"If it is {self.missing}: {sized(name, size)} ({self.effect})."
+
+
+def _physical(sizes: Mapping[str, PhysicalSize]) -> str:
+    """The first quantity of an effect's size, which its formula does not matter for."""
+    for name, size in sizes.items():
+        if size.interval95 is None or size.interval95[0] == size.interval95[1]:
+            continue
+        unit = common_unit(size.unit)
+        ends = [to_si(end, size.unit, unit, where=name) for end in size.interval95]
+        shown = PhysicalSize(
+            value=to_si(size.value, size.unit, unit, where=name),
+            unit=unit,
+            interval95=(ends[0], ends[1]),
+        )
+        return f", {sized(name, shown)}"
+    return ""
+
+
+def sized(name: str, one: SizeEntry | PhysicalSize) -> str:
+    """A fitted parameter as text, such as ``leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa)``."""
+    label = name.rpartition(".")[2].replace("_", " ")
+    ends = one.interval95
+    known = ends is not None and all(map(math.isfinite, ends))
+    digits = significant_digits(one.value, ends if known else None)
+    text = f"{label} {one.value:.{digits}g}"
+    if ends is not None and known:
+        text += f" [{', '.join(f'{end:.{digits}g}' for end in ends)}]"
+    return text if one.unit == "1" else f"{text} {one.unit}"

@@ -19,13 +19,13 @@ from pamsim.diagnosis.by_link.effect_entry import (
     SizeEntry,
     SuspectEntry,
 )
-from pamsim.diagnosis.by_link.judged import ALPHA, Instead, Judged
+from pamsim.diagnosis.by_link.judged import Instead, Judged
 from pamsim.diagnosis.by_link.link_fit import PRIOR
 from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.result import LinkEntry, NuisanceEntry
 from pamsim.diagnosis.by_link.sizes import Size
+from pamsim.diagnosis.fitted_rig import stated
 from pamsim.diagnosis.physical_size import Fitted, physical_sizes
-from pamsim.diagnosis.pulley_radius import stated
 from pamsim.effects.effect import LINKS
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import Rig
@@ -45,7 +45,7 @@ def link_entries(found: LinkDiagnosis) -> tuple[LinkEntry, ...]:
             after=found.after[link],
             left=left.excess,
             p_value=left.p_value,
-            more_left=None if left.undecided else left.counts(ALPHA),
+            more_left=None if left.undecided else left.counts,
         )
         for link in found.links
         for left in [found.unexplained[link]]
@@ -66,7 +66,7 @@ def effect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[EffectEntry, 
 
 def suspect_entries(rig: Rig | None, found: LinkDiagnosis) -> tuple[SuspectEntry, ...]:
     """Effects that may be there where something is left, none of them certain."""
-    if not any(one.undecided or one.counts(ALPHA) for one in found.unexplained.values()):
+    if not any(one.undecided or one.counts for one in found.unexplained.values()):
         return ()
     return tuple(
         SuspectEntry(
@@ -138,7 +138,7 @@ def _effect(rig: Rig | None, found: LinkDiagnosis, fitted: Fitted, one: Judged) 
                 missing=rival.effect.effect.missing,
                 worse=rival.excess,
                 p_value=rival.p_value,
-                ties=rival.ties(ALPHA),
+                ties=rival.ties(),
             )
             for rival in one.rivals
         ),

@@ -79,7 +79,7 @@ class HeldOut:
         found: dict[Link, list[dict[str, FloatArray]]] = {link: [] for link in self.links}
         if residual is None or self._units.in_parts:
             return found
-        grouped = self._by_input(self._units.judged, self._units.whiten_judged(residual))
+        grouped = self._by_input(self._units.judged, self._units.judged.whiten(residual))
         if all(len(rows) == 1 for rows in grouped.values()):
             fitted = self._by_input(self._units.fitted, model.rows)
             for key in grouped.keys() & fitted.keys():
@@ -95,7 +95,7 @@ class HeldOut:
         count = len(judged.units)
         if residual is None:  # a model that cannot be simulated predicts nothing
             return {link: np.full(count, np.inf) for link in self.links}
-        squares = self._units.whiten_judged(residual) ** 2
+        squares = judged.whiten(residual) ** 2
         found: dict[Link, FloatArray] = {}
         for number, link in enumerate(self.links):
             own = judged.link_of == number

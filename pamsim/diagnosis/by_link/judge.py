@@ -9,8 +9,9 @@ comparison is decided, depends on the data: `pamsim.diagnosis.by_link.held_out` 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from pamsim.comparison.links import Link
 from pamsim.core.computation import Steps
 from pamsim.diagnosis.by_link.held_out import Difference, HeldOut
 from pamsim.diagnosis.by_link.judged import (
-    ALPHA,
     BESIDE_OTHERS,
     EXPLAINED,
     NAMED,
@@ -33,13 +33,14 @@ from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel
 from pamsim.diagnosis.by_link.promise import (
+    Promise,
     left_beside,
     of_families,
     promises,
     seen_in,
     shares_by_link,
 )
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.remainder import ALPHA, Remainder
 from pamsim.diagnosis.by_link.search import CONTENDS, Searched, best_fits, without
 
 _RIVALS = 3  # effects that are fitted in the place of one
@@ -57,12 +58,18 @@ class Case:
     searched: Searched
     unseen: HeldOut | LeftOut
     before: Mapping[Link, float]
-    alpha: float
     steps: Steps
 
     def seen_in(self, effect: Candidate) -> frozenset[Link]:
         """Links in which an effect is seen."""
         return seen_in(self.fitter, self.searched.known, effect.name)
+
+    def best_fits(
+        self, rest: LinkModel, found: Sequence[Promise], one: Needed, **limits: Any
+    ) -> list[LinkModel]:
+        """As a search fits them (`pamsim.diagnosis.by_link.search.best_fits`), in these links."""
+        known, links = self.searched.known, one.links
+        return best_fits(self.fitter, rest, found, known, links=links, steps=self.steps, **limits)
 
 
 @dataclass(frozen=True)
@@ -75,9 +82,9 @@ class Needed:
     before: float
     found: Difference
 
-    def leaves_more(self, left: Mapping[Link, Remainder], alpha: float) -> bool:
+    def leaves_more(self, left: Mapping[Link, Remainder]) -> bool:
         """Whether more than noise is left for certain in a link of it."""
-        return any(left[link].counts(alpha) for link in self.links)
+        return any(left[link].counts for link in self.links)
 
 
 def judge(
@@ -85,7 +92,6 @@ def judge(
     searched: Searched,
     unseen: HeldOut | LeftOut,
     *,
-    alpha: float = ALPHA,
     steps: Steps,
 ) -> tuple[LinkModel, tuple[Judged, ...]]:
     """Judge every effect of a model; what is not there is taken out.
@@ -97,7 +103,7 @@ def judge(
     Returns:
         The model that is left, and its effects in the order of their gain.
     """
-    case = Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), alpha, steps)
+    case = Case(fitter, searched, unseen, unseen.beyond_noise(searched.base), steps)
     model, seen = searched.model, set[frozenset[str]]()
     while True:
         model, rests = needed_effects(case, model)
@@ -127,27 +133,22 @@ def judge(
                 break
             judged.append(_judged(case, model, one, rests, rivals, left, unexplained))
         else:
-            found = beside_unknown(judged, alpha)
+            found = beside_unknown(judged)
             of = {one.effect.name: one for one in rests}
             return model, tuple(
                 one
-                if one.level(alpha)
+                if one.level()
                 else replace(one, instead=number_instead(case, model, of[one.effect.name]))
                 for one in found
             )
 
 
 def claimed(
-    fitter: LinkFitter,
-    searched: Searched,
-    model: LinkModel,
-    effects: Collection[Judged],
-    *,
-    alpha: float = ALPHA,
+    fitter: LinkFitter, searched: Searched, model: LinkModel, effects: Collection[Judged]
 ) -> LinkModel:
     """A model without the effects of which not even the place is certain: those explain nothing."""
     for one in effects:
-        if not one.level(alpha):
+        if not one.level():
             model = without(fitter, model, one.effect, searched.known) or model
     return fitter.everywhere(model)
 
@@ -168,7 +169,7 @@ def _unexplained(case: Case, model: LinkModel, left: Mapping[Link, Remainder]) -
     )
     shares = np.clip(with_them / without_them, 0.0, 1.0).tolist()
     return {
-        link: share * left[link].certain(case.alpha)
+        link: share * left[link].certain
         for link, share in zip(fitter.simulator.links, shares, strict=True)
     }
 
@@ -187,12 +188,12 @@ def _judged(
     # In their order, not a set's, which changes from run to run: so do the last bits of sums.
     links = [link for link in case.fitter.simulator.links if link in one.links]
     weights = np.array([of_link[link] for link in links])
-    missed = {link: remainder.certain(case.alpha) for link, remainder in left.items()}
-    small = {link: remainder.uncounted(case.alpha) for link, remainder in left.items()}
+    missed = {link: remainder.certain for link, remainder in left.items()}
+    small = {link: remainder.uncounted for link, remainder in left.items()}
     # As the gain, which is the mean over these links of what is weighted so.
     scale = weights.sum() / (weights.size * float(weights @ weights))
     beside = [other for other in needed if other is not one and other.links & one.links]
-    inexact = [other.found.gain for other in beside if other.leaves_more(left, case.alpha)]
+    inexact = [other.found.gain for other in beside if other.leaves_more(left)]
     all_missed, not_taken, uncounted = (
         scale * float(weights @ [of[link] for link in links]) for of in (missed, unexplained, small)
     )
@@ -203,7 +204,7 @@ def _judged(
         before=one.before,
         p_value=one.found.p_value,
         rivals=tuple(sorted(rivals, key=lambda rival: rival.excess)),
-        exact=all(left[link].excluded(case.alpha) for link in one.links),
+        exact=all(left[link].excluded for link in one.links),
         named=all(left[link].known for link in one.links)
         and one.found.gain >= NAMED * (one.found.gain + all_missed),
         left=not_taken,
@@ -234,7 +235,7 @@ def needed_effects(case: Case, model: LinkModel) -> tuple[LinkModel, list[Needed
             links = case.seen_in(effect)
             before = float(np.mean([size for link, size in case.before.items() if link in links]))
             one = Needed(effect, links, rest, before, unseen.better(model, rest, links))
-            there = one.found.p_value <= case.alpha and one.found.gain > 0.0
+            there = one.found.p_value <= ALPHA and one.found.gain > 0.0
             (needed if there else idle).append(one)
         if not idle:
             return model, needed
@@ -289,7 +290,7 @@ def pairs_of_effects(
 
     None where an effect leaves noise alone, and of rows that are too few to hold some out.
     """
-    if not case.fitter.units.judged.blocks or not one.leaves_more(left, case.alpha):
+    if not case.fitter.units.judged.blocks or not one.leaves_more(left):
         return []
     found: list[LinkModel] = []
     for rival in rivals:
@@ -299,17 +300,8 @@ def pairs_of_effects(
             for p in promised
             if p.effect.name != one.effect.name and case.seen_in(p.effect) & one.links
         ]
-        found += best_fits(
-            case.fitter,
-            rival,
-            others,
-            case.searched.known,
-            most=1,
-            forms=1,
-            least=CONTENDS * (rival.cost - model.cost),
-            links=one.links,
-            steps=case.steps,
-        )
+        least = CONTENDS * (rival.cost - model.cost)
+        found += case.best_fits(rival, others, one, most=1, forms=1, least=least)
     return found
 
 
@@ -333,7 +325,7 @@ def rival_fits(
     ]
     family = [p for p in others if p.effect.family == effect.family]
     least = CONTENDS * own
-    wide = one.leaves_more(left, case.alpha)
+    wide = one.leaves_more(left)
     many, enough = (len(others), 0.0) if wide else (1, least)
     kinds = (
         ([p for p in others if p.effect.name == effect.name], 1, many, enough),
@@ -343,15 +335,5 @@ def rival_fits(
     return [
         fit
         for some, most, forms, promised in kinds
-        for fit in best_fits(
-            case.fitter,
-            one.rest,
-            some,
-            case.searched.known,
-            most=most,
-            forms=forms,
-            least=promised,
-            links=one.links,
-            steps=case.steps,
-        )
+        for fit in case.best_fits(one.rest, some, one, most=most, forms=forms, least=promised)
     ]

@@ -27,14 +27,11 @@ from dataclasses import dataclass, replace
 from pamsim.comparison.candidate import Candidate
 from pamsim.comparison.links import Link
 from pamsim.diagnosis.by_link.link_model import LinkModel
+from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.effects.catalog import EFFECTS
 from pamsim.inference.criteria import TIE
 
 LEVELS = ("place", "family", "name", "form")
-
-ALPHA = 0.05
-"""Probability that an effect that is not there is said to be, and that a level is said to be
-certain that is not."""
 
 EXPLAINED = 0.9
 """Share of what an effect takes away and what is then left for certain, from which its place and
@@ -78,9 +75,9 @@ class Rival:
     excess: float
     p_value: float
 
-    def ties(self, alpha: float = ALPHA) -> bool:
+    def ties(self) -> bool:
         """Whether it may be the cause instead."""
-        return self.p_value > alpha or self.excess <= 0.0
+        return self.p_value > ALPHA or self.excess <= 0.0
 
     def preferred_to(self, model: LinkModel) -> bool:
         """Whether it takes the effect's place in a model.
@@ -162,11 +159,11 @@ class Judged:
         """Share of what the rig leaves in these links that this effect alone takes away."""
         return min(max(self.gain / self.before, 0.0), 1.0) if self.before > 0.0 else 0.0
 
-    def certain(self, alpha: float = ALPHA) -> dict[str, bool]:
+    def certain(self) -> dict[str, bool]:
         """Which levels of the name hold."""
         own = _levels(self.effect)
-        tied = [_levels(rival.effect) for rival in self.rivals if rival.ties(alpha)]
-        there = self.p_value <= alpha and min(self.gain, self.before) > 0.0
+        tied = [_levels(rival.effect) for rival in self.rivals if rival.ties()]
+        there = self.p_value <= ALPHA and min(self.gain, self.before) > 0.0
         there = there and not self.at_end and not self.upstream
         shown = {
             "name": self.named and not self.second,
@@ -190,13 +187,13 @@ class Judged:
         together = self.before - self.left >= EXPLAINED * self.before
         return self.gain >= BESIDE_OTHERS * self.left and together
 
-    def level(self, alpha: float = ALPHA) -> str:
+    def level(self) -> str:
         """The deepest level that holds; empty if not even the place does."""
-        certain = self.certain(alpha)
+        certain = self.certain()
         return next((level for level in reversed(LEVELS) if certain[level]), "")
 
 
-def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]:
+def beside_unknown(judged: Sequence[Judged]) -> tuple[Judged, ...]:
     """Effects in the order of their gain, none certain beside a larger one that is not.
 
     Where something is left beside a cause whose place is not known, nothing says that the error of
@@ -209,7 +206,7 @@ def beside_unknown(judged: Sequence[Judged], alpha: float) -> tuple[Judged, ...]
         unknown = [
             larger.gain
             for larger in found
-            if larger.links & one.links and not larger.exact and not larger.level(alpha)
+            if larger.links & one.links and not larger.exact and not larger.level()
         ]
         own = _levels(one.effect)[:2]  # place and family
         kin = [o.gain for o in judged if o is not one and _levels(o.effect)[:2] == own]

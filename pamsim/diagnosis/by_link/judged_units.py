@@ -12,8 +12,8 @@ from pamsim.comparison.noise_floor import LAG, FloorRoute
 from pamsim.comparison.repeats import protocols_by_load, repeats
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_model import as_columns
+from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.units import Units, parts_of_trials, second_half, whole_trials
 from pamsim.inference.blocks import correlation_length
 from pamsim.inference.model_comparison import fewest_units
@@ -69,30 +69,26 @@ def held_out_split(
         if seen[protocol] % 2 == 0:
             second.append(name)
     if not second:
-        return tuple(judged_trials(data.trials, (), ALPHA)), ()
+        return tuple(judged_trials(data.trials, ())), ()
     return tuple(second), (
         "no protocol is held out (by a name that ends in _check, or by choice), so every second"
         " repeat is; this does not show whether the result holds for other inputs",
     )
 
 
-def judged_trials(
-    trials: Sequence[Trial], held_out: Collection[str], alpha: float
-) -> dict[str, Trial]:
+def judged_trials(trials: Sequence[Trial], held_out: Collection[str]) -> dict[str, Trial]:
     """Trials that are held out; every second one if none is named and there are enough."""
     found = {trial.name: trial for trial in trials if trial.name in held_out}
     if len(found) == len(trials):
         raise InputError("all trials are held out, none is left to fit; name fewer in `hold_out`")
-    if not found and len(trials) >= 2 * fewest_units(alpha):
+    if not found and len(trials) >= 2 * fewest_units(ALPHA):
         return {trial.name: trial for k, trial in enumerate(trials) if second_half(k)}
     return found
 
 
-def units_of(
-    simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str], alpha: float
-) -> Units:
+def units_of(simulator: ChainSimulator, trials: Sequence[Trial], judged: Collection[str]) -> Units:
     """Trials, or parts of them if fewer are held out than decide anything."""
-    fewest = fewest_units(alpha)
+    fewest = fewest_units(ALPHA)
     if len(judged) >= fewest:
         inputs = {trial.name: group.name for group in repeats(trials) for trial in group.trials}
         repeated = all(one.source is FloorRoute.REPEATS for one in simulator.noise.values())

@@ -33,6 +33,7 @@ from pamsim.diagnosis.by_link.joint_curves import (
 )
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, project_out
+from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.sizes import SizeErrors
 from pamsim.diagnosis.by_link.units import Units
 from pamsim.effects.effect import Effect, size
@@ -78,7 +79,6 @@ def learned_shape(
     nuisance: Sequence[str],
     links_of: Callable[[Rig], tuple[ChainSimulator, Units]],
     *,
-    alpha: float,
     seed: int,
 ) -> LearnedShape | None:
     """Learn what is left behind the muscles.
@@ -89,7 +89,6 @@ def learned_shape(
         model: with the effects that are certain.
         nuisance: parameters that are refitted with the curves.
         links_of: links of the trials on a rig, and the rows that are fitted and judged.
-        alpha: level at which curves must predict better.
         seed: random seed of the sign flips.
 
     Returns:
@@ -119,10 +118,10 @@ def learned_shape(
         for one in (as_stated, fitter):
             fit = one.fit(begin, (*begin.effects, *chosen), start, links)
             better = None if fit is None else unseen.better(fit, best, links)
-            if fit is not None and better and better.p_value <= alpha and better.gain > 0.0:
+            if fit is not None and better and better.p_value <= ALPHA and better.gain > 0.0:
                 used, best, found, learned_over = one, fit, found or better, kinds
             left = unseen.remainders(best)
-            if not any(left[link].counts(alpha) for link in links):
+            if not any(left[link].counts for link in links):
                 break
         if learned_over != kinds:
             break

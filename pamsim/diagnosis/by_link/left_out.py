@@ -30,11 +30,10 @@ from pamsim.comparison.links import Link
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.held_out import Difference
-from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
 from pamsim.diagnosis.by_link.link_model import LinkModel, as_columns, project_out
 from pamsim.diagnosis.by_link.promise import Signature
-from pamsim.diagnosis.by_link.remainder import Remainder
+from pamsim.diagnosis.by_link.remainder import ALPHA, Remainder
 from pamsim.inference.blocks import Stack
 from pamsim.inference.model_comparison import compare_with_reference
 from pamsim.inference.near_units import missed_together
@@ -108,7 +107,7 @@ class LeftOut:
         found = compare_with_reference(theirs, mine[:, np.newaxis], seed=self._seed)
         gain, p_value = float(found.gain[0]), float(found.p_value[0])
         left = [one for link, one in self.remainders(model).items() if link in links]
-        if gain <= max(one.excess if one.counts(ALPHA) else 0.0 for one in left):
+        if gain <= max(one.certain for one in left):
             p_value = 1.0
         elif self._adds(rival, model, rest, rows) > ALPHA:
             p_value = self._adds(model, rival, rest, rows)

@@ -91,7 +91,7 @@ class LinkFitter:
 
     def whiten(self, residual: FloatArray) -> FloatArray:
         """Whitened rows (f,) of the fitted units out of a residual (n,) [SI]."""
-        return self.units.whiten(residual)
+        return self.units.fitted.whiten(residual)
 
     def in_links(self, links: Collection[Link]) -> NDArray[np.bool_]:
         """Mask (f,) of the whitened rows of some links."""
@@ -302,7 +302,7 @@ class _Descent:
     def _descended(self, place: FloatArray, known: Mapping[str, FloatArray]) -> Fit | None:
         try:
             return bounded_least_squares(
-                self._rows_at,
+                lambda place: self._rows_at(place[np.newaxis])[0],
                 [np.clip(place, self._low, self._high)],
                 lower=self._low,
                 upper=self._high,

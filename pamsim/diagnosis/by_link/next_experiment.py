@@ -12,15 +12,14 @@ import numpy as np
 
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.comparison.protocols import PROTOCOLS, Protocol
-from pamsim.core.errors import InputError, ParameterError
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.chain_values import chain_values
 from pamsim.diagnosis.by_link.diagnose_links import LinkDiagnosis
-from pamsim.diagnosis.by_link.judged import ALPHA, Judged, Rival
+from pamsim.diagnosis.by_link.judged import Judged, Rival
 from pamsim.diagnosis.by_link.link_model import project_out
 from pamsim.diagnosis.by_link.result import NextExperiment
+from pamsim.diagnosis.fitted_rig import possible_rig
 from pamsim.engine.batch import simulate_batch
-from pamsim.engine.parameters import each_muscle
 from pamsim.engine.rig import Rig
 from pamsim.inference.projected_effect import orthonormal
 from pamsim.recordings.recording import Outcome
@@ -47,7 +46,7 @@ def next_experiment(
     tied = next(_tied(found), None)
     if tied is not None:
         return _between(rig, found, *tied, noise, threads)
-    left = [link for link in found.links if found.unexplained[link].counts(ALPHA)]
+    left = [link for link in found.links if found.unexplained[link].counts]
     return NextExperiment(advice=_divided(left[0], found.links)) if left else None
 
 
@@ -56,7 +55,7 @@ def next_reading(found: LinkDiagnosis) -> NextExperiment | None:
     tied = next(_tied(found), None)
     if tied is not None:
         return NextExperiment(advice=tied[0].effect.effect.separating)
-    if any(found.unexplained[link].counts(ALPHA) for link in found.links):
+    if any(found.unexplained[link].counts for link in found.links):
         return NextExperiment(advice="more readings in between: near readings have a common error")
     return None
 
@@ -65,7 +64,7 @@ def _tied(found: LinkDiagnosis) -> Iterator[tuple[Judged, Rival]]:
     """Effects and rivals that may be the cause instead, with another name."""
     for one in found.effects:
         for rival in one.rivals:
-            if rival.ties(ALPHA) and rival.effect.name != one.effect.name:
+            if rival.ties() and rival.effect.name != one.effect.name:
                 yield one, rival
 
 
@@ -124,9 +123,8 @@ def _simulated(
     rig: Rig, sets: list[dict[str, float]], threads: int | None
 ) -> dict[str, list[Mapping[str, FloatArray]]]:
     """Experiment -> signals [SI] with each set of values; those that break down are left out."""
-    try:
-        rigs = [rig.with_parameters(each_muscle(rig, values)) for values in sets]
-    except (InputError, ParameterError):  # an open end of a range
+    rigs = [own for values in sets if (own := possible_rig(rig, values)) is not None]
+    if len(rigs) < len(sets):
         return {}
     menu = {
         name: one.experiment(muscles=len(rig.muscles), supply=rig.supply_pressure)

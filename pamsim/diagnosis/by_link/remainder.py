@@ -11,6 +11,10 @@ from pamsim.comparison.links import Link
 from pamsim.comparison.repeated_misfit import repeated_misfit, shared_p_values
 from pamsim.core.units import FloatArray
 
+ALPHA = 0.05
+"""Probability that an effect that is not there is claimed, that a level is said to be certain that
+is not, or that what noise leaves is taken for something that is missing."""
+
 LEAST = 0.05
 """Mean square from which a remainder counts, in variances of the noise. Measured pressures and
 motion are imposed smoothed, which misses some of their corners in the same way in all repeats: with
@@ -34,26 +38,30 @@ class Remainder:
     p_value: float
     known: bool = True
 
-    def counts(self, alpha: float) -> bool:
-        """Whether it is certain at a level, and material."""
-        return self.p_value <= alpha and self.excess >= LEAST
+    @property
+    def counts(self) -> bool:
+        """Whether it is certain (`ALPHA`) and material (`LEAST`)."""
+        return self.p_value <= ALPHA and self.excess >= LEAST
 
-    def certain(self, alpha: float) -> float:
-        """Excess that is certain at a level, and material [noise variance]; else 0."""
-        return self.excess if self.counts(alpha) else 0.0
+    @property
+    def certain(self) -> float:
+        """Excess that counts [noise variance]; else 0."""
+        return self.excess if self.counts else 0.0
 
-    def uncounted(self, alpha: float) -> float:
+    @property
+    def uncounted(self) -> float:
         """Excess that is too little to count, or may be noise [noise variance]; else 0."""
-        return 0.0 if self.counts(alpha) else max(self.excess, 0.0)
+        return 0.0 if self.counts else max(self.excess, 0.0)
 
     @property
     def undecided(self) -> bool:
         """Whether something material is left that may be noise: no repeats decide it."""
         return not self.known and self.excess >= LEAST
 
-    def excluded(self, alpha: float) -> bool:
+    @property
+    def excluded(self) -> bool:
         """Whether repeats show nothing material."""
-        return self.known and not self.counts(alpha)
+        return self.known and not self.counts
 
 
 def remainders(

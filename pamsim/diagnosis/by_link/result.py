@@ -16,8 +16,8 @@ from pamsim.core.computation import versions
 from pamsim.core.encoding import NOT_IN_JSON, fields_to_dict, json_property, write_json
 from pamsim.core.units import FloatArray
 from pamsim.diagnosis.by_link.effect_entry import EffectEntry, SuspectEntry
-from pamsim.diagnosis.by_link.judged import ALPHA
 from pamsim.diagnosis.by_link.learned_entry import LearnedEntry
+from pamsim.diagnosis.by_link.remainder import ALPHA
 from pamsim.diagnosis.by_link.search import MATERIAL
 from pamsim.diagnosis.by_link.sentence import verdict_sentence
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap

@@ -1,30 +1,35 @@
-"""What a diagnosis by link has found, in plain words."""
+"""What a diagnosis by link has found, and what it rests on, in plain words."""
 
 from __future__ import annotations
 
-import math
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from pamsim.core.digits import significant_digits
-from pamsim.core.units import common_unit, to_si
-from pamsim.diagnosis.physical_size import PhysicalSize
-from pamsim.effects.effect import FAMILIES
+from pamsim.comparison.link_noise import Output, OutputNoise
+from pamsim.comparison.noise_floor import FloorRoute
+from pamsim.comparison.repeated_misfit import smallest_p_value
+from pamsim.diagnosis.by_link.judged_units import VARIATION, VARYING
+from pamsim.diagnosis.by_link.remainder import ALPHA
+from pamsim.diagnosis.by_link.units import Units
+from pamsim.inference.model_comparison import fewest_units
 
 if TYPE_CHECKING:
-    from pamsim.diagnosis.by_link.effect_entry import (
-        EffectEntry,
-        InsteadEntry,
-        SizeEntry,
-        SuspectEntry,
-    )
     from pamsim.diagnosis.by_link.result import LinkReport
     from pamsim.diagnosis.by_link.whole_chain import ChannelGap
 
 
+_KNOWN_BY = {
+    FloorRoute.PERIODS: "by what periods of the command differ by",
+    FloorRoute.HOLDS: "while commands are held, about a straight line: slower noise is unseen",
+    FloorRoute.WITHIN_TRIALS: "from sample to sample: noise that drifts is unseen",
+    FloorRoute.STATED: "as the recording states it: what differs from trial to trial is unseen",
+}
+
+
 def verdict_sentence(result: LinkReport) -> str:
     """What is missing and how certain that is, effect by effect, and what is left."""
-    sentences = [effect_sentence(one) for one in result.effects]
+    sentences = [one.sentence for one in result.effects]
     left = [f"{name} ({size:.2g} of the noise variance)" for name, size in result.remainder.items()]
     if result.undecided:
         where = " and ".join(f"{name} ({size:.2g})" for name, size in result.undecided.items())
@@ -53,7 +58,8 @@ def verdict_sentence(result: LinkReport) -> str:
             f"Unexplained: something is missing in {' and '.join(left)} that no effect tried"
             " explains."
         )
-    return " ".join([*sentences, *map(_suspicion, result.suspected), *_learned(result)])
+    suspicions = [one.sentence for one in result.suspected]
+    return " ".join([*sentences, *suspicions, *_learned(result)])
 
 
 def _scatter(channels: Mapping[str, ChannelGap]) -> str:
@@ -67,12 +73,6 @@ def _scatter(channels: Mapping[str, ChannelGap]) -> str:
         " tried predicts them better. Without repeats this may be scatter or a missing effect; read"
         " every point three times or more."
     )
-
-
-def _suspicion(one: SuspectEntry) -> str:
-    """The size of an effect that is not certain, as a condition."""
-    name, size = next(iter(one.sizes.items()))
-    return f"If it is {one.missing}: {_sized(name, size)} ({one.effect})."
 
 
 def _learned(result: LinkReport) -> list[str]:
@@ -90,75 +90,36 @@ def _learned(result: LinkReport) -> list[str]:
     ]
 
 
-def certain_words(one: EffectEntry) -> str:
-    """What is certain of an effect, in a few words: as deep as its name holds."""
-    match one.level:
-        case "form":
-            return one.missing
-        case "name":
-            return one.name.replace("_", " ")
-        case "family":
-            return FAMILIES.get(one.family, one.family.replace("_", " "))
-        case "place":
-            return f"something at {one.place}"
-        case _:
-            return f"something in {' and '.join(one.links)}"
-
-
-def effect_sentence(one: EffectEntry) -> str:
-    """What is certain of an effect, its size, and the nearest formula."""
-    parameters = [_sized(name, size) for name, size in one.sizes.items()]
-    certain = f"Certain: {certain_words(one)}"
-    if one.level == "form":
-        return f"{certain} ({one.effect}), {', '.join(parameters)}."
-    # Where no repeats show it, a formula may be exact that is not known to be.
-    exact = "" if one.exact or one.left <= 0.0 else f", not exact: {100.0 * one.left:.2g} % left"
-    nearest = f"Nearest formula: {one.effect}, {parameters[0]}{exact}."
-    match one.level:
-        case "name" | "family":
-            return f"{certain}{_physical(one.physical)}. {nearest}"
-        case "place":
-            return f"{certain}. {nearest}"
-        case _:
-            instead = "" if one.instead is None else f" {one.instead.sentence}"
-            if one.upstream:
-                instead += f" {one.upstream_sentence}"
-            return f"Not certain in its place: {certain_words(one)}. {nearest}{instead}"
-
-
-def instead_sentence(own: InsteadEntry) -> str:
-    """A number of the rig that may be off instead of an effect, and what to do about it."""
-    unit = "" if own.unit == "1" else f" {own.unit}"
-    return (
-        f"Or {own.parameter} is {own.value:.3g}{unit} instead of {own.stated:.3g}, which explains"
-        f" {100.0 * own.share:.0f} % of this effect: measure this number, then leave it out of"
-        " --nuisance."
-    )
-
-
-def _physical(sizes: Mapping[str, PhysicalSize]) -> str:
-    """The first quantity of an effect's size, which its formula does not matter for."""
-    for name, size in sizes.items():
-        if size.interval95 is None or size.interval95[0] == size.interval95[1]:
-            continue
-        unit = common_unit(size.unit)
-        ends = [to_si(end, size.unit, unit, where=name) for end in size.interval95]
-        shown = PhysicalSize(
-            value=to_si(size.value, size.unit, unit, where=name),
-            unit=unit,
-            interval95=(ends[0], ends[1]),
+def evidence_notes(noise: Mapping[Output, OutputNoise], units: Units) -> tuple[str, ...]:
+    """How the noise was estimated, and what is judged, where it is not repeats and trials."""
+    notes: list[str] = []
+    for source, known in _KNOWN_BY.items():
+        channels = dict.fromkeys(c for (_, c), one in noise.items() if one.source is source)
+        if channels:
+            notes.append(f"without repeats the noise of {', '.join(channels)} is known {known}")
+    if units.in_parts:
+        notes.append(f"{len(units.judged.units)} parts of trials are judged instead of trials")
+    if units.varies:
+        notes.append(
+            f"{', '.join(VARYING)} are assumed to differ by {100.0 * VARIATION:g} % from log to"
+            " log: a larger difference looks like an effect"
         )
-        return f", {_sized(name, shown)}"
-    return ""
-
-
-def _sized(name: str, one: SizeEntry | PhysicalSize) -> str:
-    """A fitted parameter as text, such as ``leak conductance 1.98 [1.92, 2.07] mm^3/(s*kPa)``."""
-    label = name.rpartition(".")[2].replace("_", " ")
-    ends = one.interval95
-    known = ends is not None and all(map(math.isfinite, ends))
-    digits = significant_digits(one.value, ends if known else None)
-    text = f"{label} {one.value:.{digits}g}"
-    if ends is not None and known:
-        text += f" [{', '.join(f'{end:.{digits}g}' for end in ends)}]"
-    return text if one.unit == "1" else f"{text} {one.unit}"
+    if notes:
+        repeated = all(one.source is FloorRoute.REPEATS for one in noise.values())
+        notes.append(
+            "whether anything is left cannot be decided from parts of trials, so that names are"
+            f" certain to the family at most; hold out {fewest_units(ALPHA)} trials or more"
+            if repeated
+            else "whether anything is left cannot be decided without repeats, so that names are"
+            " certain to the family at most; record every input three times or more"
+        )
+        return tuple(notes)
+    counts = Counter(units.input(unit) for unit in units.judged.units).values()
+    # A held-out trial that no other repeats is judged beside a fitted one.
+    least = smallest_p_value(counts if max(counts) > 1 else [2] * len(counts))
+    if least <= ALPHA:
+        return ()
+    return (
+        f"{len(units.judged.units)} held-out trials show what is left at p = {least:.2g} at"
+        " best, unless it is large: a gap that is small may be missed; record more repeats",
+    )

@@ -43,6 +43,7 @@ class Rows:
         unit_of: number of the unit of each row, (n,).
         group_of: number of the group of repeats of each row, (n,).
         groups: names of the groups of repeats that have to be simulated.
+        whitenings: rows of each link in each log, and how what varies there is part of their noise.
     """
 
     blocks: tuple[Block, ...]
@@ -50,11 +51,21 @@ class Rows:
     unit_of: NDArray[np.intp]
     group_of: NDArray[np.intp]
     groups: frozenset[str]
+    whitenings: Sequence[tuple[NDArray[np.intp], _Whitening]]
 
     @property
     def units(self) -> tuple[str, ...]:
         """Names of the units, in the order of `unit_of`."""
         return unit_names(self.blocks)
+
+    def whiten(self, residual: FloatArray) -> FloatArray:
+        """Whitened rows (n,) out of a residual (N,) [SI]."""
+        if not self.blocks:
+            return np.empty(0)
+        rows = whitened(self.blocks, residual)
+        for own, white in self.whitenings:
+            rows[own] = white(rows[own])
+        return rows
 
 
 class Units:
@@ -88,28 +99,8 @@ class Units:
         groups = {trial.name: group.name for group in simulator.repeats for trial in group.trials}
         self._input_of = {**groups, **(input_of or {})}
         self.in_parts, self.varies = bool(self._trial_of), varying is not None
-        self.fitted = self._rows(simulator, fitted)
-        self.judged = self._rows(simulator, judged)
-        self._of_fitted, self._of_judged = (
-            [] if varying is None else self._variations(side, varying)
-            for side in (self.fitted, self.judged)
-        )
-
-    def whiten(self, residual: FloatArray) -> FloatArray:
-        """Whitened rows (f,) of what is fitted, out of a residual (N,) [SI]."""
-        rows = whitened(self.fitted.blocks, residual)
-        for own, white in self._of_fitted:
-            rows[own] = white(rows[own])
-        return rows
-
-    def whiten_judged(self, residual: FloatArray) -> FloatArray:
-        """Whitened rows (h,) of what is judged, out of a residual (N,) [SI]."""
-        if not self.judged.blocks:
-            return np.empty(0)
-        rows = whitened(self.judged.blocks, residual)
-        for own, white in self._of_judged:
-            rows[own] = white(rows[own])
-        return rows
+        self.fitted = self._rows(simulator, fitted, varying)
+        self.judged = self._rows(simulator, judged, varying)
 
     def trial(self, unit: str) -> str:
         """The trial that a unit is, or is part of."""
@@ -119,36 +110,34 @@ class Units:
         """Name of a unit's input, which trials that repeat each other share."""
         return self._input_of[self.trial(unit)]
 
-    def _rows(self, simulator: LinkSimulator, pairs: Sequence[tuple[Block, int]]) -> Rows:
+    def _rows(
+        self,
+        simulator: LinkSimulator,
+        pairs: Sequence[tuple[Block, int]],
+        varying: FloatArray | None,
+    ) -> Rows:
         blocks = tuple(block for block, _ in pairs)
         sizes = [block.size for block in blocks]
         unit = {name: i for i, name in enumerate(unit_names(blocks))}
         group = {t.name: i for i, g in enumerate(simulator.repeats) for t in g.trials}
         of_blocks = [group[self.trial(block.unit)] for block in blocks]
+        link_of = np.repeat(np.array([link for _, link in pairs], dtype=np.intp), sizes)
+        whitenings: list[tuple[NDArray[np.intp], _Whitening]] = []
+        if blocks and varying is not None and varying.shape[1]:
+            columns = np.column_stack([whitened(blocks, own) for own in varying.T])
+            trial_of = np.repeat([self.trial(block.unit) for block in blocks], sizes)
+            for name in np.unique(trial_of):
+                for link in np.unique(link_of[trial_of == name]):
+                    own = np.flatnonzero((trial_of == name) & (link_of == link))
+                    whitenings.append((own, _Whitening(columns[own])))
         return Rows(
             blocks=blocks,
-            link_of=np.repeat(np.array([link for _, link in pairs], dtype=np.intp), sizes),
+            link_of=link_of,
             unit_of=np.repeat(np.array([unit[b.unit] for b in blocks], dtype=np.intp), sizes),
             group_of=np.repeat(np.array(of_blocks, dtype=np.intp), sizes),
             groups=frozenset(simulator.repeats[i].name for i in of_blocks),
+            whitenings=whitenings,
         )
-
-    def _variations(
-        self, side: Rows, varying: FloatArray
-    ) -> list[tuple[NDArray[np.intp], _Whitening]]:
-        """Rows of each link in each log, and how what varies there is part of their noise."""
-        if not side.blocks or not varying.shape[1]:
-            return []
-        columns = np.column_stack([whitened(side.blocks, own) for own in varying.T])
-        trial_of = np.repeat(
-            [self.trial(block.unit) for block in side.blocks], [b.size for b in side.blocks]
-        )
-        found: list[tuple[NDArray[np.intp], _Whitening]] = []
-        for name in np.unique(trial_of):
-            for link in np.unique(side.link_of[trial_of == name]):
-                own = np.flatnonzero((trial_of == name) & (side.link_of == link))
-                found.append((own, _Whitening(columns[own])))
-        return found
 
 
 class _Whitening:

@@ -11,7 +11,6 @@ import numpy as np
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.engine.rig import Rig
 from pamsim.papers.bench_experiments import bench, stretched
-from pamsim.papers.nguyen2024.fractional_reference import complex_stiffness
 from pamsim.papers.nguyen2024.geometry import (
     MILLIMETRE,
     element,
@@ -23,7 +22,7 @@ from pamsim.papers.nguyen2024.geometry import (
     value,
     values,
 )
-from pamsim.papers.nguyen2024.loop import harmonic
+from pamsim.papers.nguyen2024.loop import complex_stiffness, harmonic
 
 _LOOP = np.linspace(0.0, 2.0 * np.pi, 241)  # one period, closed
 _AMPLITUDE = 2.0 * MILLIMETRE

@@ -15,14 +15,14 @@ import numpy as np
 
 from pamsim.core.units import PA_PER_BAR, FloatArray
 from pamsim.papers.bench_experiments import bench, stretched
-from pamsim.papers.vandamme2008.loop import scaled
-from pamsim.papers.vandamme2008.relays import (
+from pamsim.papers.vandamme2008.loop import (
     RelaySum,
     levels_of,
     line_slope,
     major_loop,
     printed_weight,
     relay_weights,
+    scaled,
 )
 from pamsim.papers.vandamme2008.shape import (
     PERCENT,

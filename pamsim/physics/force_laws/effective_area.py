@@ -50,9 +50,7 @@ def effective_area_force(
     return -pressure * area - stiffness * nominal_length * contraction
 
 
-def effective_area_volume(
-    pressure: float, contraction: float, area: float, stiffness: float, nominal_length: float
-) -> float:
+def effective_area_volume(contraction: float, area: float) -> float:
     """Volume gained since the nominal stroke, per nominal stroke [m^2]."""
     return -area * contraction
 

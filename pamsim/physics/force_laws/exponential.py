@@ -41,9 +41,7 @@ def six_parameter_force(
     return (a * pressure + b) * decay + d * pressure * contraction + e * pressure + f
 
 
-def six_parameter_volume(
-    pressure: float, contraction: float, a: float, b: float, c: float, d: float, e: float, f: float
-) -> float:
+def six_parameter_volume(contraction: float, a: float, c: float, d: float, e: float) -> float:
     """Volume gained since nominal length, per nominal length [m^2]: the integral of dF/dp."""
     return a * _exponential_integral(contraction, c) + contraction * (0.5 * d * contraction + e)
 
@@ -118,18 +116,10 @@ def invertible_exponential_force(
 
 
 def invertible_exponential_volume(
-    pressure: float,
-    contraction: float,
-    a: float,
-    b: float,
-    c: float,
-    e: float,
-    f: float,
-    g: float,
-    h: float,
+    contraction: float, a: float, c: float, e: float, g: float
 ) -> float:
     """Volume gained since nominal length, per nominal length [m^2]: the six-parameter law's."""
-    return six_parameter_volume(pressure, contraction, a, b, c, e, g, h)
+    return six_parameter_volume(contraction, a, c, e, g)
 
 
 def invertible_exponential_work(
@@ -174,9 +164,7 @@ def single_pressure_force(
     return a * math.exp(b * contraction) + d * contraction + e + 0.0 * pressure
 
 
-def single_pressure_volume(
-    pressure: float, contraction: float, a: float, b: float, d: float, e: float
-) -> float:
+def single_pressure_volume(contraction: float) -> float:
     """No volume gained [m^2]: air that does not change the force does no work. NaN for NaN."""
     return 0.0 * contraction
 

@@ -6,16 +6,19 @@ They belong together: a muscle without losses has one energy G(l, p) with F = dG
 so dV/dl = -dF/dp. A law may state the force alone: `swept_volume` and `swept_work` integrate it by
 Gauss's rule with ten points, exact to rounding where the force is smooth in contraction.
 
-The arguments of a law's functions are pressure, contraction, the fields of the parameter group
-after the scale, and the numbers of `ForceLaw.braid_fields`. `ForceLaw.force` and `ForceLaw.volume`
-wrap them, so that every law takes the same arguments.
+The numbers of a law are pressure, contraction, the fields of the parameter group after the scale,
+and those of `ForceLaw.braid_fields`. A function of the law takes all of them in this order, or some
+by their names. `ForceLaw.force` and `ForceLaw.volume` wrap them, so that every law takes the same
+arguments.
 """
 
 from __future__ import annotations
 
+import functools
+import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from pamsim.core.errors import InputError
 from pamsim.core.parameters import ParameterGroup, quantity, specs
@@ -60,10 +63,10 @@ class ForceLaw:
             integral of dF/dp by contraction; if left out, `swept_volume` of the force.
         work_function: work of the force at one pressure from nominal length on, per nominal length
             [N]; without pressure times volume gained, which is added, where the force is linear in
-            pressure. Its arguments are named as those of the force. If left out there is no such
-            part, or `swept_work` of a force that is not linear.
+            pressure. If left out there is no such part, or `swept_work` of a force that is not
+            linear.
         derivatives_function: force, its derivatives by contraction and by pressure, volume and
-            work, where they come cheaper together; arguments as those of the force.
+            work, where they come cheaper together.
         braid_fields: fields of `Braid` that the scalar functions take after the coefficients.
         volume_varies: whether the volume changes with pressure at a held length, which it does
             unless the force is linear in pressure.
@@ -118,6 +121,18 @@ class ForceLaw:
         """Name of the law in files."""
         return self.group.law
 
+    @functools.cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of all numbers that the law's functions may take, in order."""
+        _, *fields = (name for name, _ in specs(self.group))
+        return "pressure", "contraction", *fields, *self.braid_fields
+
+    def taken_by(self, function: Callable[..., Any]) -> tuple[str, ...]:
+        """Names of the `numbers` that a function of the law takes."""
+        named = tuple(inspect.signature(function).parameters)
+        # One that takes all of them, by whatever names, takes them in order.
+        return named if set(named) < set(self.numbers) else self.numbers
+
     def force(
         self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid
     ) -> float:
@@ -137,11 +152,16 @@ class ForceLaw:
         The arguments are those of `force`.
         """
         nominal, rest = braid.nominal_length, self._rest(coefficients, braid)
+
+        def gained(contraction: float) -> float:
+            every = dict(zip(self.numbers, (pressure, contraction, *rest), strict=True))
+            function = self.volume_function
+            return function(*(every[name] for name in self.taken_by(function)))
+
         start = volume(nominal, nominal, braid.diameter, braid.fibre_angle)
         if self.pushes:
-            start = -coefficients[0] * nominal * self.volume_function(pressure, 1.0, *rest)
-        gained = self.volume_function(pressure, contraction, *rest)
-        return start + coefficients[0] * nominal * gained
+            start = -coefficients[0] * nominal * gained(1.0)
+        return start + coefficients[0] * nominal * gained(contraction)
 
     def contraction_range(self, coefficients: Sequence[float], braid: Braid) -> Range:
         """Contractions for which the source claims validity, lowest and highest [-]."""

@@ -58,20 +58,13 @@ def ideal_tension(
     return ideal_force(pressure, length, nominal_length, diameter, fibre_angle)
 
 
-def ideal_volume(
-    pressure: float, contraction: float, nominal_length: float, diameter: float, fibre_angle: float
-) -> float:
-    """Volume that the braid gains since nominal length, per nominal length [m^2]."""
-    return volume_gained(contraction, diameter, fibre_angle)
-
-
 IDEAL = ForceLaw(
     title="Ideal McKibben muscle",
     equation="F = p pi r0^2 (3 (1 - kappa)^2 / tan^2(alpha0) - 1 / sin^2(alpha0)) = -p dV/dl",
     source="Sarosi, equation (1); Matiskova 2021, equation (3)",
     group=IdealMcKibben,
     force_function=ideal_tension,
-    volume_function=ideal_volume,
+    volume_function=volume_gained,
     volume_varies=False,
     braid_fields=("nominal_length", "diameter", "fibre_angle"),
     pressure_range=(0.0, math.inf),
@@ -110,18 +103,6 @@ def elastic_energy_force(
     return ideal_tension(pressure, contraction, 1.0, diameter, fibre_angle) - held
 
 
-def elastic_energy_volume(
-    pressure: float,
-    contraction: float,
-    working_pressure: float,
-    working_contraction: float,
-    diameter: float,
-    fibre_angle: float,
-) -> float:
-    """Volume that the braid gains since nominal length, per nominal length [m^2]."""
-    return volume_gained(contraction, diameter, fibre_angle)
-
-
 def elastic_energy_work(
     contraction: float,
     working_pressure: float,
@@ -140,7 +121,7 @@ RESTORING = ForceLaw(
     source="Nguyen 2024, equations (3) and (5), signs by virtual work",
     group=ElasticEnergy,
     force_function=elastic_energy_force,
-    volume_function=elastic_energy_volume,
+    volume_function=volume_gained,
     work_function=elastic_energy_work,
     volume_varies=False,
     braid_fields=("diameter", "fibre_angle"),

@@ -61,10 +61,7 @@ def mooney_rivlin_force(
 
 
 def mooney_rivlin_volume(
-    pressure: float,
     contraction: float,
-    c1: float,
-    c2: float,
     slack_contraction: float,
     active_share: float,
     diameter: float,

@@ -93,14 +93,7 @@ def pleated_force(
 
 
 def pleated_volume(
-    pressure: float,
-    contraction: float,
-    f0: float,
-    f1: float,
-    f2: float,
-    f3: float,
-    f4: float,
-    nominal_length: float,
+    contraction: float, f0: float, f1: float, f2: float, f3: float, f4: float, nominal_length: float
 ) -> float:
     """Volume gained since nominal length, per nominal length [m^2]; NaN for eps <= 0.
 
@@ -275,9 +268,7 @@ def pleated_shape_force(
     return pressure * area * pleated_shape_function(contraction, slenderness)
 
 
-def pleated_shape_volume(
-    pressure: float, contraction: float, slenderness: float, nominal_length: float
-) -> float:
+def pleated_shape_volume(contraction: float, slenderness: float, nominal_length: float) -> float:
     """Volume gained since the cylinder of nominal length, per nominal length [m^2], by (v)."""
     enclosed = _shape(shape_parameter(contraction, slenderness), slenderness)[3]
     gained = enclosed - 1.0 / (slenderness * slenderness)

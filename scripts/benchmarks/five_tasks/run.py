@@ -11,7 +11,6 @@ Seconds are of the processor, on one thread, imports included and with compiled 
 
 from __future__ import annotations
 
-import argparse
 import ast
 import os
 import resource
@@ -21,8 +20,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from pamsim.core.computation import versions
-from pamsim.core.encoding import write_json
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from timing import finish, parser
 
 HERE = Path(__file__).resolve().parent
 ARM = "plain_arm.py"
@@ -54,10 +53,10 @@ def timed(folder: Path, *command: str) -> tuple[str, float]:
     return done.stdout, seconds
 
 
-def pamsim_side(folder: Path, *arguments: str) -> dict[str, Any]:
+def pamsim_side(folder: Path, line: str) -> dict[str, Any]:
     """One command of pamsim."""
-    text, seconds = timed(folder, "-m", "pamsim", *arguments)
-    return {"command": f"pamsim {' '.join(arguments)}", "cpu_s": seconds, "printed": text.strip()}
+    text, seconds = timed(folder, "-m", "pamsim", *line.split())
+    return {"command": f"pamsim {line}", "cpu_s": seconds, "printed": text.strip()}
 
 
 def plain_side(folder: Path, tools: str, scripts: tuple[str, ...], *given: str) -> dict[str, Any]:
@@ -74,56 +73,42 @@ def plain_side(folder: Path, tools: str, scripts: tuple[str, ...], *given: str) 
 
 def measured(folder: Path) -> dict[str, Any]:
     """Both sides of every task."""
-    pamsim_side(folder, "step", "--pressure", "100,0", "--duration", "100ms")  # compiles, once
-    start = ("step", "--pressure", "400,0", "--start", "400,400", "--load", "1.2kg")
-    pamsim_side(folder, *start, "--duration", "4", "--out", "data")
-    fitted = ("identify", "data", "--order", "2", "--dead-time", "none")
-    pamsim_side(folder, *fitted)  # compiles, as the first of each of these two does
-    pamsim_side(folder, "train", "--out", "first.npz", "--steps", "64")
+    fitted = "identify data --order 2 --dead-time none"
+    for line in (  # of each kind of command the first compiles
+        "step --pressure 100,0 --duration 100ms",
+        "step --pressure 400,0 --start 400,400 --load 1.2kg --duration 4 --out data",
+        fitted,
+        "train --out first.npz --steps 64",
+    ):
+        pamsim_side(folder, line)
+    diagnosed = pamsim_side(folder, "demo --no-open --out demo")
     step = str(folder / "data" / "step.csv")
-    diagnosed = pamsim_side(folder, "demo", "--no-open", "--out", "demo")
     trials = [str(folder / "demo" / "recording" / f"triangle_{n}.csv") for n in ("1", "check_1")]
+    tasks = (
+        ("simulate", "step --pressure 487,0 --load 1.2kg", "MuJoCo", (ARM,), ()),
+        ("identify", fitted, "scipy, python-control", ("plain_identify.py",), (step,)),
+        ("calibrate", "calibrate data --free joint.shaft.damping", "MuJoCo, scipy",
+         ("plain_calibrate.py", ARM), (step,)),
+        ("diagnose", "", "MuJoCo, scipy, matplotlib", ("plain_diagnose.py", ARM), trials),
+        ("train", f"train --out policy.npz --steps {STEPS}",
+         "MuJoCo, gymnasium, stable-baselines3", ("plain_train.py", ARM), (STEPS,)),
+    )  # fmt: skip
     return {
-        "simulate": {
-            "pamsim": pamsim_side(folder, "step", "--pressure", "487,0", "--load", "1.2kg"),
-            "peer": plain_side(folder, "MuJoCo", (ARM,)),
-        },
-        "identify": {
-            "pamsim": pamsim_side(folder, *fitted),
-            "peer": plain_side(folder, "scipy, python-control", ("plain_identify.py",), step),
-        },
-        "calibrate": {
-            "pamsim": pamsim_side(folder, "calibrate", "data", "--free", "joint.shaft.damping"),
-            "peer": plain_side(folder, "MuJoCo, scipy", ("plain_calibrate.py", ARM), step),
-        },
-        "diagnose": {
-            "pamsim": diagnosed,
-            "peer": plain_side(
-                folder, "MuJoCo, scipy, matplotlib", ("plain_diagnose.py", ARM), *trials
-            ),
-        },
-        "train": {
-            "pamsim": pamsim_side(folder, "train", "--out", "policy.npz", "--steps", STEPS),
-            "peer": plain_side(
-                folder, "MuJoCo, gymnasium, stable-baselines3", ("plain_train.py", ARM), STEPS
-            ),
-        },
+        name: {
+            "pamsim": pamsim_side(folder, line) if line else diagnosed,
+            "peer": plain_side(folder, tools, scripts, *given),
+        }
+        for name, line, tools, scripts, given in tasks
     }
 
 
 def main() -> None:
     """Run both sides of the five tasks, and write the record."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", type=Path, default=HERE.parent / "results" / "five_tasks.json")
-    file = parser.parse_args().json
+    target = parser(__doc__, HERE.parent / "results" / "five_tasks.json").parse_args().json
     with tempfile.TemporaryDirectory() as folder:
         tasks = measured(Path(folder))
-    record = {
-        "command": "python scripts/benchmarks/five_tasks/run.py",
-        "versions": versions("scipy", "control", "gymnasium", "stable-baselines3", "torch"),
-        "tasks": tasks,
-    }
-    write_json(file, record)
+    packages = ("scipy", "control", "gymnasium", "stable-baselines3", "torch")
+    finish("five_tasks/run.py", {"tasks": tasks}, target, *packages)
 
 
 if __name__ == "__main__":

@@ -73,13 +73,10 @@ def as_it_is(chain):
 
 def test_the_rig_as_it_is_has_the_residual_of_its_trials_own_inputs(chain, trials):
     repeated, alone = as_it_is(chain), as_it_is(ChainSimulator(ARM, repeats(trials[:1])))
-    for link, blocks in link_residuals(ARM, trials).items():
-        for block in blocks:
-            key = link, block.trial, block.channel
-            missed = repeated[key] - block.residual
-            assert 0.0 < np.mean(missed**2) < 5e-4 * np.mean(block.residual**2)
-            if key in alone:
-                np.testing.assert_allclose(alone[key], block.residual, rtol=0.0, atol=1e-9)
+    for key, own in link_residuals(ARM, trials).items():
+        assert 0.0 < np.mean((repeated[key] - own) ** 2) < 5e-4 * np.mean(own**2)
+        if key in alone:
+            np.testing.assert_allclose(alone[key], own, rtol=0.0, atol=1e-9)
     for steps in (COARSE, 2, 1):
         np.testing.assert_allclose(run(chain, {}, steps=steps), chain.stated, rtol=0, atol=1e-9)
 
@@ -90,7 +87,7 @@ def test_a_rig_that_breaks_down_in_long_time_steps_gets_shorter_ones(tmp_path, p
     bench = load_rig("muscle_bench")
     trials = recorded(tmp_path / "data", rig=bench, protocols=(protocol,), forces=True)
     chain = ChainSimulator(bench, repeats(trials))
-    assert {link.name for link in link_residuals(bench, trials, steps=COARSE)} == {
+    assert {link.name for link, *_ in link_residuals(bench, trials, steps=COARSE)} == {
         "valves and air",
         "muscle",
     }
@@ -227,9 +224,9 @@ def test_what_changes_with_time_leaves_the_memory_of_hysteresis_at_rest(tmp_path
     given = recorded(tmp_path / "data", {effect: 1.0}, protocols=("staircase",), **quiet)
     there = ARM.with_parameters(at_size(ARM, rig_effect(ARM, effect), 1.0))
     most = {"muscle": 0.2, "joint and transmission": np.radians(0.02)}
-    for link, blocks in link_residuals(there, given).items():
-        for block in blocks if link.name in most else ():
-            assert abs(np.mean(block.residual[:30])) < most[link.name], block.channel
+    for (link, _, channel), residual in link_residuals(there, given).items():
+        if link.name in most:
+            assert abs(np.mean(residual[:30])) < most[link.name], channel
 
 
 def test_the_noise_of_inputs_recorded_once_is_that_of_their_samples_inputs_included(trials):

@@ -27,6 +27,9 @@ from pamsim.recordings.recording_reader import read_recordings
 from pamsim.recordings.static_table import StaticTable
 from pamsim.recordings.trial import Trial
 
+JITTERING = np.arange(100) / 100.0
+JITTERING[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
+
 
 def trial(**changes):
     time = np.arange(100) / 100.0
@@ -63,9 +66,7 @@ def test_the_rate_is_the_trials_own_where_the_engine_has_it():
     for rate, expected in ((100.0, 100.0), (2000.0, 2000.0), (10.0, 10.0), (300.0, 2000.0)):
         assert grid_rate(np.arange(50) / rate) == pytest.approx(expected)
         assert grid_rate(np.round(np.arange(50) / rate, 6)) == pytest.approx(expected)
-    jittering = np.arange(100) / 100.0
-    jittering[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
-    assert grid_rate(jittering) == 2000.0  # simulated at every step
+    assert grid_rate(JITTERING) == 2000.0  # simulated at every step
 
 
 def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
@@ -78,9 +79,7 @@ def test_a_command_whose_time_was_rounded_is_not_a_sample_late():
 
 
 def test_a_clock_that_jitters_is_simulated_in_the_steps_that_a_rig_has(rig):
-    jittering = np.arange(100) / 100.0
-    jittering[1:-1] += np.random.default_rng(0).uniform(-2e-3, 2e-3, 98)
-    one = trial(time=jittering)
+    one = trial(time=JITTERING)
     job = (rig, one, experiment_of(one))
     own, longer = (sensed_signals([job], timestep=step)[0] for step in (None, 3e-3))
     moved = np.ptp(own["angle"])

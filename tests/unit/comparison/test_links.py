@@ -111,16 +111,10 @@ def test_repeats_have_one_protocol_command_load_and_clock():
         replace(a, name="commanded", command=1.1 * a.command),
         replace(a, name="slower", time=2.0 * a.time),
     ]
-    found = [[t.name for t in group.trials] for group in repeats([a, b, *others, c])]
-    assert found == [["one", "b", "c"], ["ramps"], ["loaded"], ["commanded"], ["slower"]]
-
-
-def test_repeats_may_begin_at_any_time_of_their_clocks():
-    """The differences of such times are not equal to the last bit."""
-    a = trial("angle")
-    late = a.time + 1792012500.37
-    (group,) = repeats([a, replace(a, name="late", time=late - late[0])])
-    assert len(group.trials) == 2
+    late = a.time + 1792012500.37  # differences of such times are not equal to the last bit
+    late = replace(a, name="late", time=late - late[0])
+    found = [[t.name for t in group.trials] for group in repeats([a, b, *others, c, late])]
+    assert found == [["one", "b", "c", "late"], ["ramps"], ["loaded"], ["commanded"], ["slower"]]
 
 
 def test_periods_of_a_log_are_repeats_where_what_precedes_them_is():

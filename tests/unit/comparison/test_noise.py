@@ -88,13 +88,10 @@ def test_repeats_come_first():
 
 
 def test_a_reading_in_steps_has_the_noise_of_its_rounding():
-    """It does not change while a command is held, and rounding is noise as it moves."""
+    """It does not change while a command is held, and repeats may read the same."""
     angle = np.round(0.7 * HELD + np.sin(TIME) * (np.sin(2.0 * np.pi * TIME / 1.5) > 0.9))
     found = noise_of([trial(HELD, angle)], [np.zeros(TIME.size)])
     assert found.noise.standard_deviation == pytest.approx(1.0 / np.sqrt(12.0))
-
-
-def test_repeats_that_read_the_same_have_the_noise_of_their_rounding():
     angle = np.round(3.0 * np.sin(TIME))
     logs = [trial(HELD, angle, name) for name in "ab"]
     found = noise_of(logs, [np.sin(TIME) - angle for _ in logs])
@@ -248,12 +245,7 @@ def recorded(names=("log",), noise=FILTERED):
 
 
 def angle_noise(trials):
-    exact = {
-        (link, block.trial, block.channel): block.residual
-        for link, blocks in link_residuals(ARM, trials).items()
-        for block in blocks
-    }
-    found = link_noise(ARM, trials, exact)
+    found = link_noise(ARM, trials, link_residuals(ARM, trials))
     (one,) = (noise for (_, channel), noise in found.items() if channel == "angle")
     return one
 
@@ -305,7 +297,10 @@ def test_repeats_stay_repeats_and_have_the_stated_noise_at_least():
 
 def test_floor_and_start_pressures_are_uncertain_by_what_is_stated():
     trials = with_stated(recorded(), angle=FILTERED, pressure_1=StatedNoise(rms=5e3))
-    blocks = [block for found in link_residuals(ARM, trials).values() for block in found]
+    blocks = [
+        ResidualBlock(trial=name, protocol="levels", channel=channel, residual=residual)
+        for (_, name, channel), residual in link_residuals(ARM, trials).items()
+    ]
     floor = noise_floor(layout(blocks), np.concatenate([b.residual for b in blocks]), trials)
     assert floor.sd["angle"] == FILTERED.rms
     assert floor.variance["angle", "levels"] == pytest.approx(FILTERED.rms**2)

@@ -6,6 +6,7 @@ import pytest
 
 import pamsim
 from pamsim.core import units
+from pamsim.core.digits import significant_digits
 from pamsim.core.errors import InputError, ParameterError, SimulationError, nearest
 from pamsim.core.parameters import Sourced
 from pamsim.core.toml_tables import NUMBER, Entry, check_table, read_toml
@@ -129,6 +130,14 @@ def test_an_entry_has_its_kind_and_its_default_or_is_asked_for():
         check_table({"fil": 1}, known, "a.toml: trial 1")
     with refused('a.toml: write { file = "..." }, not 3'):
         check_table(3, known, "a.toml")
+
+
+def test_digits_follow_from_half_an_interval_and_are_three_without_one():
+    for interval, digits in (
+        ((0.999, 1.001), 5), ((0.5, 1.5), 3), (None, 3), ((1.0, 1.0), 3), ((math.nan, 1.0), 3),
+        ((1.0, math.nan), 3), ((-math.inf, 1.0), 3),
+    ):  # fmt: skip
+        assert significant_digits(1.0, interval) == digits, interval
 
 
 def test_nearest_suggests_what_is_near_and_lists_all_unless_they_are_many():

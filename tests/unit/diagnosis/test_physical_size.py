@@ -8,8 +8,8 @@ import pytest
 import pamsim
 from pamsim.comparison.effects_on_rig import at_size, candidate, rig_effect, rig_name
 from pamsim.diagnosis.bench import bench
+from pamsim.diagnosis.fitted_rig import PULLEY, pulleys
 from pamsim.diagnosis.physical_size import Fitted, correlation, physical_sizes
-from pamsim.diagnosis.pulley_radius import PULLEY, pulleys
 from pamsim.diagnosis.virtual_test_conditions import CONDITIONS
 from pamsim.diagnosis.virtual_tests import TESTS
 from pamsim.effects.catalog import EFFECTS, FORMS
@@ -266,23 +266,18 @@ def test_an_effect_hidden_in_the_library_s_own_form_has_the_size_that_it_states(
     same(sized(rig, "air_leak", equal), stated_by(rig, "laminar_leak", 2e-12)[1], rel=1e-6)
 
 
-def test_the_static_pull_changes_as_the_plant_s(rig):
+def test_the_parts_change_as_the_plant_s(rig):
+    def numbers(name, muscle=0):
+        values = at_size(rig, EFFECTS[name], 1.0)
+        return sized(rig, name, values, muscle), read_rig(rig.with_parameters(values), 0.0)
+
+    without = read_rig(rig, 0.0)
     for name in (
         "passive_stiffness", "end_shape", "muscle_mismatch", "braid_locking",
         "braid_extensibility", "stretch_weakening", "force_slope",
     ):  # fmt: skip
-        values = at_size(rig, EFFECTS[name], 1.0)
-        there = read_rig(rig.with_parameters(values), 0.0)
-        measured = plant.pull_change(there, read_rig(rig, 0.0), 0.0)
-        same(sized(rig, name, values, muscle=1), measured, rel=1e-6)
-
-
-def test_the_other_parts_change_as_the_plant_s(rig):
-    def numbers(name):
-        values = at_size(rig, EFFECTS[name], 1.0)
-        return sized(rig, name, values), read_rig(rig.with_parameters(values), 0.0)
-
-    without = read_rig(rig, 0.0)
+        found, there = numbers(name, 1)
+        same(found, plant.pull_change(there, without, 0.0), rel=1e-6)
     for name, measure in (
         ("threshold_pressure", PLANT_EFFECTS["smooth_threshold"].measured),
         ("load_torque", PLANT_EFFECTS["tilted_ground"].measured),
@@ -413,32 +408,24 @@ def test_the_pulley_radius_of_a_table_is_part_of_the_rig_that_is_tested(rig):
         assert found == pytest.approx(factor**2 * plain, rel=0.01)
 
 
-def test_an_effect_on_one_muscle_is_tested_there(rig):
+def alone_on(rig, label, **more):
+    """Sizes of an effect of typical size, with further values, whose intervals are not known."""
+    one = candidate(rig, rig_effect(rig, label))
+    own = at_size(rig, one.effect, 1.0)
+    shown = np.eye(len(own))
+    known = Fitted(values={**own, **more}, intervals={}, parameters=list(own), jacobian=shown)
+    return physical_sizes(rig, known, one)
+
+
+def test_an_effect_is_tested_at_its_muscle_and_at_the_joint_that_this_one_moves(rig):
     second = list(rig.muscles)[1]
-    one = candidate(rig, rig_effect(rig, f"air_leak at {second}"))
-    values = {f"{second}:chamber.leak_conductance": 2e-12}
-    model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(1))
-    assert physical_sizes(rig, model, one)["mass_flow"].value > 0.0
-
-
-def test_teeth_are_tested_at_the_joint_that_their_muscle_moves():
+    assert alone_on(rig, f"air_leak at {second}")["mass_flow"].value > 0.0
     arm = pamsim.load_rig("two_joint_arm")
-    one = candidate(arm, rig_effect(arm, "sprocket_ripple at triceps"))
-    values = {**at_size(arm, one.effect, 1.0), "triceps:chain.ripple": 2e-5}
-    model = Fitted(values=values, intervals={}, parameters=list(values), jacobian=np.eye(3))
-    assert physical_sizes(arm, model, one)["travel_amplitude"].value == pytest.approx(2e-5)
+    teeth = alone_on(arm, "sprocket_ripple at triceps", **{"triceps:chain.ripple": 2e-5})
+    assert teeth["travel_amplitude"].value == pytest.approx(2e-5)
 
 
 def test_what_is_refitted_keeps_the_share_in_which_muscles_differ(rig):
     uneven = rig.with_parameters({"muscle_2:force.scale": 0.5})
-    one = candidate(uneven, rig_effect(uneven, "load_dependent_friction"))
-    own = {parameter.name: parameter.start for parameter in one.parameters}
-    found = [
-        physical_sizes(
-            uneven,
-            Fitted(values=values, intervals={}, parameters=list(own), jacobian=np.eye(len(own))),
-            one,
-        )
-        for values in (own, {**own, "force.scale": 1.0})
-    ]
-    assert found[0] == found[1]
+    refitted = alone_on(uneven, "load_dependent_friction", **{"force.scale": 1.0})
+    assert alone_on(uneven, "load_dependent_friction") == refitted

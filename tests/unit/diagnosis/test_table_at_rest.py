@@ -4,10 +4,10 @@ import pytest
 
 import pamsim
 from pamsim.comparison.free_parameters import freed_parameters
+from pamsim.core.errors import InputError
+from pamsim.diagnosis.fitted_rig import PULLEY, pulleys, stated, with_fitted
 from pamsim.diagnosis.options import NUISANCE, usual_nuisance
-from pamsim.diagnosis.published_rig import published_rig
-from pamsim.diagnosis.pulley_radius import PULLEY, pulleys, stated, with_fitted
-from pamsim.diagnosis.table_at_rest import candidates_at_rest
+from pamsim.diagnosis.table_at_rest import candidates_at_rest, published_rig
 from pamsim.engine.parameters import rig_parameter
 
 RIG = published_rig()
@@ -48,7 +48,9 @@ def test_every_template_has_its_nuisance_parameters(tmp_path):
         assert [freed.name for freed in freed_parameters(rig, names)] == list(names)
 
 
-def test_pulleys_that_differ_keep_their_ratio():
+def test_pulleys_that_differ_keep_their_ratio_and_a_rig_without_any_has_no_radius():
+    with pytest.raises(InputError, match="states no pulley"):
+        stated(pamsim.load_rig("equimus_leg"), PULLEY)
     first, second = pulleys(RIG)
     radius = stated(RIG, PULLEY).value
     uneven = RIG.with_parameters({second: 0.9 * radius})

@@ -7,10 +7,16 @@ import itertools
 import pytest
 
 from pamsim.core.errors import InputError
-from pamsim.effects import muscle_at_rest
-from pamsim.effects.catalog import EFFECTS, FORMS, ROW_EFFECTS, TRIAL_EFFECTS, effect
-from pamsim.effects.effect import (
+from pamsim.effects.catalog import (
+    EFFECTS,
     FAMILIES,
+    FORMS,
+    PARTS,
+    ROW_EFFECTS,
+    TRIAL_EFFECTS,
+    effect,
+)
+from pamsim.effects.effect import (
     LINKS,
     Effect,
     EffectParameter,
@@ -59,7 +65,7 @@ def test_a_kind_of_parameter_says_how_its_numbers_count_beside_the_rig_s():
 
 def test_tables_at_rest_are_searched_for_all_but_rare_effects_and_trials_for_all_but_theirs():
     at_rest = EFFECTS.keys() - set(TRIAL_EFFECTS)
-    assert at_rest == {one.name for one in muscle_at_rest.EFFECTS}
+    assert at_rest == {one.name for one in PARTS["muscle_at_rest"]}
     assert set(ROW_EFFECTS) == EFFECTS.keys() - {effect(name).name for name in RARE}
 
 

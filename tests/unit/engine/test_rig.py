@@ -68,6 +68,8 @@ def test_a_parameter_of_another_operator_brings_the_operator(rig):
     assert slipping.model.joint("shaft").damping[0] == 0.5
     assert slipping.model.body_quat == pytest.approx(own.model.body_quat)
     assert slipping.file.muscle["hysteresis"]["law"] == "maxwell_slip"
+    one = own.with_parameters({"muscle_1:hysteresis.maxwell_slip.full_slip": 0.02}).muscles
+    assert [muscle.hysteresis.full_slip for muscle in one.values()] == [0.02, 0.01]
     more = int(slipping.muscles["muscle_1"].hysteresis.elements) - 1
     assert slipping.model.na == rig.model.na + 2 * more
     back = slipping.with_operator("bouc_wen")
@@ -173,6 +175,12 @@ def test_bad_parameters_are_refused_by_name(rig):
     ):
         with pytest.raises(error, match=words):
             rig.with_parameters({name: value})
+    for value in (True, "abc", None):
+        with pytest.raises(ParameterError, match=f"passive.stiffness = {value!r} is not a number"):
+            rig.with_parameters({"passive.stiffness": value})
+    for command in (("valve",), ("valve", "pulse", "valve"), ()):
+        with pytest.raises(InputError, match=f"{len(command)} commands for 2 muscles; give one"):
+            rig.model_for(command=command)
     for name, words in (("joint.shaft.colour", "no native"), ("body.amr.mass", "no body 'amr'")):
         with pytest.raises(InputError, match=words):
             set_natives(rig.model_for(), {name: 1.0}, rig.compiled)

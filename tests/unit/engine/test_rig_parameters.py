@@ -5,10 +5,14 @@ import numpy as np
 import pytest
 
 from pamsim.core.parameters import Sourced
-from pamsim.engine.parameter_names import ParameterName
-from pamsim.engine.parameters import each_muscle, rig_parameter, rig_parameters
+from pamsim.engine.parameters import (
+    each_muscle,
+    parameter_cards,
+    rig_cards,
+    rig_parameter,
+    rig_parameters,
+)
 from pamsim.engine.rig import load_rig
-from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.recordings.rig_file import shipped_rig_names
 
 RIGS = shipped_rig_names()
@@ -117,20 +121,3 @@ def test_no_constant_of_the_model_is_stale_after_any_parameter(rig, tmp_path):
         stale = saved(changed, tmp_path / "model.mjb")
         mujoco.mj_setConst(changed, mujoco.MjData(changed))
         assert saved(changed, tmp_path / "model.mjb") == stale, one.name
-
-
-def test_names_are_taken_apart():
-    for text, owner, muscle, parameter, operator, plain in (
-        ("passive.stiffness", "muscle", "", "passive.stiffness", "", "passive.stiffness"),
-        ("m_1:force.scale", "muscle", "m_1", "force.scale", "", "m_1:force.scale"),
-        ("sensor.filter", "sensor", "", "sensor.filter", "", "sensor.filter"),
-        ("joint.shaft.damping", "native", "", "joint.shaft.damping", "", "joint.shaft.damping"),
-        ("tendon.c.coef_knee", "native", "", "tendon.c.coef_knee", "", "tendon.c.coef_knee"),
-        ("joint.shaft.colour", "muscle", "", "joint.shaft.colour", "", "joint.shaft.colour"),
-    ):
-        name = ParameterName.parse(text)
-        found = (name.owner, name.muscle, name.parameter, name.operator, name.without_operator)
-        assert found == (owner, muscle, parameter, operator, plain)
-    name = ParameterName.parse("m_1:hysteresis.maxwell_slip.full_slip")
-    assert (name.parameter, name.operator) == ("hysteresis.full_slip", "maxwell_slip")
-    assert (name.muscle, name.without_operator) == ("m_1", "m_1:hysteresis.full_slip")

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 import pamsim
-from pamsim.controllers.neural_policy import NeuralPolicy
+from pamsim.controllers.neural_policy import NeuralPolicy, PolicyFile, read_policy, write_policy
 from pamsim.envs.actions import KINDS
 from pamsim.envs.closed_loop import EpisodeRun, mean_score, run_episode, score
 from pamsim.envs.scales import Reach
 from pamsim.envs.tasks import TASKS
 from pamsim.envs.train import Training, policy_files, train
-from pamsim.recordings.policy_file import PolicyFile, read_policy, write_policy
 from tests.unit.core.refusals import all_refused, refused
 from tests.unit.physics.flat import air_flow
 
@@ -153,6 +152,16 @@ def test_a_moving_reference_has_no_steps_and_switching_counts_changes_of_the_val
     both = mean_score([figures(np.full(10, angle), np.zeros(10)) for angle in (0.3, 0.4)])
     assert both.rmse == pytest.approx(math.sqrt((0.3**2 + 0.4**2) / 2.0))
     assert both.worst == pytest.approx(0.4)
+
+
+def test_an_episode_without_steps_or_one_that_broke_down_is_no_good_figure():
+    steps = figures(np.full(50, 0.1), np.full(50, 0.2))
+    mean = mean_score([steps, figures(np.zeros(50), np.full(50, 1e-4))])  # a step too low to be one
+    assert (mean.settling, mean.overshoot) == (steps.settling, steps.overshoot) == (0.5, 0.0)
+    assert math.isnan(mean.stiffness_error)
+    broken = figures([0.2] * 10 + [math.nan], np.full(11, 0.2))
+    assert broken.settling == pytest.approx(0.11)
+    assert math.isnan(broken.overshoot)
 
 
 def written(path, **changed):

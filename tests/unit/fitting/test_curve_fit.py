@@ -6,9 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pamsim.fitting.coefficients import (
+    Coefficient,
+    best_linear,
+    held_coefficients,
+    linear_coefficients,
+)
 from pamsim.fitting.curve_fit import fit_curve, search_curve
-from pamsim.fitting.linear_part import best_linear, linear_coefficients
-from pamsim.inference.coefficient import Coefficient, held_coefficients
 from pamsim.inference.estimate import Flag
 from pamsim.inference.starts import latin_hypercube
 from tests.unit.core.refusals import all_refused, refused

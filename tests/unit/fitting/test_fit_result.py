@@ -16,7 +16,7 @@ from pamsim.fitting.scores import grouped, leave_one_group_out, scores
 from pamsim.physics.force_laws.exponential import six_parameter_force
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.report.fit_figure import fit_figure
-from tests.unit.core.refusals import all_refused, refused
+from tests.unit.core.refusals import refused
 
 LAW = PUBLISHED["DMSP-20-200"]
 CONSTANTS = (LAW.a, LAW.b, LAW.c, LAW.d, LAW.e, LAW.f)
@@ -63,12 +63,6 @@ def test_the_result_holds_estimates_and_errors_at_held_out_points(table, tmp_pat
     assert (top.get_ylabel(), bottom.get_ylabel()) == ("force [N]", "fitted − measured [N]")
     assert len(top.lines) == 10  # points and curve of each contraction
     np.testing.assert_allclose(bottom.lines[1].get_ydata(), 0.0, atol=1e-3)  # held out
-    bad = {
-        "no model": ({}, "give `model`, one of `pamsim list models`, or `compare`"),
-        "hold_out": ({"model": "six_parameter", "hold_out": "lengths"}, "'lengths' is not known"),
-        "held": ({"model": "six_parameter", "held": {"c": 5.0}}, "`held` c = 5 is outside"),
-    }
-    all_refused(bad, lambda wrong: fit(table, **wrong))
 
 
 def test_scores_computed_by_hand():

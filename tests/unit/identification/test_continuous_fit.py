@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from pamsim.core.encoding import to_dict
+from pamsim.identification.continuous import ContinuousStructure
+from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.status import FitStatus
 from tests.unit.core.refusals import all_refused
@@ -131,6 +133,14 @@ def test_a_dead_time_is_not_known_where_the_command_repeats_after_it(repeats):
     assert ("repeat themselves, or their mirror image" in fit.sentence) is repeats
 
 
+def test_an_offset_is_held_under_coloured_noise():
+    given = record(21, constants=(0.1, 0.5), noise=0.1, phi=0.8)
+    found = fit_model([given], ContinuousStructure(2), held={"K": 2.0, "offset": 0.7})
+    assert found.weighted
+    for name, value in (("T1", 0.1), ("T2", 0.5)):
+        assert found[name].interval95[0] < value < found[name].interval95[1]
+
+
 def test_what_the_data_do_not_determine_is_flagged():
     three = {"order": 3, "zeros": 1, "real_lags": False}
     for given, options, status, word in (
@@ -206,6 +216,15 @@ def test_a_wrong_structure_keeps_the_estimates_that_simulate_best():
     ]
     least = np.sum((given.output - fit.simulate(given)) ** 2)
     assert all(np.sum((given.output - run) ** 2) > least for run in moved)
+
+
+def test_a_zero_of_a_gain_of_0_has_no_value():
+    time, noise = 0.02 * np.arange(100), np.random.default_rng(0).normal(size=100)
+    late = SignalRecord("late", time, np.append(np.zeros(99), 1.0), noise)  # too late for the lag
+    fit = fit_continuous([late], order=1, zeros=1)
+    assert (fit.gain, fit["Tz"].interval95) == (0.0, None)
+    assert np.isnan(fit["Tz"].value)
+    assert fit.status is FitStatus.DEGENERATE
 
 
 def test_bad_structures_and_too_few_samples_are_refused():

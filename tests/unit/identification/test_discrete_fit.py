@@ -109,23 +109,6 @@ def undisturbed(output, given, interval=TS):
     return [SignalRecord("x", interval * np.arange(given.size), given, output)]
 
 
-def test_a_sampled_chain_of_lags_is_recovered_with_and_without_its_gain():
-    u = np.random.default_rng(2).standard_normal(2500)
-    for constants in ((0.64595,), (0.090314, 0.57873)):  # Matiskova 2021, equation (31)
-        poles = np.exp(-0.002 / np.array(constants))
-        first = lfilter([0.0, 1.0 - poles[0]], [1.0, -poles[0]], u)
-        if len(constants) == 2:
-            t1, t2 = constants
-            slow = lfilter([0.0, 1.0 - poles[1]], [1.0, -poles[1]], u)
-            first = (t1 * first - t2 * slow) / (t1 - t2)  # by partial fractions
-        for held, gain in ({}, 3.5), ({"K": 1.0}, 1.0), ({"K": 3.5}, 3.5):
-            records, order = undisturbed(gain * first, u, 0.002), len(constants)
-            fit = fit_arx(records, na=order, nb=order, nk=1, held={**held, "offset": 0.0})
-            assert fit.time_constants == pytest.approx(constants, rel=1e-6)
-            assert fit.gain == pytest.approx(gain, rel=1e-6)
-            assert (fit["K"].interval95 is None) is bool(held)
-
-
 def stacked(y, u, *, na, nb, delay=1):
     """Regression vectors and outputs, term by term."""
     start = max(na, nb + delay - 1)

@@ -60,10 +60,10 @@ def test_the_planted_order_is_recommended(zeros, tmp_path):
     path, response = tmp_path / "bode.csv", planted(zeros)
     path.write_text(text("omega_rad_s,real,imag", W, response.real, response.imag))
     result = pamsim.identify(path)
-    assert result.best == result.recommended == ("order_2_zeros_1" if zeros else "order_2")
+    assert result.best == ("order_2_zeros_1" if zeros else "order_2")
     for name, value in (("K", 3.0), ("T1", 0.1), ("T2", 2.0)):
         assert result.shown[name].value == pytest.approx(value, rel=0.05)
-    assert f"* {result.recommended}: fits 97." in result.summary()
+    assert f"* {result.best}: fits 97." in result.summary()
     assert float(result.transfer_function().dcgain()) == pytest.approx(3.0, rel=0.05)
     columns = pamsim.table(result)
     gains = [
@@ -74,7 +74,7 @@ def test_the_planted_order_is_recommended(zeros, tmp_path):
     turned = np.interp(W, *model.get_data())
     np.testing.assert_allclose(measured.get_ydata(), turned, atol=6.0)  # deg; errors of 2 %
     files = result.save(tmp_path / "out")
-    assert json.loads(files[0].read_text())["recommended"] == result.recommended
+    assert json.loads(files[0].read_text())["recommended"] == result.best
     rows = np.loadtxt(files[1], delimiter=",", skiprows=1)
     np.testing.assert_allclose(rows[:, 1], np.abs(response), rtol=1e-6)
     np.testing.assert_allclose(rows[:, 3], rows[:, 1], rtol=0.15)
@@ -86,7 +86,7 @@ def test_an_order_that_is_asked_for_is_the_only_one_and_a_trial_is_no_response(t
     result = identify(path, order=2, zeros=1, dead_time="none")
     assert list(result.models) == ["order_2_zeros_1"]
     unlikely = identify(path, order=5, dead_time="none")
-    assert unlikely.recommended == ""
+    assert unlikely.best == ""
     assert "no model can be trusted" in unlikely.reason
     refuses("`zeros` needs `order`", identify, path, zeros=1)
     refuses(r"`hold_out` is for trials; .*bode.csv is a frequency", identify, path, hold_out=0.3)

@@ -79,6 +79,14 @@ def test_a_pole_that_the_response_does_not_show_is_not_trusted():
     assert hidden.status is FitStatus.DEGENERATE
 
 
+def test_a_response_that_leads_has_no_dead_time():
+    fit = fit_frequency_response(
+        W, planted([2.0], lags(0.3), -9e-4, noise=1e-3), order=1, dead_time=True
+    )
+    assert (fit.status, fit["L"].interval95) == (FitStatus.DEGENERATE, (0.0, 0.0))
+    assert "no dead time is detected" in fit.sentence
+
+
 def test_what_is_no_response_is_refused():
     good = planted([2.0], lags(0.3))
     bad = {

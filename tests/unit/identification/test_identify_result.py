@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pamsim.identification.estimates import estimates_of
 from pamsim.identification.identify import identify
+from pamsim.identification.model import estimates_of
+from pamsim.identification.result import summary_lines
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
 from tests.unit.identification.planted import record, refuses, sampled, steps
@@ -107,6 +108,15 @@ def test_an_end_that_is_not_bounded_is_null_in_json_and_words_in_text(result):
     written = json.loads(json.dumps(found.to_dict(), allow_nan=False))["models"][0]
     assert written["parameters"]["T"]["interval95"] == [0.0, None]
     assert "s  [0, not bounded]" in found.summary()
+
+
+def test_a_dead_time_that_one_of_several_inputs_does_not_have_is_none_in_the_text(result):
+    written = result.to_dict()
+    absent = {"value": 0.0, "unit": "s", "interval95": [0.0, 0.02]}
+    written["models"][0]["parameters"] = {"L[1]": {**absent, "value": 0.01}, "L[2]": absent}
+    text = "\n".join(summary_lines(written))
+    assert text.count("s  [0, 0.02]") == 1
+    assert "L[2] none; below 0.02 s" in text
 
 
 def test_another_day_is_predicted_from_its_inputs_alone(result):

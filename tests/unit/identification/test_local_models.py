@@ -30,7 +30,8 @@ def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed():
         [LocalModel(point, fit_continuous([trial], order=1)) for trial, point in [*given, lost]]
     )
     assert [m.point.pressure for m in local.models] == [*PRESSURES, 9e5]
-    gain, trend = local["K"], local["K"].trends["pressure"]
+    found = {item.parameter: item for item in local.dependences}
+    gain, lag, trend = found["K"], found["T"], found["K"].trends["pressure"]
     assert gain.points == 6
     assert trend.interval95[0] < 1.0 / 2e5 < trend.interval95[1]
     assert trend.p_value < 1e-3
@@ -38,8 +39,8 @@ def test_gain_that_rises_with_pressure_is_found_and_load_is_not_blamed():
     assert gain.heterogeneity_p < 1e-6
     assert "rises" in gain.sentence
     assert "pressure" in gain.sentence
-    assert local["T"].mean == np.clip(local["T"].mean, 0.294, 0.306)
-    assert local["T"].heterogeneity_p > 1e-3
+    assert lag.mean == np.clip(lag.mean, 0.294, 0.306)
+    assert lag.heterogeneity_p > 1e-3
     json.dumps(to_dict(local.dependences), allow_nan=False)
     refuses("operating point", local_model_map, [])
 

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from pamsim.core.encoding import to_dict
 from pamsim.identification.continuous import ContinuousStructure
@@ -92,7 +90,7 @@ def test_oscillation_gives_statuses_instead_of_numbers():
     assert (data["status"], data["interval95_T1_s"]) == ("degenerate", None)
     free = data["arx"]["free_gain"]
     assert free["status"] == "complex_poles"
-    assert [free[key] for key in ("T1_s", "K", "fit_percent_continuous")] == [None] * 3
+    assert [free[key] for key in ("T1_s", "T2_s", "K")] == [None] * 3
     assert free["fit_percent"] > 99.9
 
 
@@ -125,18 +123,6 @@ def fit_step(response, *, order):
     return fit([record], ContinuousStructure(order), held=held, white=True)
 
 
-@settings(max_examples=10, deadline=None)
-@given(ratio=st.sampled_from([0.0, 0.05, 0.16, 0.5, 0.8]), slow=st.floats(0.3, 0.9))
-def test_planted_lags_are_recovered(ratio, slow):
-    planted = (ratio * slow, slow) if ratio else (slow,)
-    of_step = second_order_step if ratio else first_order_step
-    found = fit_step(of_step(TIME, *planted), order=len(planted))
-    assert found.status is FitStatus.CONVERGED
-    assert found.time_constants == pytest.approx(planted, rel=1e-6)
-    assert (found.gain, found["K"].interval95, found["K"].held) == (1.0, None, True)
-    assert found.fit_percent == pytest.approx(100.0, abs=1e-5)
-
-
 def test_intervals_cover_planted_lags_under_white_noise():
     rng = np.random.default_rng(22)
     for planted in ((0.58,), (0.12, 0.58)):
@@ -167,21 +153,10 @@ def test_a_wrong_order_says_so_and_is_scored_by_its_simulated_response():
     assert found.fit_percent == pytest.approx(fit_percent(*whole), abs=1e-9)
 
 
-def test_data_that_hold_no_such_model_do_not_converge_silently():
-    damped = 6.0 * np.sqrt(1.0 - 0.4**2)
-    ring = np.cos(damped * TIME) + 0.4 * 6.0 / damped * np.sin(damped * TIME)
-    for name, response, order, status in (
-        ("oscillation", 1.0 - np.exp(-2.4 * TIME) * ring, 2, FitStatus.DEGENERATE),
-        ("double lag", second_order_step(TIME, 0.3, 0.3), 2, FitStatus.DEGENERATE),
-        ("one lag", first_order_step(TIME, 0.6), 2, FitStatus.DEGENERATE),
-        ("wrong sign", -first_order_step(TIME, 0.6), 1, FitStatus.AT_BOUND),
-    ):
-        found = fit_step(response, order=order)
-        assert found.status is status, name
-        assert len(found.time_constants) == order
-    found = fit_step(second_order_step(TIME, 0.002, 0.5), order=2)
-    assert found.status is FitStatus.DEGENERATE
-    assert "shorter than one sample" in found.sentence
+def test_a_response_of_the_other_sign_than_its_held_gain_is_at_a_bound():
+    found = fit_step(-first_order_step(TIME, 0.6), order=1)
+    assert (found.gain, found["K"].interval95, found["K"].held) == (1.0, None, True)
+    assert found.status is FitStatus.AT_BOUND
 
 
 def test_noisy_double_lag_is_degenerate_but_a_wide_pair_is_not():

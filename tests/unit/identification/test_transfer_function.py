@@ -21,7 +21,6 @@ from tests.unit.identification.planted import (
     fit_oe,
     record,
     refuses,
-    second_order_step,
 )
 
 TIME = np.linspace(0.0, 5.0, 501)
@@ -51,13 +50,6 @@ def test_bode_and_step_data_are_those_of_python_control(two):
     fit, system = two[0], continuous(two[0])
     assert sorted(p.real for p in fit.poles) == pytest.approx(sorted(system.poles().real))
     assert system.dcgain() == pytest.approx(fit.gain)
-
-
-def test_closed_forms_are_steps_of_control(two):
-    for t1, t2 in ((0.090314, 0.57873), (0.5, 0.5), (0.01, 2.0)):
-        placed = replace(two[0], coordinates=np.array([np.log(t1), np.log(t2), 3.0]))
-        by_control = control.step_response(continuous(placed), T=TIME).outputs
-        np.testing.assert_allclose(by_control, second_order_step(TIME, t1, t2, 3.0), atol=1e-9)
 
 
 def test_a_discrete_step_is_that_of_control_whatever_the_delay(two):

@@ -8,13 +8,7 @@ from scipy.signal import lfilter
 
 from pamsim.inference.coloured_noise import ArNoise
 from pamsim.inference.fit_simulator import fit_simulator
-from pamsim.inference.intervals import (
-    FittedRows,
-    degrees_of_freedom,
-    fit_colour,
-    parameter_covariance,
-    slow_gains,
-)
+from pamsim.inference.intervals import FittedRecords, parameter_covariance
 from pamsim.inference.residual_block import BlockPlace, ResidualBlock
 from pamsim.inference.simulator_fit import Linearisation
 from tests.unit.inference.closed_form_rigs import TIME, TRUTH, coloured, decay_rig, free, line_rig
@@ -75,16 +69,15 @@ def estimated(places, rows, noise):
 def test_slow_noise_leaves_few_degrees_of_freedom():
     """A mean under AR(1) noise: d ln f(0) / d phi = 2 / (1 - phi), var(phi) = (1 - phi^2) / n."""
     count, phi = 20_000, 0.9
-    mean = FittedRows(np.zeros(count), np.ones((count, 1)), np.full((count, 1), 1.0 / count))
-    by_hand = 2.0 * count / (2.0 + 4.0 * (1.0 + phi) / (1.0 - phi))
-    (found,) = degrees_of_freedom(ArNoise((-phi,), 2.0), [mean], 0.0)
+    none, gain = [np.zeros(count)], np.full((count, 1), 1.0 / count)
+    mean = FittedRecords(none, [np.ones((count, 1))], [gain])
+    by_hand = 2.0 * (count - 1) / (2.0 + 4.0 * (1.0 + phi) / (1.0 - phi))
+    (found,) = mean.degrees_of_freedom(ArNoise((-phi,), 2.0))
     assert found == pytest.approx(by_hand, rel=0.01)
-    assert degrees_of_freedom(ArNoise((), 2.0), [mean], 1.0) == count - 1
+    assert mean.degrees_of_freedom(ArNoise((), 2.0)) == pytest.approx(count - 1)
     # What changes from sample to sample hardly hangs on the slow part.
-    quick = FittedRows(
-        mean.residual, mean.jacobian, mean.gain * (-1.0) ** np.arange(count)[:, None]
-    )
-    (sure,) = degrees_of_freedom(ArNoise((-phi,), 2.0), [quick], 0.0)
+    quick = gain * (-1.0) ** np.arange(count)[:, None]
+    (sure,) = FittedRecords(none, [0.0 * gain], [quick]).degrees_of_freedom(ArNoise((-phi,), 2.0))
     assert sure > 20.0 * found
 
 
@@ -189,16 +182,14 @@ def test_colour_absorbed_by_a_fit_is_given_back():
         estimate = np.linalg.lstsq(rows, -e, rcond=None)[0]
         gain = rows @ np.linalg.inv(rows.T @ rows)
         residual = e + rows @ estimate
-        records = [FittedRows(residual[p.rows], rows[p.rows], gain[p.rows]) for p in places]
+        own, columns, gains = ([x[p.rows] for p in places] for x in (residual, rows, gain))
         true = ArNoise((-0.95,), 1.0 - 0.95**2)
         lag = np.abs(np.subtract.outer(np.arange(300), np.arange(300)))
-        known = sum(r.gain.T @ 0.95**lag @ r.gain for r in records)
-        slow = slow_gains(true, records)
-        noise = fit_colour(records, slow, known, ordered=True)[0]
-        corrected.append(noise.autocovariance(20)[[0, 19]])
-        none = [FittedRows(r.residual, 0.0 * r.jacobian, r.gain) for r in records]
-        noise = fit_colour(none, slow, known, ordered=True)[0]
-        plain.append(noise.autocovariance(20)[[0, 19]])
+        known = sum(g.T @ 0.95**lag @ g for g in gains)
+        none = [np.zeros_like(c) for c in columns]
+        for found, jacobians in ((corrected, columns), (plain, none)):
+            noise, _ = FittedRecords(own, jacobians, gains).colours(true, known)
+            found.append(noise.autocovariance(20)[[0, 19]])
     truth = np.array([1.0, 0.95**19])
     assert np.mean(corrected, axis=0) == pytest.approx(truth, rel=0.15)
     assert np.all(np.mean(plain, axis=0) < 0.9 * truth)

@@ -22,8 +22,8 @@ def three(**rest):
     return tuple(free(name, 1.0, -50.0, 50.0, **rest) for name in "abc")
 
 
-def left_out(rig, parameters, **options):
-    return leave_one_out(rig, parameters, fit_simulator(rig, parameters), **options)
+def left_out(rig, parameters):
+    return leave_one_out(rig, parameters, fit_simulator(rig, parameters))
 
 
 def bent(values, at=PLACES):
@@ -39,22 +39,13 @@ BENT = (free("gain"), free("rate", scale="log"))
 MEASURED = bent((2.0, 1.5)) + NOISE * np.random.default_rng(5).standard_normal(PLACES.size)
 
 
-def standard_errors(fit):
-    return np.array([p.standard_error for p in fit.parameters])
-
-
 def test_a_linear_model_gives_the_closed_form():
     """Predicted residual sum of squares: e / (1 - h), h the diagonal of the hat matrix."""
     rows, measured = line()
     found = left_out(line_rig(rows, measured, noise_sd=NOISE), three())
     hat = rows @ np.linalg.pinv(rows)
     errors = (hat @ measured - measured) / (1.0 - np.diag(hat))
-    assert found.residual == pytest.approx(errors, abs=1e-6)
-    assert found.rms == pytest.approx(np.sqrt(np.mean(errors**2)))
-    for i, values in enumerate(found.values):
-        others = np.delete(np.arange(measured.size), i)
-        best = np.linalg.lstsq(rows[others], measured[others], rcond=None)[0]
-        assert values == pytest.approx(best, abs=1e-6)
+    assert found == pytest.approx(errors, abs=1e-6)
 
 
 def test_priors_are_kept_in_every_refit():
@@ -63,9 +54,9 @@ def test_priors_are_kept_in_every_refit():
     found = left_out(line_rig(rows, measured, noise_sd=NOISE), three(prior=known))
     whole = np.vstack([rows / NOISE, np.eye(3) / known.standard_deviation])
     right = np.append(measured / NOISE, np.full(3, known.mean / known.standard_deviation))
-    for i, values in enumerate(found.values):
+    for i, error in enumerate(found):
         best = np.linalg.lstsq(np.delete(whole, i, 0), np.delete(right, i), rcond=None)[0]
-        assert values == pytest.approx(best, abs=1e-5)
+        assert error == pytest.approx(rows[i] @ best - measured[i], abs=1e-5)
 
 
 def test_refits_of_a_bent_model_are_nearly_those_of_fits_to_the_other_rows():
@@ -73,19 +64,14 @@ def test_refits_of_a_bent_model_are_nearly_those_of_fits_to_the_other_rows():
     rig = bent_rig(MEASURED)
     fit = fit_simulator(rig, BENT)
     rig.batches.clear()
-    found = leave_one_out(rig, BENT, fit, tolerance=1e-8, most=40)
+    found = leave_one_out(rig, BENT, fit)
     assert set(rig.batches) == {PLACES.size}  # all refits are simulated in one call
-    for i, values in enumerate(found.values):
+    assert len(rig.batches) > 1  # until they are settled
+    for i, error in enumerate(found):
         others = np.delete(np.arange(PLACES.size), i)
         alone = fit_simulator(bent_rig(MEASURED[others], PLACES[others]), BENT)
-        assert np.all(np.abs(values - alone.values) < 0.05 * standard_errors(fit))
         miss = bent(alone.values)[i] - MEASURED[i]
-        assert found.residual[i] == pytest.approx(miss, abs=0.05 * NOISE)
-    rig.batches.clear()
-    hurried = leave_one_out(rig, BENT, fit, most=1)
-    assert rig.batches == [PLACES.size]
-    usual = leave_one_out(rig, BENT, fit)
-    assert np.any(np.abs(hurried.values - usual.values) > 1e-3 * standard_errors(fit))
+        assert error == pytest.approx(miss, abs=0.05 * NOISE)
 
 
 def test_ranges_hold_in_refits_too():
@@ -96,9 +82,11 @@ def test_ranges_hold_in_refits_too():
         for name, value in zip("abc", best, strict=True)
     )
     found = left_out(line_rig(rows, measured, noise_sd=NOISE), narrow)
-    away = np.abs(found.values - best)
-    assert np.max(away) <= 0.01 * (1.0 + 1e-9)
-    assert np.max(away) > 0.0099  # and rows pull against the range
+    shift = np.abs(found - (rows @ best - measured))  # by values that have moved by 0.01 at most
+    reach = 0.01 * np.sum(np.abs(rows), axis=1)
+    assert np.all(shift <= reach * (1.0 + 1e-9))
+    free_shift = np.abs(left_out(line_rig(rows, measured, noise_sd=NOISE), three()) - found)
+    assert np.max(free_shift) > np.max(reach)  # and rows pull against the range
 
 
 def test_what_proves_nothing_or_cannot_be_simulated_is_refused():

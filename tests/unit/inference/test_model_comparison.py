@@ -10,13 +10,10 @@ from pamsim.inference.model_comparison import (
     compare_paired,
     compare_with_reference,
     fewest_units,
-)
-from pamsim.inference.near_units import missed_together, nearest_units
-from pamsim.inference.permutation import (
-    best_of_many_p_values,
-    sign_flips,
     upper_p_value,
 )
+from pamsim.inference.near_units import missed_together, nearest_units
+from pamsim.inference.permutation import best_of_many_p_values
 
 
 def test_drawn_patterns_agree_with_normal_theory_for_many_units():
@@ -135,12 +132,6 @@ def test_the_observed_arrangement_counts_and_rounding_does_not():
     assert upper_p_value(np.zeros(99), 1.0) == pytest.approx(0.01)
     assert upper_p_value(np.full(99, 1.0 - 1e-15), 1.0) == 1.0
     assert upper_p_value(np.full(99, -1e-14), 0.0, scale=1.0) == 1.0
-
-
-def test_signs_do_not_depend_on_the_size_of_a_block():
-    blocks = np.concatenate(list(sign_flips(1200, 7, np.random.default_rng(3))))
-    whole = np.random.default_rng(3).choice([-1.0, 1.0], (1200, 7))
-    assert np.array_equal(blocks, whole)
 
 
 def linear_fit(columns, noise):

@@ -20,9 +20,13 @@ import pytest
 from pamsim.effects.catalog import effect
 from pamsim.engine.equilibrium import rest_angles
 from pamsim.engine.rig import load_rig
-from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
 from pamsim.papers.calibration_record import calibration_record
-from pamsim.papers.matiskova2021.equations import mounted, rig_stiffness
+from pamsim.papers.matiskova2021.equations import (
+    ideal_muscle,
+    mounted,
+    rig_muscle,
+    rig_stiffness,
+)
 from pamsim.papers.numerics import rms, root
 from pamsim.physics.force_laws.published import PUBLISHED
 from pamsim.physics.record import parameters

@@ -10,8 +10,13 @@ import pytest
 from pamsim.core.errors import ParameterError
 from pamsim.papers.alraouf2025 import loop as alraouf
 from pamsim.papers.alraouf2025.sensors import ranger_speed, speed_of_sound
-from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle, sprocket_radius
-from pamsim.papers.matiskova2021.equations import ideal_stiffness, stiffness_over_pressure
+from pamsim.papers.matiskova2021.equations import (
+    ideal_muscle,
+    ideal_stiffness,
+    rig_muscle,
+    sprocket_radius,
+    stiffness_over_pressure,
+)
 from pamsim.papers.matiskova2021.statics import odd_exponential_basis
 from pamsim.papers.numerics import derivative, jacobian, root
 from pamsim.papers.sarosi.equations import _rank

@@ -14,11 +14,11 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.engine.parameters import rig_parameter
 from pamsim.engine.rig import load_rig
 from pamsim.engine.simulate import simulate
-from pamsim.papers import static_models
 from pamsim.papers.printed_steps import STARTS, printed_experiment
-from pamsim.papers.static_models import StaticModel, Term, fit_static_models, row_blocks
 from pamsim.recordings.printed import distinct_steps
 from pamsim.recordings.recording import Outcome
+from scripts import static_models
+from scripts.static_models import StaticModel, Term, fit_static_models, row_blocks
 from tests.unit.core.refusals import refused
 
 LOCKING = Term(

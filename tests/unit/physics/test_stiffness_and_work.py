@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from pamsim.papers.antagonistic_pair import ideal_muscle, rig_muscle
+from pamsim.papers.matiskova2021.equations import ideal_muscle, rig_muscle
 from pamsim.physics import static_muscle
 from pamsim.physics.antagonist import Stiffness, antagonist_torque, joint_stiffness
 from pamsim.physics.force_laws.published import PUBLISHED

@@ -16,7 +16,7 @@ from pamsim.report.calibrate_page import (
     write_calibration,
 )
 from pamsim.report.row_errors import rest_errors
-from pamsim.report.style import BLUE, VERMILION
+from pamsim.report.style import BLUE, VERMILION, series_look
 from pamsim.report.trial_signals import shown_trials, trial_signals
 
 TIME = np.linspace(0.0, 1.0, 50)
@@ -125,6 +125,12 @@ def test_a_muscle_has_one_colour_whatever_of_it_was_measured():
     assert [text.get_text() for text in legend.get_texts()][3:] == ["a", "b", "c"]
     _, pressures, forces = ([line.get_color() for line in ax.lines[::3]] for ax in figure.axes)
     assert forces == pressures[1:]
+    # By its number, if it has no name.
+    figure = trial_signals([compared("a_1", f"pressure_{n}", held=True, off=0.0) for n in (3, 2)])
+    (ax,) = figure.axes
+    assert [line.get_color() for line in ax.lines[::3]] == [series_look(2)[0], series_look(1)[0]]
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named == ["measured", "before", "after", "muscle 2", "muscle 3"]
 
 
 def test_errors_at_rest_are_simulated_minus_measured():

@@ -7,17 +7,14 @@ import threading
 from dataclasses import replace
 
 import matplotlib
-import numpy as np
 import pytest
 
-from pamsim.comparison.compared_signal import Comparison
 from pamsim.diagnosis.by_link.result import Verdict
 from pamsim.diagnosis.physical_size import PhysicalSize
 from pamsim.report.link_page import SUPPORTED, Hidden, write_link_diagnosis
 from pamsim.report.numbers import digits, p_is, p_value
 from pamsim.report.page import page_image
-from pamsim.report.style import finish_axes, new_figure, series_look, styled
-from pamsim.report.trial_signals import trial_signals
+from pamsim.report.style import finish_axes, new_figure, styled
 from tests.records import page
 from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
 
@@ -92,8 +89,10 @@ def test_three_questions_are_answered_before_the_first_figure(tmp_path):
 @pytest.mark.usefixtures("quick")
 def test_a_quantity_has_one_interval(tmp_path):
     found = effect("form")
-    same = PhysicalSize(value=1.98e-12, unit="m^3/(s*Pa)", interval95=(1.92e-12, 2.07e-12))
-    found = replace(found, physical={"conductance": same, **found.physical})
+    size = replace(found.sizes[LEAK], unit_si="m^3/(s*Pa)")
+    same = PhysicalSize(value=size.value_si, unit=size.unit_si, interval95=size.interval95_si)
+    physical = {"conductance": same, **found.physical}
+    found = replace(found, sizes={LEAK: size}, physical=physical)
     page = page_of(report(found), tmp_path, hidden=HIDDEN)
     assert set(re.findall(r"1\.9\d+(?:, | to )2\.\d+", page)) == {"1.92, 2.07", "1.92 to 2.07"}
     assert "Conductance" not in page
@@ -145,18 +144,3 @@ def test_a_place_is_read_where_the_scale_between_its_ends_is_known(tmp_path):
         ax.set_yscale(scale)
         panels = page_image(figure, tmp_path / f"{scale}.png").panels
         assert [y["log"] for _, y in panels] == known, scale
-
-
-def test_a_muscle_has_its_colour_whatever_else_was_measured():
-    def part(channel):
-        still = np.zeros(20)
-        return Comparison(
-            trial="a_1", protocol="a", channel=channel, held_out=True, time=np.arange(20.0),
-            measured=still, before=still, after=None,
-        )  # fmt: skip
-
-    figure = trial_signals([part(f"pressure_{n}") for n in (3, 2)])
-    (ax,) = figure.axes
-    assert [line.get_color() for line in ax.lines[::2]] == [series_look(2)[0], series_look(1)[0]]
-    named = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert named == ["measured", "before", "muscle 2", "muscle 3"]

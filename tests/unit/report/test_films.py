@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from PIL import Image, ImageSequence
 
 import pamsim
@@ -14,6 +15,7 @@ from pamsim.recordings.trial import Trial
 from pamsim.report import film as room
 from pamsim.report.film import film_gap
 from pamsim.report.film_sheet import arm_size, film_sheet
+from pamsim.report.step_figure import step_figure
 from tests.unit.core.refusals import refused
 
 SIZE = 480, 384
@@ -35,50 +37,60 @@ def drawn():
     return sheet(RAMPS)
 
 
-def test_cursor_runs_from_end_to_end_and_never_back(drawn):
-    plot = drawn.plots[0]
-    columns = [plot.column(share) for share in np.linspace(0.0, 1.0, 201)]
-    assert np.all(np.diff(columns) >= 0)
-    assert (columns[0], columns[-1]) == (round(plot.left), round(plot.right))
-    assert columns[100] == pytest.approx((columns[0] + columns[-1]) / 2.0, abs=1.0)
-    assert plot.column(4.5) == columns[-1]
+def pixel(drawn, ax, x, y):
+    """Row and column of a place of a plot in a frame."""
+    across, up = ax.transData.transform((x, y))
+    return round(SIZE[1] - up), int(across)
 
 
-def test_a_frame_is_the_arm_above_the_plots_with_the_cursor_where_it_is_said_to_be(drawn):
+def near(frame, colour, row, column, reach=2):
+    """Number of pixels of a colour around a place."""
+    part = frame[row - reach : row + reach + 1, column - reach : column + reach + 1].astype(int)
+    return int((np.abs(part - 255.0 * np.array(to_rgb(colour))).max(axis=2) < 4.0).sum())
+
+
+def test_a_frame_is_the_arm_above_the_plots_with_cursor_and_dots_at_the_time(drawn):
     width, height = arm_size(*SIZE)
     arm = np.full((height, width, 3), 200, dtype=np.uint8)
     frame = drawn.frame(arm, 1.0)
     assert frame.shape == (*SIZE[::-1], 3)
     assert (frame[height // 2 : height, width // 2 :] == 200).all()  # nothing is written there
-    # The plot's upper edge is crossed by nothing but the cursor.
-    plot = drawn.plots[0]
-    inside = slice(round(plot.left) + 2, round(plot.right) - 2)
-    edge = frame[plot.top, inside].max(axis=1)
-    assert (np.flatnonzero(edge < 60) + inside.start).tolist() == [plot.column(0.5)]
-    # Half-way along its ramp the angle's dot is half-way up the plot; rows count downwards.
-    row = plot.curves[0].rows[plot.column(0.5)]
-    assert row == pytest.approx((plot.top + plot.bottom) / 2.0, abs=2.0)
-    assert plot.curves[0].rows[plot.column(0.1)] > row
+    joint, pressure = drawn.curves
+    for time, shown in ((0.5, 0.5), (1.0, 1.0), (1.9, 1.9), (-1.0, 0.0), (4.5, 2.0)):
+        now = drawn.frame(arm, time)
+        # A place near the upper edge is crossed by nothing but the cursor.
+        row, column = pixel(drawn, joint, shown, joint.get_ylim()[1])
+        dark = np.flatnonzero(now[row + 4, : width // 2].max(axis=1) < 90)
+        assert np.abs(dark - column).min() <= 1, time
+        for line, kpa in zip(drawn.curves[pressure], (1e2 * shown, 3e2 - 1e2 * shown), strict=True):
+            assert near(now, line.get_color(), *pixel(drawn, pressure, shown, kpa)) > 9, time
     # Equal times give equal frames: the sheet is left as it was.
     assert (drawn.frame(arm, 1.5) != frame).any()
     np.testing.assert_array_equal(drawn.frame(arm, 1.0), frame)
 
 
 def test_muscles_are_labelled_in_the_colours_of_their_curves(drawn):
-    lines = [curve.colour for curve in drawn.plots[1].curves]
-    for line, (_, row) in zip(lines, LABELS.values(), strict=True):
-        near = slice(max(0, round(row) - 40), round(row) + 40)
-        ink, cover = np.split(drawn.ink[near], [3], axis=2)
-        written = (np.abs(ink - line).max(axis=2) < 3) & (cover[..., 0] == 255)
-        assert written.sum() > 20
+    width, height = arm_size(*SIZE)
+    frame = drawn.frame(np.full((height, width, 3), 255, dtype=np.uint8), 1.0)
+    for line, (column, row) in zip(list(drawn.curves.values())[1], LABELS.values(), strict=True):
+        assert near(frame, line.get_color(), round(row), round(column), reach=40) > 20
 
 
 def test_a_pressure_that_was_not_measured_has_no_curve_and_a_small_frame_is_refused():
     measured = {name: values for name, values in RAMPS.items() if name != "pressure_1"}
-    (curve,) = sheet(measured).plots[1].curves
-    assert curve.rows[-1] > curve.rows[0]  # the second's, which falls
+    ((line,),) = list(sheet(measured).curves.values())[1:]
+    assert line.get_ydata()[-1] < line.get_ydata()[0]  # the second's, which falls
     with refused("100 x 384 pixels are too small"):
         arm_size(100, 384)
+
+
+def test_the_legend_of_a_step_lies_above_the_pressures_and_covers_none(recordings):
+    figure = step_figure(recordings[1])
+    figure.canvas.draw()
+    pressures = figure.axes[1]
+    legend = pressures.get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["muscle 1", "muscle 2"]
+    assert legend.get_window_extent().y0 > pressures.get_window_extent().y1 - 1.0
 
 
 @pytest.fixture(scope="module")

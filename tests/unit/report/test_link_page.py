@@ -9,7 +9,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.diagnosis.diagnose import diagnose
 from pamsim.report.link_page import headline, link_bars, write_link_diagnosis
 from pamsim.report.numbers import unit
 from pamsim.report.row_errors import loop_branches, row_errors
@@ -75,17 +74,6 @@ def test_a_film_waits_to_be_opened(tmp_path):
     assert "<details" not in plain
 
 
-@pytest.mark.usefixtures("quick")
-def test_a_loop_gets_the_same_page_with_the_parts_that_it_has(tmp_path):
-    for name in ("alraouf2025", "alraouf2025_equations"):
-        one = diagnose(name)
-        page = page_of(one, tmp_path / name)
-        assert unit(one.sentence) in page
-        assert "The loop and the difference of its branches." in page
-        for words in ("Where the gap is.", "Nuisance parameters", "None"):
-            assert words not in page
-
-
 def test_bars_are_the_misfits_of_the_links_from_the_command_on():
     result = VERDICTS["named"].to_dict()
     (ax,) = link_bars(result["links"], repaired=True).axes
@@ -110,6 +98,16 @@ def test_trials_are_ranked_by_what_the_base_model_misses_in_noise():
     assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]
     signals.append(part("d_1", 300.0, channel="pressure_1"))  # large, but only one noise floor
     assert worst_trials(signals, {"angle": 0.1, "pressure_1": 300.0}) == ["b_1", "a_2", "d_1"]
+    assert worst_trials(signals, {"angle": 0.1}) == ["b_1", "a_2"]  # of no known noise
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_channel_whose_noise_is_not_known_or_0_does_not_cost_the_page(tmp_path):
+    result = VERDICTS["named"].to_dict()
+    for floor in (0.0, None):
+        result["gap"]["angle"]["floor"] = floor
+        page = write_link_diagnosis(result, VERDICTS["named"].comparisons, tmp_path)
+        assert '<figure id="trial_1">' in page.read_text("utf-8")
 
 
 def test_a_trial_is_drawn_with_both_simulations_and_what_each_misses():

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from pamsim.papers.replicate import Replication, replication_figures
+from pamsim.report.replication_figures import FIGURES
 from pamsim.report.replication_page import (
-    FIGURES,
     VERDICTS,
     accepted_text,
     recomputed_text,
     verdict_sentence,
     write_replication,
 )
-from tests.unit.core.refusals import refused
 from tests.unit.report.page_laws import Page
 
 INDEPENDENT, OPEN, INCONSISTENT = (
@@ -157,14 +156,6 @@ def test_what_a_number_must_be_stands_beside_it():
     ):
         given = {"accepted": accepted, "order": order, "scatter": scatter}
         assert accepted_text(given) == text
-
-
-def test_another_schema_and_a_file_in_place_of_the_folder_are_refused(replication, tmp_path):
-    with refused("pamsim-replicate/3"):
-        write({**replication, "schema": "other/1"}, tmp_path)
-    (tmp_path / "file").write_text("")
-    with refused("is a file"):
-        write(replication, tmp_path / "file")
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,6 @@ from pamsim.report.reproduce_page import (
     write_reproduction,
 )
 from pamsim.report.style import BLUE, CSS_PER_PIXEL, GREEN, VERMILION, new_figure, save_png
-from tests.unit.core.refusals import refused
 from tests.unit.report.page_laws import Page
 
 FIGURES = ("figure_6_static", "figure_7_large_medium", "figure_8_small", "figure_9_models",
@@ -175,14 +174,6 @@ def test_what_is_absent_is_left_out_or_a_dash(result, recordings, tmp_path):
     page = write(result, {}, tmp_path)
     assert "against 0.646 s" not in page.text
     assert "as printed" in page.text
-
-
-def test_a_result_of_another_schema_and_a_file_for_a_folder_are_refused(result, tmp_path):
-    with refused("pamsim-reproduce/1"):
-        write_reproduction({**result, "schema": "pamsim-reproduce/9"}, {}, tmp_path)
-    (tmp_path / "taken").write_text("x")
-    with refused("is a file"):
-        write_reproduction(result, {}, tmp_path / "taken")
 
 
 def test_source_tags():

@@ -15,7 +15,7 @@ import pytest
 import pamsim
 from pamsim.core.errors import EngineError
 from pamsim.scene.parts import ELLIPSOID, MOVING_REACH, WALL, Strand, add_muscle, outer_radius
-from pamsim.scene.picture import decorate, open_renderer, render_arm, show_whole
+from pamsim.scene.picture import decorate, open_renderer, picture_rest, render_arm, show_whole
 from pamsim.scene.pose import muscle_lengths, pose
 from tests.unit.core.refusals import refused
 from tests.unit.scene.films import nearest_series, needs_gl
@@ -242,6 +242,12 @@ def test_errors_name_what_is_missing(model):
     # Without sites a rig is drawn as its MJCF states.
     bare = mujoco.MjModel.from_xml_string("<mujoco/>")
     assert decorated(bare, mujoco.MjData(bare)) == []
+
+
+def test_a_picture_without_pixels_is_refused(tmp_path):
+    for width, height in ((0, 10), (40, -5)):
+        with refused(f"a picture of {width} x {height} pixels"):
+            picture_rest(tmp_path / "arm.png", size=(width, height))
 
 
 def test_every_muscle_with_an_anchor_is_drawn_along_it():

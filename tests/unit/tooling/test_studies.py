@@ -4,6 +4,7 @@ import re
 import tomllib
 from dataclasses import replace
 from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,27 +15,47 @@ from pamsim.identification.records import SignalRecord
 from tests.records import SCRIPTS, page, recorded, script, words
 from tests.unit.identification.planted import fit_continuous
 
-blind, CASES = script("blind_study_cases"), recorded("blind_study_cases")["cases"]
+links, CASES = script("link_study_cases"), recorded("link_study_cases")["cases"]
 
 
-def test_blind_cases_are_those_that_the_generator_draws():
-    assert len({case["name"] for case in CASES}) == len(CASES)
+def test_cases_are_those_that_the_generator_draws_and_leave_what_was_drawn():
+    plans = links.planned()
     assert len({case["seed"] for case in CASES}) == len(CASES)
     off = []
-    for case, plan in zip(CASES, blind.planned(), strict=True):
-        bare = {"effects": list(plan["effects"]), "excess": {}}
-        assert {**case, **bare} == {**plan, **bare}
+    for case, plan in zip(CASES, plans, strict=True):
+        # What is not tried in `removed` follows the catalogue as it grows.
+        bare = {"effects": list(plan["effects"]), "excess": {}, "removed": bool(plan["removed"])}
+        assert {**case, **bare, "removed": bool(case["removed"])} == {**plan, **bare}
         assert list(case["effects"]) == list(plan["effects"])
         # Sizes leave the excess that was drawn, or are the nearest that the generator has.
         for effect, drawn in plan["effects"].items():
-            low, high = blind.RANGES[plan["tier"]]
-            assert low <= drawn <= high
             size, left = case["effects"][effect], case["excess"][effect]
             assert size > 0.0
             if not 0.95 * drawn <= left <= 1.05 * drawn:
-                assert size == (blind.MIDDLE if left > drawn else blind.GRID[-1])
+                assert size == (links.MIDDLE if left > drawn else links.GRID[-1])
                 off.append(case["name"])
+        # Effects together are of different families, on the sides of their tier.
+        families = [links.families(effect) for effect in case["effects"]]
+        assert not any(one & other for one, other in combinations(families, 2))
+        air = sum(map(links.of_air, case["effects"]))
+        sides = {"two_links": air == 1, "one_link": air in (0, 2), "three": air in (1, 2)}
+        assert sides.get(case["tier"], True), case["name"]
     assert len(off) <= 0.08 * len(CASES), off
+
+
+def test_a_study_without_cases_or_finished_rows_ends_in_a_line(tmp_path):
+    """Stopped before its last kind of case began, or asked for cases that there are not."""
+    counted = script("first_calibration").counted
+    assert counted({})["plain"]["intervals that hold the true value"] == [0, 0]
+    with pytest.raises(SystemExit, match="nothing to run"):
+        script("records").kept_rows(print, [], tmp_path, "", 1)
+
+
+def test_the_command_of_a_record_names_its_cases():
+    study = script("link_study")
+    given = {"cases": "out/other.json", "repeats": 3, "begin": 1, "to": 8, "tier": ""}
+    command = study.command(SimpleNamespace(**given, workers=2, threads=1))
+    assert command == "python scripts/link_study.py --cases out/other.json --repeats 3 --to 8"
 
 
 def test_the_table_of_the_study_by_link_is_that_of_the_record():
@@ -48,10 +69,9 @@ def test_the_table_of_the_study_by_link_is_that_of_the_record():
     assert "\n".join(scores.table(columns)) in text
     for one in columns.values():
         assert scores.must_show(one["rows"]) == one["must_show"]
-    cases = recorded("link_study_cases")["cases"]
-    drawn = {case["name"]: case["seed"] for case in cases}
+    drawn = {case["name"]: case["seed"] for case in CASES}
     assert all(drawn[row["name"]] == row["seed"] for row in before["rows"])
-    assert f"by {len(before['rows'])} of {len(cases)} cases" in words("validation")
+    assert f"by {len(before['rows'])} of {len(CASES)} cases" in words("validation")
     assert f"by the first {len(these['rows'])} of 160 cases" in words("validation")
     (paragraph,) = [one for one in text.split("\n\n") if one.startswith("*Outside the library*")]
     named = re.findall(r"\d+", " ".join(re.findall(r"\((?:cases? )?([\d,\s]+)\)", paragraph)))
@@ -82,18 +102,6 @@ def test_the_page_states_how_well_shapes_are_learned():
         if row["kind"] == "detent"
     ]
     assert f"errors of {min(errors):.0f} to {max(errors):.0f} %" in text
-
-
-def test_effects_together_are_of_different_families_on_the_sides_of_their_tier():
-    drawn = script("link_study_cases")
-    cases = drawn.planned()
-    assert len({case["seed"] for case in cases}) == len(cases)
-    for case in cases:
-        families = [drawn.families(effect) for effect in case["effects"]]
-        assert not any(one & other for one, other in combinations(families, 2))
-        air = sum(map(drawn.of_air, case["effects"]))
-        sides = {"two_links": air == 1, "one_link": air in (0, 2), "three": air in (1, 2)}
-        assert sides.get(case["tier"], True), case["name"]
 
 
 runs = script("free_runs")

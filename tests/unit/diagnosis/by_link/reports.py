@@ -4,6 +4,7 @@ import numpy as np
 
 from pamsim.comparison.compared_signal import Comparison
 from pamsim.diagnosis.by_link.effect_entry import EffectEntry, RivalEntry, SizeEntry
+from pamsim.diagnosis.by_link.judged import LEVELS
 from pamsim.diagnosis.by_link.result import (
     LinkEntry,
     LinkReport,
@@ -17,9 +18,21 @@ from pamsim.diagnosis.repaired_rig import repair
 from pamsim.engine.rig import load_rig
 
 ARM = load_rig("mas20_arm")
-LEVELS = ("place", "family", "name", "form")
 NOISE = {"pressure_1": 400.0, "angle": 1e-3}
 LEAK = "chamber.leak_conductance"
+
+
+def size(value, ends, unit, *, si=1.0):
+    """A fitted parameter and its interval, in a unit of so many SI units."""
+    low, high = ends
+    return SizeEntry(
+        value=value,
+        interval95=ends,
+        unit=unit,
+        value_si=si * value,
+        interval95_si=(si * low, si * high),
+        unit_si="SI",
+    )
 
 
 def effect(level, *, exact=True, ties=False):
@@ -39,16 +52,7 @@ def effect(level, *, exact=True, ties=False):
         share=0.93,
         p_value=0.001,
         missing="a leak of air from the muscles",
-        sizes={
-            LEAK: SizeEntry(
-                value=1.98,
-                interval95=(1.92, 2.07),
-                unit="mm^3/(s*kPa)",
-                value_si=1.98e-12,
-                interval95_si=(1.92e-12, 2.07e-12),
-                unit_si="m^3/(s*Pa)",
-            )
-        },
+        sizes={LEAK: size(1.98, (1.92, 2.07), "mm^3/(s*kPa)", si=1e-12)},
         physical={"mass_flow": PhysicalSize(value=5e-7, unit="kg/s", interval95=(4.5e-7, 5.5e-7))},
         rivals=(
             RivalEntry(

@@ -66,24 +66,24 @@ def test_a_name_is_certain_as_deep_as_what_is_left_allows():
 
 def test_nothing_is_certain_beside_a_larger_effect_whose_place_is_not():
     unknown, small = judged(2.0, 0.9, 3.0), judged(1.4, 0.1, 3.0)
-    assert [one.level() for one in beside_unknown([small], 0.05)] == ["family"]
-    assert [one.level() for one in beside_unknown([small, unknown], 0.05)] == ["", ""]
+    assert [one.level() for one in beside_unknown([small])] == ["family"]
+    assert [one.level() for one in beside_unknown([small, unknown])] == ["", ""]
     large = judged(9.0, 0.9, 9.9)
-    assert [one.level() for one in beside_unknown([small, large], 0.05)] == ["family", "family"]
+    assert [one.level() for one in beside_unknown([small, large])] == ["family", "family"]
     exact = replace(unknown, exact=True)
-    assert [one.level() for one in beside_unknown([small, exact], 0.05)] == ["", "family"]
+    assert [one.level() for one in beside_unknown([small, exact])] == ["", "family"]
 
 
 def test_of_a_family_at_one_place_the_name_of_one_that_outweighs_the_others_is_certain():
     exact = {"named": True, "exact": True}
     small, large = judged(1.0, 0.0, 9.0, **exact), judged(8.0, 0.0, 9.0, **exact)
-    first, second = beside_unknown([small, large], 0.05)
+    first, second = beside_unknown([small, large])
     assert (first.gain, first.level(), second.level()) == (8.0, "form", "family")
-    near = beside_unknown([judged(4.0, 0.0, 9.0, **exact), judged(5.0, 0.0, 9.0, **exact)], 0.05)
+    near = beside_unknown([judged(4.0, 0.0, 9.0, **exact), judged(5.0, 0.0, 9.0, **exact)])
     assert [one.level() for one in near] == ["family", "family"]
     elbow = replace(FRICTION, effect=replace(FRICTION.effect, place="elbow"))
     there = replace(small, effect=elbow, links=frozenset([AIR]))
-    assert [one.level() for one in beside_unknown([there, large], 0.05)] == ["form", "form"]
+    assert [one.level() for one in beside_unknown([there, large])] == ["form", "form"]
 
 
 def test_inexact_errors_of_two_sensors_may_be_one_cause_before_both():
@@ -95,22 +95,22 @@ def test_inexact_errors_of_two_sensors_may_be_one_cause_before_both():
             replace(judged(9.0, 0.0, 9.0), effect=effect, exact=exact and i == 0)
             for i, effect in enumerate(effects)
         ]
-        return [(one.level(), one.upstream) for one in beside_unknown(each, 0.05)]
+        return [(one.level(), one.upstream) for one in beside_unknown(each)]
 
     assert levels(angle, pressure, exact=False) == 2 * [("", "line_lag")]
     assert levels(angle, pressure, exact=True) == 2 * [("", "line_lag")]  # one of the two is not
     assert levels(scale, pressure, exact=False) == 2 * [("family", "")]
     lag = replace(judged(9.0, 0.0, 9.0), effect=angle, exact=True)
-    both = beside_unknown([lag, replace(lag, effect=pressure)], 0.05)
+    both = beside_unknown([lag, replace(lag, effect=pressure)])
     assert [one.upstream for one in both] == ["", ""]
 
 
 def test_without_repeats_what_is_left_beyond_the_noise_is_not_counted_and_not_excluded():
     left = Remainder(excess=0.3, p_value=1.0, known=False)
-    assert (left.certain(0.05), left.uncounted(0.05)) == (0.0, 0.3)
-    assert Remainder(excess=0.3, p_value=0.01).uncounted(0.05) == 0.0
-    assert Remainder(excess=0.3, p_value=0.2).uncounted(0.05) == 0.3
-    assert Remainder(excess=-0.1, p_value=0.2).uncounted(0.05) == 0.0
+    assert (left.certain, left.uncounted) == (0.0, 0.3)
+    assert Remainder(excess=0.3, p_value=0.01).uncounted == 0.0
+    assert Remainder(excess=0.3, p_value=0.2).uncounted == 0.3
+    assert Remainder(excess=-0.1, p_value=0.2).uncounted == 0.0
 
 
 def test_effects_are_a_series_only_where_a_link_holds_four():
@@ -169,9 +169,9 @@ def test_where_more_is_left_a_whole_family_is_fitted_in_all_forms(more):
     fitted = []
     steps = Steps(lambda done, most, what: fitted.append(what), 1)
     searched, links = SimpleNamespace(known=known), frozenset([AIR])
-    case = Case(fitter, searched, None, {}, 0.05, steps)
+    case = Case(fitter, searched, None, {}, steps)
     one = Needed(delay, links, fitter.stated, 0.0, None)
-    left = {AIR: SimpleNamespace(counts=lambda alpha: more)}
+    left = {AIR: SimpleNamespace(counts=more)}
     rival_fits(case, fitter.stated, one, left)
     every = {e.label for e in others}
     assert set(fitted) == (every if more else {slew.label})

@@ -34,7 +34,7 @@ def model(values):
 
 
 def rival(effect, values):
-    return SimpleNamespace(effect=effect, model=model(values), ties=lambda alpha: True)
+    return SimpleNamespace(effect=effect, model=model(values), ties=lambda: True)
 
 
 @pytest.fixture

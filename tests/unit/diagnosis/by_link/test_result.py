@@ -11,13 +11,14 @@ import pamsim
 from pamsim.comparison.effects_on_rig import candidate, rig_effect
 from pamsim.comparison.links import JOINT, MUSCLE, VALVES, Link
 from pamsim.diagnosis.by_link.chain_values import chain_values
-from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SizeEntry, SuspectEntry
+from pamsim.diagnosis.by_link.effect_entry import InsteadEntry, SuspectEntry
 from pamsim.diagnosis.by_link.entries import far_from_stated, suspect_entries
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.result import RowEntry
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.whole_chain import ChannelGap
-from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report
+from pamsim.report.link_page import write_link_diagnosis
+from tests.unit.diagnosis.by_link.reports import LEAK, VERDICTS, effect, report, size
 
 
 @pytest.mark.parametrize("verdict", list(VERDICTS))
@@ -69,9 +70,13 @@ def test_a_number_of_the_rig_that_may_be_off_instead_is_stated_with_what_to_do()
     assert "dead_volume" not in replace(effect("family"), instead=number).sentence
 
 
-def test_one_cause_of_two_sensors_errors_is_stated():
-    found = replace(effect(""), upstream="line_lag").sentence
-    assert found.endswith("such as line_lag, may explain it and the other sensor's error.")
+def test_one_cause_of_two_sensors_errors_is_stated_on_the_page_too(tmp_path):
+    found = report(replace(effect(""), upstream="line_lag"))
+    assert found.effects[0].sentence.endswith(
+        "such as line_lag, may explain it and the other sensor's error."
+    )
+    page = write_link_diagnosis(found.to_dict(), found.comparisons, tmp_path)
+    assert "One cause before the sensors, such as line" in page.read_text(encoding="utf-8")
 
 
 def test_what_is_left_is_stated_beside_what_was_found():
@@ -87,18 +92,10 @@ def test_what_no_repeats_decide_is_no_agreement():
     assert "No gap" not in alone.sentence
     assert "No effect tried is certain. The misfit exceeds the noise estimate" in alone.sentence
     assert "muscle and joint (0.4). Without repeats" in beside.sentence
-    size = SizeEntry(
-        value=0.28,
-        interval95=(0.26, 0.30),
-        unit="N*m",
-        value_si=0.28,
-        interval95_si=(0.26, 0.30),
-        unit_si="N*m",
-    )
     one = SuspectEntry(
         effect="coulomb_friction:rigid",
         missing="dry friction at the joint",
-        sizes={"joint.shaft.frictionloss": size},
+        sizes={"joint.shaft.frictionloss": size(0.28, (0.26, 0.30), "N*m")},
     )
     condition = "If it is dry friction at the joint: frictionloss 0.28 [0.26, 0.3] N*m"
     assert condition in replace(alone, suspected=(one,)).sentence
@@ -212,7 +209,7 @@ def test_suspects_are_named_only_where_something_is_left():
     (parameter,) = friction.parameters
     left = {"more": (True, False), "unknown": (False, True), "none": (False, False)}
     for counts, undecided in left.values():
-        remainder = SimpleNamespace(undecided=undecided, counts=lambda _alpha, c=counts: c)
+        remainder = SimpleNamespace(undecided=undecided, counts=counts)
         found = SimpleNamespace(
             suspected=(friction,),
             sizes={parameter.name: Size(value=0.1, interval95=(0.05, 0.15))},

@@ -15,10 +15,9 @@ from pamsim.comparison.link_simulator import LinkSimulator
 from pamsim.comparison.rest_simulator import RestSimulator
 from pamsim.core.computation import Steps
 from pamsim.core.errors import InputError
-from pamsim.diagnosis.by_link.diagnose_rest import diagnose_rest
+from pamsim.diagnosis.by_link.diagnose_rest import RestFitter, diagnose_rest
 from pamsim.diagnosis.by_link.left_out import LeftOut
 from pamsim.diagnosis.by_link.link_fit import LinkFitter
-from pamsim.diagnosis.by_link.rest_fit import RestFitter
 from pamsim.diagnosis.by_link.search import search
 from pamsim.diagnosis.by_link.units import whole_trials
 from pamsim.inference.blocks import Block
@@ -41,24 +40,24 @@ COPY = candidate("copy", 0.03, -0.3, 0.3, family="soften")
 OTHER = candidate("copy", 0.03, -0.3, 0.3, family="other")
 
 
-@pytest.mark.parametrize("hidden", [{"lock": 1.5}, {"soften": 0.1}, {"tilt": 1.5}], ids=str)
-def test_a_hidden_effect_is_named_and_sized(hidden):
-    found = diagnosed(TABLE, measured(TABLE, hidden))
-    ((name, truth),) = hidden.items()
-    assert levels(found) == {name: "form"}
-    assert found.model.values[name] == pytest.approx(truth, rel=0.15)
+@pytest.mark.parametrize(
+    ("hidden", "nuisance"),
+    [
+        ({"lock": 1.5}, ["gain"]),
+        ({"soften": 0.1}, ["gain"]),
+        ({"tilt": 1.5}, ["gain"]),
+        ({"lock": 1.5, "soften": 0.1}, ["gain"]),
+        ({"lock": 1.5}, []),
+    ],
+    ids=str,
+)
+def test_hidden_effects_are_named_and_sized(hidden, nuisance):
+    found = diagnosed(TABLE, measured(TABLE, hidden), nuisance=nuisance)
+    assert levels(found) == dict.fromkeys(hidden, "form")
+    for name, truth in hidden.items():
+        assert found.model.values[name] == pytest.approx(truth, rel=0.15)
     (link,) = found.links
     assert found.after[link] < 1.5 < 4.0 < found.before[link]
-
-
-def test_two_hidden_effects_are_both_named():
-    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5, "soften": 0.1}))
-    assert levels(found) == {"lock": "form", "soften": "form"}
-
-
-def test_without_parameters_to_refit_an_effect_is_named_all_the_same():
-    found = diagnosed(TABLE, measured(TABLE, {"lock": 1.5}), nuisance=())
-    assert levels(found) == {"lock": "form"}
 
 
 @pytest.mark.parametrize("rows", [12, 24])
@@ -169,18 +168,12 @@ def test_a_parameter_at_the_end_of_its_range_is_not_free_to_follow_the_other_row
     assert unseen.errors(model) == pytest.approx(alone, rel=1e-6)
 
 
-def test_too_few_rows_are_refused():
+def test_rows_that_are_too_few_without_a_prediction_or_in_one_unit_are_refused():
     few = TABLE.taken(np.arange(4))
     with pytest.raises(InputError, match="4 rows: 5 or more are needed"):
         diagnosed(few, measured(few, {}))
-
-
-def test_rows_without_a_prediction_are_refused():
     with pytest.raises(InputError, match="no position at rest"):
         diagnosed(TABLE, np.full(TABLE.step.size, np.nan))
-
-
-def test_units_of_several_rows_are_refused():
     angle = measured(TABLE, {})
     rows = simulator(TABLE, angle)
     rows.blocks = (

@@ -91,8 +91,8 @@ def test_rows_are_independent_whatever_a_log_shares(judged):
                 own[block.rows] = block.unit == name and number == link
             covariance += (varying * own[:, np.newaxis]) @ (varying * own[:, np.newaxis]).T
     basis = np.eye(chain.size)
-    for whiten in (units.whiten, units.whiten_judged):
-        rows = np.stack([whiten(one) for one in basis], axis=1)
+    for side in (units.fitted, units.judged):
+        rows = np.stack([side.whiten(one) for one in basis], axis=1)
         white = rows @ covariance @ rows.T
         np.testing.assert_allclose(white, np.eye(len(white)), atol=1e-9)
 
@@ -102,4 +102,4 @@ def test_without_variation_rows_are_those_of_their_blocks():
     plain, residual = parts(chain), np.random.default_rng(1).normal(size=chain.size)
     pairs = [(b, 0) for b in plain.judged.blocks]
     alone = Units(chain, pairs, [], trial_of=dict.fromkeys(plain.judged.units, "a"))
-    np.testing.assert_allclose(alone.whiten(residual), plain.whiten_judged(residual))
+    np.testing.assert_allclose(alone.fitted.whiten(residual), plain.judged.whiten(residual))

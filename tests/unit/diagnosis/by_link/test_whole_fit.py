@@ -12,8 +12,12 @@ from pamsim.comparison.repeats import repeats
 from pamsim.diagnosis.by_link.remainder import Remainder
 from pamsim.diagnosis.by_link.sizes import Size
 from pamsim.diagnosis.by_link.units import whole_trials
-from pamsim.diagnosis.by_link.whole_chain import whole_chain
-from pamsim.diagnosis.by_link.whole_fit import confirmed, in_whole_chain, left_in_both
+from pamsim.diagnosis.by_link.whole_chain import (
+    confirmed,
+    in_whole_chain,
+    left_in_both,
+    whole_chain,
+)
 from pamsim.recordings.recording_reader import read_recordings
 from pamsim.twins.hide import hide
 from tests.unit.diagnosis.by_link.toy_chain import ARM, tried
@@ -34,8 +38,8 @@ def test_what_a_link_has_left_counts_if_the_whole_chain_is_left_with_something_t
     left, none = ({LINK: Remainder(excess=0.1, p_value=p)} for p in (0.004, 0.4))
     for excess, p_value, counts in ((0.4, 0.01, True), (0.4, 0.3, False), (0.01, 0.01, False)):
         whole = [Remainder(excess=excess, p_value=p_value)]
-        assert left_in_both(left, whole)[LINK].counts(0.05) == counts
-        assert not left_in_both(none, whole)[LINK].counts(0.05)
+        assert left_in_both(left, whole)[LINK].counts == counts
+        assert not left_in_both(none, whole)[LINK].counts
 
 
 def test_a_size_that_links_show_wrongly_is_mended_by_the_whole_chain(tmp_path):

@@ -93,7 +93,6 @@ def test_every_law_is_given_its_own_numbers_and_its_volume_and_work_belong_to_it
     rest += [getattr(length, name) for name in card.braid_fields]
     for kappa in PLACES:
         assert law_force(m, 3e5, kappa) == card.force_function(3e5, kappa, *rest)
-        assert law_volume(m, 3e5, kappa) == card.volume_function(3e5, kappa, *rest)
     assert law_pushes(m) is card.pushes
     assert law_volume_varies(m) is card.volume_varies
     for pressure in (2.5e5, 4.5e5):
@@ -114,6 +113,14 @@ def test_a_law_from_outside_does_as_the_one_of_the_package_with_its_formula(outs
         assert law_work(ours, 3e5, kappa, gained) == pytest.approx(expected, rel=1e-8)
     assert law_volume_varies(ours)
     assert not law_volume_varies(theirs)
+
+
+def test_a_function_of_a_law_takes_all_numbers_in_order_or_some_by_their_names():
+    card = FORCE_LAWS["effective_area"]
+    assert card.numbers == ("pressure", "contraction", "area", "stiffness", "nominal_length")
+    assert card.taken_by(lambda area, contraction: 0.0) == ("area", "contraction")
+    for every in (lambda p, k, a, c, s: 0.0, lambda p, *rest: 0.0, card.force_function):
+        assert card.taken_by(every) == card.numbers
 
 
 def test_the_operator_of_a_muscle_is_given_its_own_numbers():

@@ -8,10 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 from pamsim.core.units import to_si
-from pamsim.physics.braid import Braid, volume_slope
-from pamsim.physics.force_laws.catalog import FORCE_LAWS
+from pamsim.physics.braid import volume_slope
 from pamsim.physics.force_laws.exponential import (
-    SixParameter,
     invertible_exponential_force,
     single_pressure_force,
     six_parameter_force,
@@ -27,7 +25,6 @@ from pamsim.physics.force_laws.mckibben import (
 from pamsim.physics.force_laws.mooney_rivlin import mooney_rivlin_force
 from pamsim.physics.force_laws.pleated import (
     SLENDERNESS_6,
-    PleatedShape,
     pleated_force,
     pleated_function,
     pleated_shape_force,
@@ -39,26 +36,6 @@ LENGTH, BRAID = 0.3, (0.02, math.radians(28.6))  # DMSP-20-300N of Nguyen 2024
 LARGEST = 1.0 - 1.0 / (math.sqrt(3.0) * math.cos(BRAID[1]))
 POINTS = list(itertools.product((0.0, 1e5, 4.3e5), (-0.03, 0.0, 0.08, 0.25)))
 """Gauge pressure [Pa] and contraction."""
-
-
-@pytest.mark.parametrize(
-    ("name", "contractions", "pressures"),
-    [
-        ("ideal_mckibben", (0.0, LARGEST), (0.0, math.inf)),
-        ("six_parameter", (0.0, 0.25), (0.0, 6e5)),
-        ("corrected_mckibben", (0.0, 0.25), (2e5, 6e5)),
-        ("single_pressure_exponential", (0.0, 0.25), None),
-        ("invertible_exponential", (0.0, 0.25), (0.0, 6e5)),
-        ("elastic_energy", (0.0, LARGEST), (0.0, math.inf)),
-        ("pleated", (0.05, 0.35), (1e5, 2.5e5)),
-        ("pleated_shape", (0.05, 0.40252), (1e5, 2.5e5)),
-    ],
-)
-def test_range_each_source_vouches_for(name, contractions, pressures):
-    law, coefficients = FORCE_LAWS[name], coefficients_of(PleatedShape(slenderness=6.0))
-    braid = Braid(nominal_length=LENGTH, diameter=BRAID[0], fibre_angle=BRAID[1])
-    assert law.contraction_range(coefficients, braid) == pytest.approx(contractions, abs=1e-5)
-    assert law.pressure_range == pressures
 
 
 # --- exponential laws: one family ----------------------------------------------------------------
@@ -111,14 +88,6 @@ def test_the_exponential_laws_are_one_family():
         wanted = a * math.exp(b * k + c) + d * k + e
         force = single_pressure_force(3e5, k, a * math.exp(c), b, d, e)
         assert force == pytest.approx(wanted, rel=1e-13)
-
-
-def test_the_uniform_signature_scales_a_law_and_reads_its_coefficients_in_declared_order():
-    group = SixParameter(scale=0.5, a=-4e-5, b=292.0, c=-33.0, d=-9e-3, e=2.9e-3, f=-280.0)
-    braid = Braid(nominal_length=LENGTH, diameter=BRAID[0], fibre_angle=BRAID[1])
-    found = FORCE_LAWS["six_parameter"].force(4e5, 0.1, coefficients_of(group), braid)
-    wanted = 0.5 * six_parameter_force(4e5, 0.1, -4e-5, 292.0, -33.0, -9e-3, 2.9e-3, -280.0)
-    assert found == pytest.approx(wanted, rel=1e-14)
 
 
 def test_volume_of_a_law_that_states_its_force_alone_is_the_integral_of_its_slope_by_pressure():

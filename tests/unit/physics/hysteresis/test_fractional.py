@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from pamsim.fitting.maxwell import maxwell_loop
-from pamsim.papers.nguyen2024.fractional_reference import (
+from pamsim.papers.nguyen2024.geometry import element
+from pamsim.papers.nguyen2024.loop import (
     complex_stiffness,
     loop_distance,
     simulate_fractional,
 )
-from pamsim.papers.nguyen2024.geometry import element
 from pamsim.physics.hysteresis.fractional_maxwell import (
     FractionalMaxwell,
     branch_rate,

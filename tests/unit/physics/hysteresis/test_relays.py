@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from pamsim.papers.vandamme2008.relays import (
+from pamsim.papers.vandamme2008.loop import (
     RelaySum,
     levels_of,
     printed_weight,

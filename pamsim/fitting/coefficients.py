@@ -1,4 +1,4 @@
-"""Which coefficients of a curve enter it linearly, and their best values given the others.
+"""Coefficients of a curve: ranges, what is held, and which enter linearly with their best values.
 
 A search over all coefficients of a force law fails easily: exponentials make narrow curved valleys.
 Given the non-linear ones, the linear ones have a closed-form optimum, so only the non-linear few
@@ -12,15 +12,16 @@ are searched (variable projection: Golub and Pereyra, SIAM Journal on Numerical 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 import scipy.optimize
 
+from pamsim.core.errors import InputError, nearest
 from pamsim.core.units import FloatArray
-from pamsim.inference.coefficient import Coefficient
 
 Curve = Callable[[FloatArray], FloatArray]
 """All coefficients, shape (k,), to the predictions, shape (n,)."""
@@ -28,6 +29,48 @@ Curve = Callable[[FloatArray], FloatArray]
 _lsq_linear: Any = scipy.optimize.lsq_linear
 _PROBES = 3  # random points at which a term must be linear
 _ROUNDING = 1e-8  # relative
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coefficient:
+    """What a fit may do with a coefficient.
+
+    Attributes:
+        name: of the coefficient.
+        unit: SI.
+        low: smallest value.
+        high: largest value.
+        default: neutral value if there is one; a start of the search.
+        held: the value to hold, or None to fit it.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    default: float | None = None
+    held: float | None = None
+
+
+def held_coefficients(
+    coefficients: tuple[Coefficient, ...], held: Mapping[str, float]
+) -> tuple[Coefficient, ...]:
+    """The coefficients of a curve, those named in ``held`` at its values [SI].
+
+    Raises:
+        InputError: for a name that is not among them, or a value outside the range.
+    """
+    names = [c.name for c in coefficients]
+    for name in held:
+        if name not in names:
+            raise InputError(f"no coefficient {name!r} to hold; {nearest(name, names)}")
+    for c in coefficients:
+        if c.name in held and not c.low <= held[c.name] <= c.high:
+            raise InputError(
+                f"`held` {c.name} = {held[c.name]:g} is outside [{c.low:.4g}, {c.high:.4g}]"
+                f"{'' if c.unit == '1' else f' {c.unit}'}"
+            )
+    return tuple(replace(c, held=held.get(c.name)) for c in coefficients)
 
 
 def linear_coefficients(

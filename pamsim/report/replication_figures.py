@@ -1,11 +1,11 @@
-"""Figures of Nguyen 2024, Van Damme 2008 and Sarosi: force over displacement or contraction.
+"""Figures of the five source papers, redrawn from what their rooms compute.
 
 Each draws what ``figures.curves`` and ``figures.bench_curves`` of the paper's room return.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import matplotlib
@@ -19,6 +19,7 @@ from pamsim.report.style import (
     GREEN,
     INK,
     MUTED,
+    PURPLE,
     VERMILION,
     finish_axes,
     new_figure,
@@ -27,12 +28,172 @@ from pamsim.report.style import (
 )
 
 Curves = Mapping[str, Any]
+Drawing = Callable[[Curves], Figure]
 
+FIGURES: dict[str, dict[str, Drawing]] = {}
+"""Name of a paper -> file without ``.png`` -> what draws it from the paper's curves."""
+
+DOTTED, DASHED = (0, (1, 1.6)), (0, (5, 2.5))
 _DASHES = ("-", (0, (5, 2)), (0, (1, 1.4)), (0, (5, 1.5, 1, 1.5)))
 _THIN: dict[str, Any] = {"color": INK, "linewidth": 0.8}
+_BRANCHES = (("up", "rising", BLUE, "^"), ("down", "falling", VERMILION, "v"))
+_LENGTH, _PRESSURE = "length [cm]", "gauge pressure [kPa]"
 
 
-@styled
+def _drawn(paper: str, name: str) -> Callable[[Drawing], Drawing]:
+    """Make a function what draws a figure of a paper."""
+
+    def register(draw: Drawing) -> Drawing:
+        return FIGURES.setdefault(paper, {}).setdefault(f"{paper}_{name}", styled(draw))
+
+    return register
+
+
+def equation_23(ax: Axes, figure6: Curves, bar: str, scaled: str) -> None:
+    """Label the axes of Figure 6 and draw equation (23) in both units of pressure.
+
+    Args:
+        ax: the axes.
+        figure6: what `static_characteristic` of the paper's room returns.
+        bar: label of the curve read in bar.
+        scaled: label of that with the scale that fits best.
+    """
+    finish_axes(ax, x="pressure difference $p_{svd} = p_1 - p_2$ [kPa]", y="end angle β [deg]")
+    ax.axvline(0.0, color=MUTED, linewidth=0.7, zorder=1)
+    for unit, label, colour, dashes in (
+        ("bar", bar, PURPLE, DOTTED),
+        ("scaled", scaled, GREEN, DASHED),
+    ):
+        text = f"{label}: {figure6[f'rms_{unit}_deg']:.1f} deg RMS"
+        y = figure6[f"eq23_{unit}_deg"]
+        ax.plot(figure6["p_svd_kpa"], y, color=colour, linestyle=dashes, label=text)
+
+
+@_drawn("matiskova2021", "static")
+def static_law(curves: Curves) -> Figure:
+    """Figure 6: equation (23) and the printed tables, angle [deg] against p1 - p2 [kPa]."""
+    figure, (ax,) = new_figure(4.0)
+    equation_23(ax, curves, "(23), p in bar", f"(23), unit {curves['scale_kpa']:.0f} kPa")
+    for index, size in enumerate(("large", "medium", "small")):
+        colour, marker = series_look(index)
+        chosen = [row for row in curves["rows"] if row["size"] == size]
+        points = ([row[key] for row in chosen] for key in ("p_svd_kpa", "beta_deg"))
+        ax.plot(*points, marker, color=colour, markersize=5, label=f"tables, {size} steps")
+    ax.legend(loc="lower right")  # the characteristic rises: the lower right is free
+    return figure
+
+
+@_drawn("matiskova2021", "stiffness")
+def joint_stiffness(curves: Curves) -> Figure:
+    """Stiffness of the joint at the reference point, of the rig and of the ideal pair.
+
+    Returns:
+        Two panels, stiffness [N m/rad] against p1 + p2 [kPa].
+    """
+    figure, panels = new_figure(3.2, columns=2)
+    own = curves["stiffness"]
+    titles = (("", "muscles of the rig"), ("ideal_", "ideal pair, equation (5)"))
+    for ax, (kind, title) in zip(panels, titles, strict=True):
+        finish_axes(ax, x="sum of pressures $p_1 + p_2$ [kPa]", title=title, zero=False)
+        shut, held = own[f"{kind}shut"], own[f"{kind}held"]
+        ax.plot(own["sum_kpa"], shut, color=BLUE, label="chambers shut")
+        look = {"color": VERMILION, "linestyle": DASHED}
+        ax.plot(own["sum_kpa"], held, **look, label="pressures held")
+        ax.set_ylim(0.0, 1.15 * max(shut))
+    panels[0].set_ylabel("stiffness at E [N m/rad]")
+    panels[1].legend(loc="upper left")
+    return figure
+
+
+@_drawn("alraouf2025", "arctangent")
+def arctangent_loop(curves: Curves) -> Figure:
+    """Figures 5 to 7: lengths, arctangent branches and their residuals.
+
+    Returns:
+        Length [cm] against pressure [kPa] above, model minus mean [cm] below.
+    """
+    figure, (loop, published, refitted) = new_figure(6.4, 3, sharex=True, height_ratios=(2, 1, 1))
+    finish_axes(loop, y=_LENGTH, zero=False)
+    finish_axes(published, y="published −\nmean [cm]")
+    finish_axes(refitted, x=_PRESSURE, y="refitted −\nmean [cm]")
+    pressure, fine = curves["pressure_kpa"], curves["fine_kpa"]
+    for shift, (branch, word, colour, marker) in enumerate(_BRANCHES):
+        own = curves[branch]
+        loop.errorbar(
+            pressure + 6.0 * shift - 3.0,  # side by side, or the bars of both branches would merge
+            own["mean_cm"],
+            own["half_interval_cm"],
+            fmt=marker,
+            color=colour,
+            markersize=5,
+            elinewidth=0.8,
+            label=f"Table 2, {word}",
+        )
+        loop.plot(fine, own["published_cm"], color=colour, linestyle=DOTTED)
+        loop.plot(fine, own["refitted_cm"], color=colour, linewidth=1.2)
+        for ax, key in ((published, "published"), (refitted, "refitted")):
+            residual = own[f"{key}_residual_cm"]
+            ax.plot(pressure, residual, color=colour, marker=marker, markersize=4.5, linewidth=0.9)
+            ax.set_ylim(-0.5, 0.5)
+            ax.axhspan(-0.3, 0.3, color=FAINT, zorder=0)
+    loop.plot([], [], color=INK, linestyle=DOTTED, label="published (3), (4)")
+    loop.plot([], [], color=INK, linewidth=1.2, label="refitted to Table 2")
+    loop.legend(loc="upper right")
+    return figure
+
+
+@_drawn("alraouf2025", "bouc_wen")
+def bouc_wen_loop(curves: Curves) -> Figure:
+    """Figure 8: a static Bouc-Wen loop fitted to Table 2, free and held passive.
+
+    Returns:
+        Two panels, length [cm] against pressure [kPa].
+    """
+    figure, panels = new_figure(3.4, columns=2, sharey=True)
+    pressure = curves["pressure_kpa"]
+    titles = (("bouc_wen", "best fit"), ("passive", "held passive, σ ≥ 1/2"))
+    for ax, (key, title) in zip(panels, titles, strict=True):
+        width = curves["width_cm"][key]
+        finish_axes(ax, x=_PRESSURE, title=f"{title}: width {width:.3f} cm", zero=False)
+        for branch, word, colour, marker in _BRANCHES:
+            mean = curves[branch]["mean_cm"]
+            fitted = mean + curves[branch][f"{key}_residual_cm"]
+            ax.plot(pressure, mean, marker, color=colour, markersize=5, label=f"Table 2, {word}")
+            dashes = "-" if branch == "up" else DASHED
+            ax.plot(pressure, fitted, color=colour, linestyle=dashes, label=f"model, {word}")
+    panels[0].set_ylabel(_LENGTH)
+    panels[0].legend(loc="upper right")
+    return figure
+
+
+@_drawn("alraouf2025", "bench")
+def alraouf2025_bench(curves: Curves) -> Figure:
+    """The pressure loop of a hung muscle, beside Table 2 and the printed equations.
+
+    Returns:
+        Length [cm] over pressure [kPa] above, distance from the means of Table 2 [cm] below.
+    """
+    figure, (loop, off) = new_figure(5.0, 2, sharex=True, height_ratios=(2, 1))
+    finish_axes(loop, y=_LENGTH, zero=False)
+    finish_axes(off, x=_PRESSURE, y="less Table 2 [cm]")
+    off.axhspan(-0.3, 0.3, color=FAINT, zorder=0)
+    pressure = curves["pressure_kpa"]
+    for branch, word, colour, marker in _BRANCHES:
+        own, printed = curves["bench"][branch], curves[branch]
+        mean = printed["mean_cm"]
+        loop.plot(pressure, mean, marker, color=colour, markersize=5, label=f"Table 2, {word}")
+        loop.plot(curves["fine_kpa"], printed["published_cm"], color=colour, linestyle=DOTTED)
+        loop.plot(own["pressure_kpa"], own["length_cm"], color=colour, linewidth=1.2)
+        look = {"color": colour, "marker": marker, "markersize": 3.5, "linewidth": 1.0}
+        off.plot(pressure, own["mean_off_cm"], **look)
+        off.plot(pressure, printed["published_residual_cm"], linestyle=DOTTED, **look)
+    loop.plot([], [], color=INK, linewidth=1.2, label="engine")
+    loop.plot([], [], color=INK, linestyle=DOTTED, label="printed (3), (4)")
+    loop.legend(loc="upper right")
+    return figure
+
+
+@_drawn("nguyen2024", "order")
 def loops_by_order(curves: Curves) -> Figure:
     """Nguyen 2024, Figure 3: loops for three orders, force [N] against displacement [mm]."""
     figure, (ax,) = new_figure(3.6)
@@ -41,7 +202,7 @@ def loops_by_order(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("nguyen2024", "tests")
 def loops_by_test(curves: Curves) -> Figure:
     """Nguyen 2024, Figures 11 and 12, and what their claims come down to.
 
@@ -76,7 +237,7 @@ def _loops(ax: Axes, loops: Mapping[str, Any], prefix: str = "") -> None:
     ax.legend(loc="upper left")  # every loop runs from the lower left to the upper right
 
 
-@styled
+@_drawn("nguyen2024", "bench")
 def nguyen2024_bench(curves: Curves) -> Figure:
     """The slow stroke on shut-in air, and cycles of the fractional Maxwell element.
 
@@ -117,7 +278,7 @@ def _beside(ax: Axes, x: Any, both: Mapping[str, Any], law: str, *, every: int) 
     ax.plot(x[::every], both["engine"][::every], "o", **look, label="engine")
 
 
-@styled
+@_drawn("vandamme2008", "plane")
 def plane_and_loop(curves: Curves) -> Figure:
     """Van Damme 2008, Figures 13 and 11: the plane with its staircase, the loop with its line.
 
@@ -150,7 +311,7 @@ def plane_and_loop(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("vandamme2008", "force")
 def force_loops(curves: Curves) -> Figure:
     """Van Damme 2008, Figures 14 and 15: loops of the force function, and of the force.
 
@@ -178,7 +339,7 @@ def force_loops(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("vandamme2008", "exact")
 def exact_shape(curves: Curves) -> Figure:
     """Van Damme 2008, Figure 2: the exact force function and the polynomial (2) fitted to it.
 
@@ -202,7 +363,7 @@ def exact_shape(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("vandamme2008", "bench")
 def vandamme2008_bench(curves: Curves) -> Figure:
     """Tensile loops: Figures 3, 9 and 10.
 
@@ -233,7 +394,7 @@ def vandamme2008_bench(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("sarosi", "laws")
 def force_laws(curves: Curves) -> Figure:
     """Sarosi, Figures 4 and 6: force [N] over contraction [%] by three laws, on one scale."""
     figure, panels = new_figure(3.7, columns=3, sharey=True)
@@ -251,7 +412,7 @@ def force_laws(curves: Curves) -> Figure:
     return figure
 
 
-@styled
+@_drawn("sarosi", "inverse")
 def inverse_law(curves: Curves) -> Figure:
     """Sarosi (5): the gauge pressure [bar] that gives a wanted force, over contraction [%]."""
     figure, (ax,) = new_figure(3.6)
@@ -262,15 +423,16 @@ def inverse_law(curves: Curves) -> Figure:
     return figure
 
 
-def _family(ax: Axes, x: Any, family: Mapping[str, Any]) -> None:
+def _family(ax: Axes, x: Any, family: Mapping[str, Any], line: str = "-", **look: Any) -> None:
     """Curves of one rising quantity: one scale of colours, dark for the largest."""
     colours = matplotlib.colormaps["viridis_r"]
     for index, (label, y) in enumerate(family.items()):
         # From 0.15: the lightest end of the scale is too pale for a line on white.
-        ax.plot(x, y, color=colours(0.15 + 0.85 * index / max(1, len(family) - 1)), label=label)
+        colour = colours(0.15 + 0.85 * index / max(1, len(family) - 1))
+        ax.plot(x, y, line, color=colour, label=label, **look)
 
 
-@styled
+@_drawn("sarosi", "bench")
 def sarosi_bench(curves: Curves) -> Figure:
     """Isometric and isotonic curves of the six-parameter law.
 
@@ -278,14 +440,12 @@ def sarosi_bench(curves: Curves) -> Figure:
         Two panels: force [N] over contraction [%], and contraction [%] over pressure [bar].
     """
     figure, (held, hung) = new_figure(3.8, columns=2)
-    own, colours = curves["bench"], matplotlib.colormaps["viridis_r"]
+    own = curves["bench"]
     finish_axes(held, x="contraction [%]", y="force [N]", title="held at a length")
-    for index, (label, force) in enumerate(own["isometric"].items()):
-        colour = colours(0.15 + 0.17 * index)
-        held.plot(curves["contraction_percent"], curves["exponential"][label], color=colour)
-        held.plot(own["held_percent"], force, "o", color=colour, markersize=3.5, label=label)
+    _family(held, curves["contraction_percent"], curves["exponential"])
+    _family(held, own["held_percent"], own["isometric"], "o", markersize=3.5)
     held.set_ylim(-100.0, 1900.0)
-    held.legend(loc="upper right", title="engine at")
+    held.legend(handles=held.lines[-len(own["isometric"]) :], loc="upper right", title="engine at")
     finish_axes(hung, x="gauge pressure [bar]", y="contraction [%]", title="under a weight")
     for index, (label, each) in enumerate(own["isotonic"].items()):
         colour, marker = series_look(index)

@@ -25,13 +25,11 @@ from pamsim.inference.free_parameter import FreeParameter
 from pamsim.inference.leave_one_out import leave_one_out
 from pamsim.inference.residual_block import Blocks, ResidualBlock
 from pamsim.inference.simulator_fit import SimulatorFit
+from pamsim.papers.calibration_record import SMALL_STEPS
 from pamsim.papers.numerics import rms
 from pamsim.papers.printed_steps import STARTS, printed_experiment
 from pamsim.recordings.printed import PrintedStep, distinct_steps
 from pamsim.recordings.recording import Outcome, Recording
-
-SMALL_STEPS = "small steps"
-"""Block of rows that every model is fitted without, the other blocks only by accepted models."""
 
 _SAMPLE_RATE = 20.0
 """Of the simulated steps [Hz]: only their ends are looked at."""
@@ -191,7 +189,7 @@ def _fitted(simulate: _RowSimulator, model: StaticModel) -> StaticModelFit:
         model=model,
         fit=fit,
         residual=fit.linearisation.residual,
-        held_out=leave_one_out(simulate, free, fit).residual,
+        held_out=leave_one_out(simulate, free, fit),
         blocks={
             name: _without_block(simulate, at_optimum, rows)
             for name, rows in blocks.items()
