@@ -88,7 +88,7 @@ def new_sampling(
     span: float,
     shape: tuple[int, int],
 ) -> Sampling:
-    """Sampling of n rigs which remember the commands of k steps, for a shape (n, k)."""
+    """Set up the sampling of n rigs that keep the commands of their last k steps; shape (n, k)."""
     muscles = len(rig.muscles)
     noise = [settings.angle_noise] * len(rig.joints) + [settings.pressure_noise] * muscles
     memory = np.zeros((10, shape[0], len(noise)))

@@ -29,7 +29,7 @@ class Threshold(ParameterGroup, group="threshold"):
 
 
 class EndShape(ParameterGroup, group="end_shape"):
-    """Share of the active force that the ends take in the end, and where it sets in."""
+    """Active force that a muscle loses to its ends: the share, and from which contraction on."""
 
     loss: float = quantity(
         "[0, 1]", "share of the active force lost far beyond the onset; half of it 0.1 beyond", 0.0

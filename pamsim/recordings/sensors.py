@@ -215,9 +215,10 @@ def read_at_rest(true: FloatArray, chain: MeasurementChain, of: str) -> FloatArr
 
 
 def true_at_rest(reading: ArrayLike, chain: MeasurementChain, of: str) -> FloatArray:
-    """True ``pressure`` [Pa] or ``angle`` [rad or m] (...) at rest from a sensor's reading (...).
+    """Invert a sensor at rest: the ``pressure`` [Pa] or ``angle`` [rad or m] behind a reading.
 
-    Of the two true values with one reading, the one on the branch that holds zero.
+    Readings and results have one shape, any. Of two true values with one reading it is the one on
+    the branch that holds zero.
     """
     scale, bend, bias = _errors(chain, of)
     read = np.asarray(reading, dtype=float) - bias
