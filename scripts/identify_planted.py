@@ -36,11 +36,11 @@ from scipy.signal import cont2discrete, tf2ss
 from pamsim.core.computation import one_blas_thread, versions
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
-from pamsim.identification.choose import recommend
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.fit import fit as fit_model
 from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.recommendation import recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.starts import pole_coordinates
 

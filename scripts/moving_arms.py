@@ -46,7 +46,12 @@ def draw_arms(axes: Axes, change: FloatArray, *, unseen: float) -> float:
 
 
 def animate(
-    path: Path, arms: Axes, curves: Axes, time: FloatArray, without: FloatArray, with_: FloatArray
+    path: Path,
+    arms: Axes,
+    curves: Axes,
+    time: FloatArray,
+    without: FloatArray,
+    with_effect: FloatArray,
 ) -> None:
     """Let the arms of a written SVG turn by their angles [rad], and a cursor run over the curves.
 
@@ -58,7 +63,7 @@ def animate(
     x, y = arms.transData.transform((0.0, 0.0)) * points
     pivot = f"transform-origin:{x:.1f}px {arms.figure.bbox.height * points - y:.1f}px"
     rules = [f"@keyframes run{{to{{transform:translateX({curves.bbox.width * points:.1f}px)}}}}"]
-    for name, angle in (("without", without), ("with", with_)):
+    for name, angle in (("without", without), ("with", with_effect)):
         turns = np.interp(at, time, angle) * DEG_PER_RAD
         frames = (
             f"{100 * now / length:.3g}%{{rotate:{-turn:.3g}deg}}"

@@ -53,7 +53,7 @@ def _catalog(kind: str, *more: Any, **argument: Any) -> Callable[[Callable[..., 
 @_catalog("rigs", type=options.RIG)
 def _rigs(name: str | None) -> Any:
     """List the rigs that come with pamsim, or show NAME, one of them or a rig folder."""
-    from pamsim.engine.parameters import rig_cards
+    from pamsim.engine.rig_cards import rig_cards
 
     result = rig_cards(name)
     lists = {"rigs for --rig": [(card["name"], card["purpose"]) for card in result["rigs"]]}
@@ -101,7 +101,7 @@ def _params(name: str | None, rig: str) -> Any:
     The names are those that `pamsim calibrate --free` takes. Values are in the units of the rig's
     params.toml, or in SI where it does not state them; ranges are in SI.
     """
-    from pamsim.engine.parameters import parameter_cards
+    from pamsim.engine.rig_cards import parameter_cards
 
     result = parameter_cards(name, rig)
     cards = result["parameters"]

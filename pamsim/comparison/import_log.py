@@ -14,15 +14,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from pamsim.comparison.joined_logs import join_each, join_logs, with_schedule, without_number
+from pamsim.comparison.joint_signs import turned_joints
 from pamsim.comparison.repeats import samples_per_period
 from pamsim.core.encoding import fields_to_dict
 from pamsim.core.errors import InputError, nearest
 from pamsim.core.files import complete_file, refuse_existing
-from pamsim.core.units import FloatArray, parse_quantity
-from pamsim.engine.equilibrium import moment_arms
+from pamsim.core.units import parse_quantity
 from pamsim.engine.rig import Rig, load_rig
 from pamsim.recordings.column_guess import Guess, guess_columns, unit_of
 from pamsim.recordings.recording_reader import INDEX, WITH_COLUMNS, read_recordings
@@ -30,13 +28,10 @@ from pamsim.recordings.rig_file import shipped_rigs
 from pamsim.recordings.signals import (
     EFFORTS,
     JOINT_DRIVES,
-    JOINT_KINDS,
     MUSCLE_DRIVES,
     DriveLike,
     checked,
     in_toml,
-    kind_of,
-    owner_of,
 )
 from pamsim.recordings.table_reader import read_columns
 from pamsim.recordings.trial import Trial, of_rig
@@ -46,8 +41,6 @@ Spans: TypeAlias = Sequence[tuple[float, float]]
 
 PathOrPaths: TypeAlias = str | os.PathLike[str] | Sequence[str | os.PathLike[str]]
 
-_AGAINST = -0.7
-"""Correlation of a joint with what its muscles' pressures pull from which its sign is turned."""
 
 # A JSON string is a TOML basic string, unless it escapes what lies beyond U+FFFF.
 _toml_value = partial(json.dumps, ensure_ascii=False)
@@ -174,54 +167,40 @@ def import_log(
     if len(protocols) != len(files):
         raise InputError(f"{len(files)} logs and {len(protocols)} `protocol`; give one for each")
     protocols = [o or without_number(f.stem) for o, f in zip(protocols, files, strict=True)]
-    beside, schedule = _paths(beside), _paths(schedule)
     again = parse_quantity(wraps, "s", "s", where="`wraps`") if wraps else 0.0
     if wraps and not 0.0 < again < math.inf:
         raise InputError(f"`wraps` {wraps}: it must be above 0 s")
     with tempfile.TemporaryDirectory() as scratch, _naming(f"{scratch}{os.sep}", ""):
+        known = {"names": loaded.names, "wraps": again}
         found_out: list[str] = []
         if beside or shared or (offset and not schedule):
-            known = parse_quantity(offset, "s", "s", where="`offset`") if offset else None
+            second = _paths(beside)
             join = partial(
-                join_logs,
-                names=loaded.names,
-                stated=stated,
-                shared=shared,
-                offset=known,
-                wraps=again,
+                join_logs, **known, stated=stated, shared=shared, offset=_seconds(offset)
             )
             files, found_out = join_each(
-                files, beside, Path(scratch), join, what="`beside` them", name="{}_and_{}"
+                files, second, Path(scratch), join, what="`beside` them", name="{}_and_{}"
             )
-            stated, offset = _still_there(stated, beside[0], files[0]), ""
+            stated, offset = _still_there(stated, second[0], files[0]), ""
         if schedule:
-            known = parse_quantity(offset, "s", "s", where="`offset`") if offset else 0.0
+            second = _paths(schedule)
             every = parse_quantity(rate, "Hz", "Hz", where="`rate`") if rate else None
-            join = partial(
-                with_schedule,
-                names=loaded.names,
-                stated=stated,
-                offset=known,
-                rate=every,
-                wraps=again,
-            )
-            schedule = schedule * len(files) if len(schedule) == 1 else schedule
+            begin = _seconds(offset) or 0.0
+            join = partial(with_schedule, **known, stated=stated, offset=begin, rate=every)
+            second = second * len(files) if len(second) == 1 else second
             files, commanded = join_each(
-                files, schedule, Path(scratch), join, what="`schedule`", name="{}_commanded"
+                files, second, Path(scratch), join, what="`schedule`", name="{}_commanded"
             )
             found_out += commanded
-            stated = _still_there(stated, schedule[0], files[0])
+            stated = _still_there(stated, second[0], files[0])
         table = read_columns(files[0], numbers_only=True)
         guesses, unused = guess_columns(
             table, loaded.names, supply=loaded.supply_pressure, stated=stated, ignore=ignore
         )
-        guesses = tuple(
-            replace(one, wraps=again / one.seconds(one.column))
-            if again and one.quantity == "time"
-            else one
-            for one in guesses
-        )
-        clock = any(one.quantity == "time" for one in guesses)
+        clock = next((one for one in guesses if one.quantity == "time"), None)
+        if clock and again:
+            wrapped = replace(clock, wraps=again / clock.seconds(clock.column))
+            guesses = tuple(wrapped if one is clock else one for one in guesses)
         if not clock and not rate:
             raise InputError(
                 f"{files[0]}: no clock among {', '.join(table.cells)}; name it, such as `columns`"
@@ -309,6 +288,10 @@ def _copied(files: Sequence[Path], folder: Path, force: bool) -> Iterator[None]:
         for path in new:
             path.unlink(missing_ok=True)
         raise
+
+
+def _seconds(offset: str) -> float | None:
+    return parse_quantity(offset, "s", "s", where="`offset`") if offset else None
 
 
 def _paths(given: PathOrPaths) -> list[Path]:
@@ -438,54 +421,3 @@ def _notes(trials: Sequence[Trial], kind: DriveLike, cut: bool) -> tuple[str, ..
         f"the command repeats every {seconds:.6g} s: `period` {seconds:.6g}s would make"
         f" repeats of it ({count} periods)",
     )
-
-
-def turned_joints(
-    guesses: tuple[Guess, ...], stated: Sequence[str], trials: Sequence[Trial], rig: Rig
-) -> tuple[Guess, ...]:
-    """The guesses, the signs of joints turned that move against what drives them."""
-    shortening = -moment_arms(rig, rig.model.qpos0)
-    arms = dict(zip(rig.joints, shortening.T, strict=True))
-    along: dict[str, list[float]] = {}
-    for joint, channel in zip(rig.joints, rig.names.joint_channels, strict=True):
-        for trial in trials:
-            pull, angle = _driving(trial, joint, arms[joint], rig), trial.measured.get(channel)
-            if pull is None or angle is None:
-                continue
-            if np.ptp(pull) > 0.0 and np.ptp(angle) > 0.0:
-                along.setdefault(joint, []).append(float(np.corrcoef(pull, angle)[0, 1]))
-    against = {joint for joint, found in along.items() if np.mean(found) < _AGAINST}
-    by_itself = {joint for trial in trials for joint in trial.drives.joints}
-
-    def why(joint: str) -> str:
-        if joint in by_itself:
-            return f"sign turned, because it falls where {joint} is driven up"
-        return "sign turned, because it falls where the muscles pull it up; or they are swapped"
-
-    return tuple(
-        replace(one, sign=-one.sign, warnings=(*one.warnings, why(owner_of(one.quantity))))
-        if owner_of(one.quantity) in against
-        and kind_of(one.quantity) in JOINT_KINDS
-        and one.quantity not in stated
-        else one
-        for one in guesses
-    )
-
-
-def _driving(trial: Trial, joint: str, arm: FloatArray, rig: Rig) -> FloatArray | None:
-    """What drives a joint in a trial up to a factor, (n,): its own torque or force, or its muscles.
-
-    It is None where nothing says its sign: the pressures of muscles that drive nothing, as sealed
-    ones, follow the joint; a motion may be imposed. ``arm``, (m,), is by how much each muscle
-    shortens as the joint moves up.
-    """
-    drives = trial.drives
-    if joint in drives.imposed:
-        return None
-    if joint in drives.joints:
-        return trial.command[:, len(drives.muscles) + list(drives.joints).index(joint)]
-    pressures = [trial.measured.get(name) for name in rig.names.of_muscles("pressure")]
-    known = [p for p in pressures if p is not None]
-    if len(known) < len(pressures) or set(drives.muscles) == {"sealed"}:
-        return None
-    return np.column_stack(known) @ arm

@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike
 
 from pamsim.controllers.cascade import regulated_lag
 from pamsim.controllers.controller import Command, Observation, PressureSplit
+from pamsim.controllers.imc_tuning import imc_gains
 from pamsim.controllers.pid import PidLaw, PidMemory
-from pamsim.controllers.second_order_model import SecondOrderModel, imc_gains
+from pamsim.controllers.second_order_model import SecondOrderModel
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.engine.equilibrium import still_torques, tendon_lengths

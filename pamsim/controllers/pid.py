@@ -26,7 +26,7 @@ from pamsim.controllers.controller import (
     PressureSplit,
     present_reference,
 )
-from pamsim.controllers.second_order_model import PidGains, imc_gains_of_fit
+from pamsim.controllers.imc_tuning import PidGains, imc_gains_of_fit
 from pamsim.core.errors import InputError, nearest
 from pamsim.identification.local_models import LocalModelMap
 from pamsim.identification.model import FitStatus

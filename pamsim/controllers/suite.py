@@ -17,6 +17,7 @@ from pamsim.controllers.cascade import Cascade, PressureLoop
 from pamsim.controllers.controller import Controller, PressureSplit
 from pamsim.controllers.feed_forward import FeedForward
 from pamsim.controllers.hysteresis import decaying_triangle, loop_operator
+from pamsim.controllers.imc_tuning import imc_gains
 from pamsim.controllers.lead_lag_design import design_lead_lag
 from pamsim.controllers.model_based import (
     LinearisedArm,
@@ -28,7 +29,6 @@ from pamsim.controllers.model_based import (
 )
 from pamsim.controllers.pid import GainSchedule, Pid
 from pamsim.controllers.regulator_design import design_regulator
-from pamsim.controllers.second_order_model import imc_gains
 from pamsim.core.errors import InputError
 from pamsim.engine.rig import Rig
 from pamsim.engine.simulate import simulate

@@ -17,9 +17,8 @@ import numpy as np
 from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
-from pamsim.identification.model import FitStatus, IdentifiedModel
+from pamsim.identification.model import IdentifiedModel
 from pamsim.identification.records import FEWEST_SAMPLES, SignalRecord, pooled_fit_percent
-from pamsim.identification.residual_tests import Independence, what_is_missing
 from pamsim.identification.structure_scan import RoughFit, rough_fit
 from pamsim.inference.criteria import NO_SUPPORT, TIE, aicc_above_best
 from pamsim.inference.trial_noise import fit_trial_noise
@@ -302,94 +301,3 @@ def p_value_of_improvement(
     if variance <= 0.0:
         return 1.0 if mean <= 0.0 else 0.0
     return 0.5 * math.erfc(mean * samples / math.sqrt(2.0 * variance))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """One fitted model.
-
-    Attributes:
-        name: such as ``second_order_dead_time``.
-        fit: the numbers.
-        independence: whether past inputs explain part of its residuals; None if that could not be
-            tested.
-    """
-
-    name: str
-    fit: IdentifiedModel
-    independence: Independence | None
-
-    @property
-    def adequate(self) -> bool:
-        """Whether past inputs explain nothing more of the residuals, as far as can be tested."""
-        return self.independence is None or self.independence.independent
-
-    @property
-    def continuous(self) -> bool:
-        """Whether the model is a continuous one."""
-        return self.fit.structure.kind == "continuous"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Recommendation:
-    """The model to use, if any.
-
-    Attributes:
-        best: the model that describes the records best; empty if none can be trusted.
-        reason: for the best, as a sentence.
-        missing: what the best does not describe, as a sentence; empty if nothing.
-        aicc: name of every continuous candidate -> AICc by effective samples, relative to the best.
-        effective_samples: number of independent samples that the residuals are worth.
-    """
-
-    best: str
-    reason: str
-    missing: str
-    aicc: dict[str, float]
-    effective_samples: float
-
-    @property
-    def name(self) -> str:
-        """Of the candidate to use; empty if none can be trusted, or something is missing."""
-        return "" if self.missing else self.best
-
-
-def recommend(
-    candidates: Sequence[Candidate],
-    records: Sequence[SignalRecord],
-    held_out: Sequence[SignalRecord],
-    chosen: str = "",
-    why: str = "",
-) -> Recommendation:
-    """Recommend one continuous model; discrete ones stand beside for comparison.
-
-    What a scan chose is the best: ``chosen``, its name. Else only fits that converged and whose
-    parameters the data determine are eligible, and held-out trials decide between them, or AICc.
-    """
-    ranked = sorted(
-        (one for one in candidates if one.continuous), key=lambda one: one.fit.structure.unknowns
-    )
-    names, fits = [one.name for one in ranked], [one.fit for one in ranked]
-    by_criterion = by_aicc(fits, records)
-    converged = [i for i, fit in enumerate(fits) if fit.status is FitStatus.CONVERGED]
-    best, reason, missing = chosen, why, ""
-    if not chosen and not converged:
-        each = (f"{one.name.replace('_', ' ')}: {one.fit.sentence}" for one in ranked)
-        reason = f"no model can be trusted ({'; '.join(each)})"
-    elif not chosen:
-        choice = by_held_out(fits, records, held_out) if held_out else by_criterion
-        place, reason = choice.pick(set(range(len(fits))) - set(converged))
-        best = names[place]
-    if best:
-        one = ranked[names.index(best)]
-        missing = what_is_missing(one.fit, records, one.adequate)
-        if one.fit.status is not FitStatus.CONVERGED:
-            vague = f"the records do not determine all of its numbers: {one.fit.sentence}"
-            missing = f"{vague}; {missing}" if missing else vague
-    return Recommendation(
-        best=best,
-        reason=reason,
-        missing=missing,
-        aicc=dict(zip(names, by_criterion.scores, strict=True)),
-        effective_samples=by_criterion.effective,
-    )

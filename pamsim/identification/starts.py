@@ -1,12 +1,8 @@
-"""Where the searches of fits begin: poles and dead times for every structure and kind of data.
-
-Those of long records begin with a part and end with the whole: what takes time in a search are the
-evaluations on the way; of a million samples a twentieth leads it next to the same place.
-"""
+"""Where the searches of fits begin: poles and dead times for every structure and kind of data."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations, product
 from typing import Any
@@ -15,11 +11,11 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from pamsim.core.errors import InputError
 from pamsim.core.units import FloatArray
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure, Structure
 from pamsim.identification.held_input import chain_derivatives, chain_modes
+from pamsim.identification.long_records import growing_parts, shows
 from pamsim.identification.records import Data, FrequencyRecord, SignalRecord, time_range
 from pamsim.identification.separable import column_scale, minimise, scaled_solution
 
@@ -38,14 +34,6 @@ _ROUNDS = 4  # of instrumental variables, if they do not settle before
 _SETTLED = 1e-2  # change of the poles' coordinates that ends the rounds
 _FIRST = 3  # time constants that the first filter is tried with
 _WIDEST = 30.0  # a time constant at most, in longest records; at least, its inverse in samples
-_ROWS = 50_000
-"""Samples of the first part: enough for every effect of more than a thousandth of the noise's
-variance, and searched in seconds."""
-_MORE = 4  # times as many in the next: all parts together cost a third of the whole at most
-_MOVES = 0.5
-"""Spread of a signal in a part, over that in the whole, from which the part is like it: at half the
-signal the ratio to the noise is still a quarter of the whole's."""
-_SHOWN = 0.1  # slowest time constant over the length of a trial, in which it decays to 5e-5
 
 
 def starts_of(structure: Structure, data: Data) -> list[FloatArray]:
@@ -308,40 +296,3 @@ def constants_of_roots(roots: NDArray[Any], shortest: float, longest: float) -> 
     # Mirrored at the imaginary axis, and away from it, where the damping would be 0.
     away = np.clip(np.abs(angle), 0.5 * np.pi + 1e-2, np.pi)
     return np.exp(-1j * np.sign(angle) * (np.pi - away)) / size
-
-
-def growing_parts(records: Sequence[SignalRecord]) -> Iterator[Sequence[SignalRecord]]:
-    """Ever larger parts of records in which all signals move as much, and in the end all of them.
-
-    A part has fewer trials, evenly drawn; if one is too long already, its beginning.
-    """
-    samples, rows = sum(record.output.size for record in records), _ROWS
-    while rows < samples:
-        part = _part(records, max(1, rows * len(records) // samples), rows)
-        if part is not None:
-            yield part
-        rows *= _MORE
-    yield records
-
-
-def shows(part: Sequence[SignalRecord], slowest: float) -> bool:
-    """Whether a part is long enough for a mode that takes so long to decay by e [s]."""
-    return slowest <= _SHOWN * min(record.duration for record in part)
-
-
-def _part(records: Sequence[SignalRecord], count: int, rows: int) -> list[SignalRecord] | None:
-    """So many trials of so many samples in all; None where some signal moves less in them."""
-    drawn = np.linspace(0, len(records) - 1, count).astype(int).tolist()
-    try:
-        found = [
-            own if own.output.size * count <= rows else own.part(slice(0, rows // count))
-            for own in (records[k] for k in drawn)
-        ]
-    except InputError:  # its input or output never moves
-        return None
-    return found if np.all(_spread(found) >= _MOVES * _spread(records)) else None
-
-
-def _spread(records: Sequence[SignalRecord]) -> FloatArray:
-    """Standard deviation of the output and of each input, (1 + inputs,)."""
-    return np.std(np.concatenate([np.column_stack([r.output, r.inputs]) for r in records]), axis=0)

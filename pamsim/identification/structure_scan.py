@@ -13,14 +13,13 @@ from pamsim.identification.continuous import (
     MOST_INTEGRATORS,
     ContinuousStructure,
 )
+from pamsim.identification.long_records import growing_parts, shows
 from pamsim.identification.records import SignalRecord, time_range
 from pamsim.identification.separable import Solution, rough_minimum
 from pamsim.identification.starts import (
     delay_starts,
-    growing_parts,
     instrumental_variable_starts,
     pole_coordinates,
-    shows,
 )
 from pamsim.inference.criteria import NO_SUPPORT, TIE, hannan_quinn
 

@@ -13,7 +13,8 @@ from pamsim.core.units import DEG_PER_RAD
 from pamsim.identification.curves import Curves, frequency_response
 from pamsim.identification.frequency import SCHEMA as FREQUENCY_SCHEMA
 from pamsim.identification.frequency import FrequencyIdentification
-from pamsim.identification.result import SCHEMA, Identification, inputs_in_words
+from pamsim.identification.result import SCHEMA, Identification
+from pamsim.identification.summary import inputs_in_words
 from pamsim.inference.estimate import Interval
 from pamsim.report import identify_figures as draw
 from pamsim.report.numbers import fixed, interval, quantity, significant

@@ -7,8 +7,8 @@ import pytest
 
 import pamsim
 import pamsim.envs
+from pamsim.controllers.imc_tuning import imc_gains_of_fit
 from pamsim.controllers.model_based import linear_controller
-from pamsim.controllers.second_order_model import imc_gains_of_fit
 from pamsim.envs.closed_loop import run_episode
 from pamsim.identification.transfer_function import sampled_plants
 from pamsim.recordings.trial import Trial, TrialSet

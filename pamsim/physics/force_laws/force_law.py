@@ -130,8 +130,8 @@ class ForceLaw:
     def taken_by(self, function: Callable[..., Any]) -> tuple[str, ...]:
         """Names of the `numbers` that a function of the law takes."""
         named = tuple(inspect.signature(function).parameters)
-        # One that takes all of them, by whatever names, takes them in order.
-        return named if set(named) < set(self.numbers) else self.numbers
+        # One that takes all of them by other names takes them in order.
+        return named if set(named) <= set(self.numbers) else self.numbers
 
     def force(
         self, pressure: float, contraction: float, coefficients: Sequence[float], braid: Braid

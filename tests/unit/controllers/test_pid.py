@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pamsim.controllers.controller import PressureSplit, present_reference
+from pamsim.controllers.imc_tuning import imc_gains, imc_gains_of_fit
 from pamsim.controllers.pid import GainSchedule, Pid
-from pamsim.controllers.second_order_model import imc_gains, imc_gains_of_fit
 from pamsim.core.errors import InputError
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.discrete import DiscreteStructure

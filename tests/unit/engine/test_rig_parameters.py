@@ -5,14 +5,9 @@ import numpy as np
 import pytest
 
 from pamsim.core.parameters import Sourced
-from pamsim.engine.parameters import (
-    each_muscle,
-    parameter_cards,
-    rig_cards,
-    rig_parameter,
-    rig_parameters,
-)
+from pamsim.engine.parameters import each_muscle, rig_parameter, rig_parameters
 from pamsim.engine.rig import load_rig
+from pamsim.engine.rig_cards import parameter_cards, rig_cards
 from pamsim.recordings.rig_file import shipped_rig_names
 
 RIGS = shipped_rig_names()

@@ -7,14 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from pamsim.identification.choose import (
-    Candidate,
-    by_free_run,
-    p_value_of_improvement,
-    recommend,
-)
+from pamsim.identification.choose import by_free_run, p_value_of_improvement
 from pamsim.identification.continuous import ContinuousStructure
 from pamsim.identification.models import ModelSet, fit_models
+from pamsim.identification.recommendation import Candidate, recommend
 from pamsim.identification.records import SignalRecord
 from pamsim.identification.residual_tests import residual_nonlinearity
 from pamsim.identification.status import FitStatus, _undamped

@@ -8,7 +8,7 @@ import pytest
 
 from pamsim.identification.identify import identify
 from pamsim.identification.model import estimates_of
-from pamsim.identification.result import summary_lines
+from pamsim.identification.summary import summary_lines
 from pamsim.recordings.trial import Trial, TrialSet
 from pamsim.report.identify_figures import measured_and_model
 from tests.unit.identification.planted import record, refuses, sampled, steps

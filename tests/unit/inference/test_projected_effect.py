@@ -45,12 +45,12 @@ class Friction:
 
 
 def test_a_wrong_form_is_no_second_effect_if_its_forms_are_free_and_a_second_one_is_found():
-    """Free forms: claims at most at the level. The form that is used alone: in most tables."""
+    """Free forms: claims at most at the level. The form that is used alone: nearly always."""
     rng, runs = np.random.default_rng(1), 60
     models = [Friction(rng) for _ in range(runs)]
     free = np.mean([model.claimed(model.forms) for model in models])
     assert free < 0.05 + 2 * np.sqrt(0.05 * 0.95 / runs)
-    assert np.mean([model.claimed(None) for model in models]) > 0.5
+    assert np.mean([model.claimed(None) for model in models]) > 0.8
     models = [Friction(rng, second=8.0) for _ in range(20)]
     assert np.mean([model.claimed(model.forms) for model in models]) > 0.9
 
