@@ -49,6 +49,7 @@ _SPANS: Mapping[str, float] = {
 }
 """Unit of a clock -> [s]."""
 _NAMED_BY_UNIT = {"s", "sec", "seconds", "ms", "msec", "min", "minutes", "hours", "days"}
+_EVEN = 1e-6  # of the time between rows: a clock that is off by less is even
 _DECIMAL = re.compile(r"[-+]?\d*\.?(\d*)(?:e([-+]?\d+))?", re.IGNORECASE)
 _DAY = 86400.0  # [s]
 _OF_DAY = re.compile(r"(\d+):([0-5]\d):([0-5]\d(?:\.\d+)?)")
@@ -240,10 +241,12 @@ def _even(time: FloatArray, cells: Iterable[str]) -> FloatArray:
         return time
     slope, start = np.polyfit(np.arange(time.size), time - time[0], 1)
     even = time[0] + start + slope * np.arange(time.size)
+    off = np.abs(time - even)
+    if np.max(off) <= _EVEN * slope:
+        return even
     place = np.array([_last_place(cell) for cell in cells])
     # Where a row is missing from a finely written clock, the distance is greater.
-    rounded = np.median(place) <= 0.5 * slope and np.all(np.abs(time - even) <= 0.75 * place)
-    return even if rounded else time
+    return even if np.median(place) <= 0.5 * slope and np.all(off <= 0.75 * place) else time
 
 
 def _last_place(cell: str) -> float:

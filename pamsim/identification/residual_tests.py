@@ -124,13 +124,13 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
         steps = np.pad(steps, (1, _LAGS - steps.size), constant_values=(0, steps[-1]))
         rest = np.zeros_like(given)
         added.append(np.hstack([np.vstack([rest[:k], given[: len(given) - k]]) for k in steps]))
-    residual, columns, freedom = _unexplained(fit, trials, added)
+    left = _unexplained(fit, trials, added)
     gains = fit.structure.static_gains(fit.coordinates)
-    present, past = np.split(columns, [gains.size], axis=1)
-    explained: Any = np.linalg.lstsq(past, residual, rcond=None)[0]
+    present, past = np.split(left.columns, [gains.size], axis=1)
+    explained: Any = np.linalg.lstsq(past, left.residual, rcond=None)[0]
     # Chance has either sign, whatever its size, so that the level stays what it is.
-    acts = gains * (present.T @ (residual - past @ explained)) > 0.0
-    test = _explains(residual, np.hstack([present[:, acts], past]), freedom)
+    acts = gains * (present.T @ (left.residual - past @ explained)) > 0.0
+    test = _explains(replace(left, columns=np.hstack([present[:, acts], past])))
     independent = test.p_value >= _LEVEL
     verdict = (
         "past inputs explain nothing more of the residuals"
@@ -144,38 +144,61 @@ def residual_independence(fit: IdentifiedModel, records: Sequence[SignalRecord])
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Unexplained:
+    """What the fit left, in coordinates in which all inner products are as among the samples.
+
+    Attributes:
+        residual: whitened, (r,).
+        columns: whitened regressors without what the fit used, (r, k).
+        samples: of all trials.
+        freedom: samples less what the fit used.
+    """
+
+    residual: FloatArray
+    columns: FloatArray
+    samples: int
+    freedom: int
+
+
 def _unexplained(
     fit: IdentifiedModel, records: Sequence[SignalRecord], added: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray, int]:
-    """Whitened residual (N,) and regressors (N, k) without what the fit used; freedom left."""
+) -> _Unexplained:
     x, theta = np.split(fit.coordinates, [fit.structure.searched])
     # ARX assumes a white equation error: whitening it would test another model.
     noise = WHITE if fit.structure.kind == "arx" else fit.noise
     line = linearise(fit.structure.problem(records), x, theta, noise)
-    blocks: list[FloatArray] = []
+    factors: list[FloatArray] = []
     for i, (columns, residual) in enumerate(zip(added, line.residuals, strict=True)):
         # ARX has no equations for its first samples.
         used = line.noise.whiten(columns[columns.shape[0] - residual.size :], i)
         ones = line.noise.whiten(np.ones((residual.size, 1)), i)
         ones /= np.linalg.norm(ones)
-        blocks.append(used - ones @ (ones.T @ used))
-    residual = np.concatenate(line.residuals)
-    known, columns = np.concatenate(line.jacobians), np.concatenate(blocks)
+        table = [line.jacobians[i], used - ones @ (ones.T @ used), residual]
+        factors.append(triangular_factor(np.column_stack(table)))
+    # The triangular factor holds all inner products, in a few rows.
+    triangle = triangular_factor(np.concatenate(factors))
+    count = line.jacobians[0].shape[1]
+    known, columns, residual = triangle[:, :count], triangle[:, count:-1], triangle[:, -1]
     known = _directions(known / column_scale(known), _DEPENDENT)
     columns = columns / column_scale(columns)
-    residual = residual - known @ (known.T @ residual)
-    columns = columns - known @ (known.T @ columns)
-    return residual, columns, residual.size - known.shape[1] - line.own
+    samples = sum(one.size for one in line.residuals)
+    return _Unexplained(
+        residual=residual - known @ (known.T @ residual),
+        columns=columns - known @ (known.T @ columns),
+        samples=samples,
+        freedom=samples - known.shape[1] - line.own,
+    )
 
 
-def _explains(residual: FloatArray, columns: FloatArray, freedom: int) -> RegressorTest:
-    basis = _directions(columns, _EXCITED)
+def _explains(left: _Unexplained) -> RegressorTest:
+    basis = _directions(left.columns, _EXCITED)
     directions = basis.shape[1]
-    freedom -= directions
+    freedom = left.freedom - directions
     if freedom < 1 or directions < 1:
-        raise InputError(f"{residual.size} samples are too few for {directions} lags; give fewer")
-    explained = float(np.sum((basis.T @ residual) ** 2))
-    rest = float(residual @ residual) - explained
+        raise InputError(f"{left.samples} samples are too few for {directions} lags; give fewer")
+    explained = float(np.sum((basis.T @ left.residual) ** 2))
+    rest = float(left.residual @ left.residual) - explained
     statistic = explained / directions / (rest / freedom) if rest > 0.0 else 0.0
     p_value = float(_f_tail(directions, freedom, statistic))
     return RegressorTest(
@@ -185,10 +208,8 @@ def _explains(residual: FloatArray, columns: FloatArray, freedom: int) -> Regres
 
 def _directions(columns: FloatArray, weakest: float) -> FloatArray:
     """Return an orthonormal basis of the columns without directions weaker than ``weakest``."""
-    # By way of the triangular factor: a tall SVD is far dearer.
-    _, sizes, back = np.linalg.svd(triangular_factor(columns), full_matrices=False)
-    some = sizes > weakest * sizes[0]
-    return columns @ (back[some].T / sizes[some])
+    basis, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return basis[:, sizes > weakest * sizes[0]]
 
 
 def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord]) -> RegressorTest:
@@ -199,7 +220,7 @@ def residual_nonlinearity(fit: IdentifiedModel, records: Sequence[SignalRecord])
     moves = np.any([np.ptp(record.inputs, axis=0) > 0.0 for record in records], axis=0)
     moving = np.flatnonzero(moves).tolist()
     added = [_powers(fit, record, moving) for record in records]
-    return _explains(*_unexplained(fit, records, added))
+    return _explains(_unexplained(fit, records, added))
 
 
 def _powers(fit: IdentifiedModel, record: SignalRecord, moving: Sequence[int]) -> FloatArray:
